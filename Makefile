@@ -1,0 +1,40 @@
+# What there is to do; how is in scripts/. What pip, cargo and apt-get say goes to target/setup.log.
+# PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
+export PYTHON
+.DEFAULT_GOAL := help
+.PHONY: help doctor build demo test bench study lock clean
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-8s%s\n' "$$name" "$$what"; done
+
+doctor: ## what this machine lacks for all of these; root on Debian or Ubuntu gets it installed
+	@scripts/doctor.sh test --report
+
+build: ## .venv with the package and its optimised extension: .venv/bin/sigmatau
+	@scripts/doctor.sh build
+	@scripts/venv.sh runtime
+	@scripts/build.sh
+
+demo: build ## simulate a static log, analyse it, write demo/
+	@.venv/bin/sigmatau demo
+
+test: ## all checks and tests, as CI runs them; or some: make test STEPS="clippy python"
+	@scripts/doctor.sh test
+	@scripts/venv.sh dev
+	@scripts/build.sh
+	@scripts/test.sh $(STEPS)
+
+bench: build ## speed, against other packages
+	@scripts/venv.sh bench
+	@.venv/bin/python benches/run.py
+
+study: build ## Monte Carlo of the statistics
+	@.venv/bin/python studies/run.py
+
+lock: ## newest versions into requirements/
+	@scripts/lock.sh
+
+clean: ## remove all that was made here
+	rm -rf .venv target demo .bench python/sigmatau/_core*.so
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find python tests benches studies -name __pycache__ -prune -exec rm -rf {} +

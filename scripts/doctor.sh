@@ -1,0 +1,103 @@
+#!/usr/bin/env bash
+# doctor.sh [build|test] [--report]: what the machine lacks, all of it at once.
+# As root where there is apt-get, installs it; elsewhere prints the line to run and fails.
+# shellcheck source=scripts/common.sh
+source "$(dirname "$0")/common.sh"
+
+what=${1:-build}
+
+# A C compiler that links: compilers without libc6-dev are common on Debian.
+cc_links() {
+    local out status=0
+    out=$(mktemp)
+    printf 'int main(void) { return 0; }\n' | cc -x c -o "$out" - >/dev/null 2>&1 || status=1
+    rm -f "$out"
+    return $status
+}
+
+has_cargo() { find_rust && cargo "$1" --version >/dev/null 2>&1; }
+
+# cargo asks the system for the roots of trust; a bare container may have none.
+has_roots() { ! command -v apt-get >/dev/null || [[ -n ${SSL_CERT_FILE:-} || -s /etc/ssl/certs/ca-certificates.crt ]]; }
+
+# Fill `missing` (for people) and `packages` (for apt-get).
+examine() {
+    missing=() packages=()
+    command -v git >/dev/null || { missing+=("git") && packages+=(git); }
+    command -v make >/dev/null || { missing+=("make") && packages+=(make); }
+    cc_links || { missing+=("a C compiler that links") && packages+=(gcc libc6-dev); }
+    has_roots || { missing+=("CA certificates") && packages+=(ca-certificates); }
+    if ! find_python; then
+        missing+=("Python ≥ 3.11 with venv and ensurepip${PYTHON:+ (PYTHON=$PYTHON is not)}")
+        [[ -n ${PYTHON:-} ]] || packages+=(python3-venv)
+    fi
+    if ! find_rust; then
+        missing+=("Rust ≥ 1.$RUST_MIN with cargo (found: $RUST_FOUND)") && packages+=(RUST CARGO)
+    fi
+    if [[ $what == test ]]; then
+        has_cargo clippy || { missing+=("clippy") && packages+=(CLIPPY); }
+        has_cargo fmt || { missing+=("rustfmt") && packages+=(RUSTFMT); }
+    fi
+}
+
+candidate() { apt-cache policy "$1" 2>/dev/null | sed -n 's/^  Candidate: //p'; }
+
+# Replace the placeholders by the names of this release: Debian 12 has a recent Rust only under the names -web.
+name_packages() {
+    local -a names
+    local i minor
+    [[ ${packages[*]} == *[A-Z]* ]] || return 0
+    if [[ $(candidate rustc-web) == 1.* ]]; then
+        names=(rustc-web cargo-web rust-web-clippy rustfmt-web)
+    else
+        minor=$(candidate rustc | sed -n 's/^1\.\([0-9]*\)\..*/\1/p')
+        ((${minor:-0} >= RUST_MIN)) || return 1
+        names=(rustc cargo rust-clippy rustfmt)
+    fi
+    for i in "${!packages[@]}"; do
+        case ${packages[i]} in
+        RUST) packages[i]=${names[0]} ;;
+        CARGO) packages[i]=${names[1]} ;;
+        CLIPPY) packages[i]=${names[2]} ;;
+        RUSTFMT) packages[i]=${names[3]} ;;
+        esac
+    done
+}
+
+examine
+if ((${#missing[@]})) && command -v apt-get >/dev/null; then
+    if ((EUID == 0)) && ((${#packages[@]})); then
+        export DEBIAN_FRONTEND=noninteractive
+        quietly "doctor: apt-get update" apt-get update || true # one broken source need not matter
+        if name_packages; then
+            quietly "doctor: apt-get install ${packages[*]}" apt-get install -y --no-install-recommends \
+                -o DPkg::Lock::Timeout=120 "${packages[@]}"
+            hash -r
+            examine
+        fi
+    elif ((EUID != 0)); then
+        # Without package lists, the names of Debian 12.
+        [[ -n $(candidate git) && $(candidate git) != "(none)" ]] || candidate() { echo 1.0; }
+        name_packages || packages=()
+    fi
+fi
+
+if ((${#missing[@]})); then
+    {
+        echo "doctor: this machine lacks"
+        printf '  - %s\n' "${missing[@]}"
+        if command -v apt-get >/dev/null && ((EUID != 0)) && ((${#packages[@]})); then
+            echo "Run as root:"
+            echo "  apt-get update && apt-get install -y ${packages[*]}"
+        fi
+        if [[ ${missing[*]} == *[Rr]ust* ]]; then
+            echo "Rust also comes from https://rustup.rs (rustup update, if it is too old)."
+        fi
+    } >&2
+    exit 1
+fi
+if [[ ${2:-} == --report ]]; then
+    printf 'doctor: nothing is missing to %s\n' "$what"
+    printf '  %-8s %s\n' git "$(git --version)" cc "$(cc --version | head -n 1)" python "$("$PYTHON" --version) ($PYTHON)" \
+        rustc "$(rustc --version)" cargo "$(cargo --version)"
+fi

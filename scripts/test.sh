@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# test.sh [STEP…]: the checks and tests, each with its time, up to the first that fails. Without a STEP, all of them:
+ALL="format lint rustfmt clippy types stubs imports rust python"
+# shellcheck source=scripts/common.sh
+source "$(dirname "$0")/common.sh"
+find_rust
+export PYO3_PYTHON=$PWD/$PY # one interpreter for every cargo command, or the binding is compiled again and again
+export PATH="$PWD/.venv/bin:$PATH"
+
+run() {
+    case $1 in
+    format) ruff format --check ;;
+    lint) ruff check ;;
+    rustfmt) cargo fmt --all --check ;;
+    clippy) cargo clippy --workspace --all-targets --locked --quiet -- -D warnings ;;
+    types) python -m mypy ;;
+    stubs) python -m mypy.stubtest --mypy-config-file pyproject.toml sigmatau._core ;;
+    imports) lint-imports --no-logo ;;
+    rust) cargo test --workspace --locked --quiet ;;
+    python) python -m pytest ;;
+    *) echo "no step $1; the steps are: $ALL" >&2 && return 2 ;;
+    esac
+}
+
+read -ra steps <<<"${*:-$ALL}"
+for step in "${steps[@]}"; do
+    printf '── %s\n' "$step"
+    start=$SECONDS status=0
+    run "$step" || status=$?
+    if ((status)); then
+        printf '── %s FAILED after %d s (again, alone: make test STEPS=%s)\n' "$step" $((SECONDS - start)) "$step"
+        exit "$status"
+    fi
+    printf '── %s passed, %d s\n\n' "$step" $((SECONDS - start))
+done
+printf '── %s: all passed, %d s\n' "${steps[*]}" "$SECONDS"

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# venv.sh runtime|dev|bench: bring .venv up to a lock file. The stamp of each, .venv/.NAME.lock, is a copy of the lock
+# file it was installed from, so that nothing is done until the lock file changes.
+# shellcheck source=scripts/common.sh
+source "$(dirname "$0")/common.sh"
+
+want=$1
+given=${PYTHON:-}
+
+up_to_date() { cmp -s "requirements/$1.txt" ".venv/.$1.lock"; }
+
+# install NAME "what it is" [pip option…]
+install() {
+    local name=$1 what=$2
+    shift 2
+    up_to_date "$name" && return
+    quietly "$what" "$PY" -m pip install --require-hashes "$@" -r "requirements/$name.txt"
+    cp "requirements/$name.txt" ".venv/.$name.lock"
+}
+
+version() { "$1" -c 'import sys; print(sys.version_info[:2])' 2>/dev/null || echo none; }
+
+# Anew when there is none, its Python is gone, another Python is asked for, or the runtime lock file has changed.
+if ! up_to_date runtime || ! "$PY" -m pip --version >/dev/null 2>&1 || [[ -n $given && $(version "$given") != "$(version "$PY")" ]]; then
+    find_python
+    rm -rf .venv
+    quietly "making .venv with $("$PYTHON" --version)" "$PYTHON" -m venv .venv
+fi
+install runtime "installing the Python packages (a minute the first time)"
+case $want in
+dev) install dev "installing the packages of the tests (a minute the first time)" ;;
+bench) install bench "installing the peers of the benchmark" --no-deps ;;
+esac

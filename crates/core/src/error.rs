@@ -1,0 +1,44 @@
+//! What can be wrong with the arguments, with the numbers that show it.
+
+/// Why a record or a parameter was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The record leaves no cluster size at all.
+    #[error("the record has {got} samples, at least {need} are needed")]
+    TooShort {
+        /// Least number of samples.
+        need: usize,
+        /// Samples in the record.
+        got: usize,
+    },
+    /// A cluster size that is zero or leaves no pair of clusters.
+    #[error("cluster size {m} is not in 1..={largest}")]
+    ClusterSize {
+        /// The size asked for, in samples.
+        m: usize,
+        /// The largest size that leaves one pair.
+        largest: usize,
+    },
+    /// A sample is not finite, or beyond what can be summed and squared.
+    #[error("the sample at index {index} is not finite, or larger than 1e130")]
+    NonFinite {
+        /// Index of the sample in the record.
+        index: usize,
+    },
+    /// A parameter outside its domain.
+    #[error("{name} = {value} is out of range")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// Two arguments that must have the same length.
+    #[error("expected {expected} elements, got {got}")]
+    Length {
+        /// Length that was expected.
+        expected: usize,
+        /// Length that was given.
+        got: usize,
+    },
+}

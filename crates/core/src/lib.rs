@@ -1,0 +1,18 @@
+//! Numerics of sigmatau: Allan variance of rate records, the noise terms of inertial sensors, exact generators.
+//!
+//! Pure functions on `&[f64]`; no files, no units. "The paper" in these pages is N. El-Sheimy, H. Hou and X. Niu,
+//! "Analysis and modeling of inertial sensors using Allan variance", IEEE Transactions on Instrumentation and
+//! Measurement 57(1), 2008, doi 10.1109/TIM.2007.908635. Letters in formulas follow IEEE 952: Q quantization,
+//! N random walk, B bias instability, K rate random walk, R rate ramp. Spectral densities are two-sided.
+
+pub mod allan;
+pub mod bandlimited;
+pub mod compensated;
+pub mod error;
+mod flicker;
+pub mod generate;
+mod kernel;
+pub mod phase;
+pub mod psd;
+pub mod special;
+pub mod terms;

@@ -1,0 +1,89 @@
+//! Two-sided power spectral densities of the noise terms, in the unit of the rate squared per hertz.
+//!
+//! Each term has its continuous form, which eq. (11) of the paper integrates to the Allan variance, and, where it
+//! differs, the form of the sampled process, folded into |f| ≤ 1 / (2τ₀). The latter goes with
+//! σ²(m) = 4 ∫ S(f) sin⁴(πfmτ₀) / (m² sin²(πfτ₀)) df, from 0 to 1 / (2τ₀).
+//! A one-sided density is twice the value given here.
+
+use crate::bandlimited::Filter;
+use std::f64::consts::PI;
+
+/// Quantization noise, (2πf)² τ₀Q²: the right-hand side of eq. (14) of the paper.
+#[must_use]
+pub fn quantization(q: f64, tau0: f64, f: f64) -> f64 {
+    (2.0 * PI * f * q).powi(2) * tau0
+}
+
+/// Quantization noise of samples, (4Q² / τ₀) sin²(πfτ₀): the middle of eq. (14) of the paper.
+#[must_use]
+pub fn quantization_sampled(q: f64, tau0: f64, f: f64) -> f64 {
+    (2.0 * q * (PI * f * tau0).sin()).powi(2) / tau0
+}
+
+/// Angle or velocity random walk, N² at every frequency: eq. (16) of the paper. Sampling leaves it as it is.
+#[must_use]
+pub fn random_walk(n: f64) -> f64 {
+    n * n
+}
+
+/// Bias instability, B² / (2πf) up to the cut-off `f0`, if there is one: eq. (18) of the paper.
+#[must_use]
+pub fn bias_instability(b: f64, f0: Option<f64>, f: f64) -> f64 {
+    let f = f.abs();
+    if f0.is_some_and(|f0| f > f0) { 0.0 } else { b * b / (2.0 * PI * f) }
+}
+
+/// Bias instability of samples, B²τ₀ / (2 |sin(πfτ₀)|): flicker noise after Kasdin, see
+/// [`crate::terms::bias_instability_avar`].
+#[must_use]
+pub fn bias_instability_sampled(b: f64, tau0: f64, f: f64) -> f64 {
+    b * b * tau0 / (2.0 * (PI * f * tau0).sin().abs())
+}
+
+/// Rate random walk, (K / 2πf)²: eq. (20) of the paper.
+#[must_use]
+pub fn rate_random_walk(k: f64, f: f64) -> f64 {
+    (k / (2.0 * PI * f)).powi(2)
+}
+
+/// Rate random walk of samples, K²τ₀² / (4 sin²(πfτ₀)).
+#[must_use]
+pub fn rate_random_walk_sampled(k: f64, tau0: f64, f: f64) -> f64 {
+    (k * tau0 / (2.0 * (PI * f * tau0).sin())).powi(2)
+}
+
+/// Rate ramp, R² / (2πf)³: eq. (24) of the paper.
+///
+/// For comparison only: a ramp is no stationary process, and eq. (11) diverges with this density at f = 0.
+#[must_use]
+pub fn rate_ramp(r: f64, f: f64) -> f64 {
+    r * r / (2.0 * PI * f.abs()).powi(3)
+}
+
+/// First-order Gauss–Markov process, 2σ²T / (1 + (2πfT)²) with T = `tc` (IEEE 952, annex C).
+#[must_use]
+pub fn gauss_markov(sigma: f64, tc: f64, f: f64) -> f64 {
+    2.0 * sigma * sigma * tc / (1.0 + (2.0 * PI * f * tc).powi(2))
+}
+
+/// First-order Gauss–Markov process, sampled: σ²τ₀ (1 − p²) / (1 − 2p cos(2πfτ₀) + p²), p = e^(−τ₀ / `tc`).
+#[must_use]
+pub fn gauss_markov_sampled(sigma: f64, tc: f64, tau0: f64, f: f64) -> f64 {
+    let loss = -(-tau0 / tc).exp_m1();
+    let kept = 1.0 - loss;
+    // 1 − 2p cos φ + p² = (1 − p)² + 4p sin²(φ / 2).
+    let denominator = loss * loss + 4.0 * kept * (PI * f * tau0).sin().powi(2);
+    sigma * sigma * tau0 * loss * (1.0 + kept) / denominator
+}
+
+/// White noise of density `n`² behind a filter, before sampling.
+#[must_use]
+pub fn band_limited(n: f64, filter: Filter, corner_hz: f64, f: f64) -> f64 {
+    let ratio = f / corner_hz;
+    let gain = match filter {
+        Filter::FirstOrder => 1.0 / (1.0 + ratio * ratio),
+        Filter::Butterworth2 => 1.0 / (1.0 + ratio.powi(4)),
+        Filter::BrickWall => f64::from(u8::from(ratio.abs() <= 1.0)),
+    };
+    n * n * gain
+}

@@ -1,0 +1,175 @@
+//! Simulated records against the Allan variance they are made for.
+#![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
+
+use rayon::prelude::*;
+use sigmatau_core::allan::{Counting, Overlap, allan_variance};
+use sigmatau_core::error::Error;
+use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::phase::Phase;
+use sigmatau_core::terms;
+
+/// FNV-1a: a seed from the name of the case.
+fn seed_of(name: &str) -> u64 {
+    name.bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+const NONE: Coefficients = Coefficients {
+    quantization: 0.0,
+    random_walk: 0.0,
+    bias_instability: 0.0,
+    rate_random_walk: 0.0,
+    rate_ramp: 0.0,
+};
+const TAU0: f64 = 0.01;
+const SAMPLES: usize = 3000;
+const RECORDS: u64 = 400;
+/// Of a normal law, once in 16 000 cases; there are 66 here, strongly correlated along τ.
+const STANDARD_ERRORS: f64 = 4.0;
+
+/// The mean over many records must agree with `expected` within its own scatter, at every octave.
+fn assert_expected_avar(name: &str, c: &Coefficients, expected: impl Fn(usize) -> f64) {
+    let octaves: Vec<usize> = (0..11).map(|i| 1 << i).collect();
+    let records: Vec<Vec<f64>> = (0..RECORDS)
+        .into_par_iter()
+        .map(|stream| {
+            let rate = simulate(SAMPLES, TAU0, c, seed_of(name), stream).unwrap();
+            let phase = Phase::from_rate(&rate).unwrap();
+            let estimates = allan_variance(&phase, &octaves, Overlap::Full, Counting::Standard).unwrap();
+            estimates.iter().map(|estimate| estimate.avar).collect()
+        })
+        .collect();
+    for (i, &m) in octaves.iter().enumerate() {
+        let n = RECORDS as f64;
+        let mean = records.iter().map(|record| record[i]).sum::<f64>() / n;
+        let variance = records.iter().map(|record| (record[i] - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let standard_error = (variance / n).sqrt();
+        let deviation = (mean - expected(m)) / standard_error;
+        assert!(deviation.abs() <= STANDARD_ERRORS, "{name}, m = {m}: {deviation:.1} standard errors");
+    }
+}
+
+fn tau(m: usize) -> f64 {
+    m as f64 * TAU0
+}
+
+#[test]
+fn quantization() {
+    let c = Coefficients { quantization: 2e-3, ..NONE };
+    assert_expected_avar("quantization", &c, |m| terms::quantization_avar(2e-3, tau(m)));
+}
+
+#[test]
+fn random_walk() {
+    let c = Coefficients { random_walk: 0.03, ..NONE };
+    assert_expected_avar("random_walk", &c, |m| terms::random_walk_avar(0.03, tau(m)));
+}
+
+#[test]
+fn bias_instability() {
+    let c = Coefficients { bias_instability: 0.7, ..NONE };
+    assert_expected_avar("bias_instability", &c, |m| terms::bias_instability_avar(0.7, m));
+}
+
+#[test]
+fn rate_random_walk() {
+    let c = Coefficients { rate_random_walk: 0.1, ..NONE };
+    assert_expected_avar("rate_random_walk", &c, |m| terms::rate_random_walk_avar_sampled(0.1, TAU0, m));
+}
+
+#[test]
+fn all_terms_together() {
+    let c = Coefficients {
+        quantization: 2e-4,
+        random_walk: 0.005,
+        bias_instability: 0.01,
+        rate_random_walk: 0.003,
+        rate_ramp: -1e-3,
+    };
+    assert_expected_avar("mixture", &c, |m| {
+        terms::quantization_avar(c.quantization, tau(m))
+            + terms::random_walk_avar(c.random_walk, tau(m))
+            + terms::bias_instability_avar(c.bias_instability, m)
+            + terms::rate_random_walk_avar_sampled(c.rate_random_walk, TAU0, m)
+            + terms::rate_ramp_avar(c.rate_ramp, tau(m))
+    });
+}
+
+#[test]
+fn ramp_is_not_random() {
+    let c = Coefficients { rate_ramp: -2.0, ..NONE };
+    assert_eq!(simulate(4, 0.5, &c, 1, 0).unwrap(), [0.0, -1.0, -2.0, -3.0]);
+}
+
+#[test]
+fn a_record_is_the_sum_of_its_terms() {
+    let [q, n, b, k] = [
+        Coefficients { quantization: 1e-3, ..NONE },
+        Coefficients { random_walk: 0.02, ..NONE },
+        Coefficients { bias_instability: 0.3, ..NONE },
+        Coefficients { rate_random_walk: 0.4, ..NONE },
+    ];
+    let all = Coefficients {
+        quantization: 1e-3,
+        random_walk: 0.02,
+        bias_instability: 0.3,
+        rate_random_walk: 0.4,
+        rate_ramp: 0.0,
+    };
+    let run = |c: &Coefficients| simulate(1000, TAU0, c, seed_of("sum"), 7).unwrap();
+    let (together, alone) = (run(&all), [q, n, b, k].map(|c| run(&c)));
+    for (i, y) in together.iter().enumerate() {
+        let sum: f64 = alone.iter().map(|record| record[i]).sum();
+        // A few roundings of numbers of the size of the terms.
+        assert!((y - sum).abs() <= 1e-14, "sample {i}");
+    }
+}
+
+#[test]
+fn seed_and_stream_name_a_record() {
+    let c = Coefficients { random_walk: 1.0, bias_instability: 1.0, ..NONE };
+    let run = |seed, stream| simulate(100, 1.0, &c, seed, stream).unwrap();
+    assert_eq!(run(1, 2), run(1, 2));
+    assert_ne!(run(1, 2), run(1, 3));
+    assert_ne!(run(1, 2), run(2, 2));
+    assert_ne!(run(1, 2), run(2, 1));
+}
+
+#[test]
+fn a_longer_record_begins_like_a_shorter_one_where_it_can() {
+    let c =
+        Coefficients { quantization: 1.0, random_walk: 1.0, rate_random_walk: 1.0, rate_ramp: 1.0, ..NONE };
+    let long = simulate(100, 1.0, &c, 5, 0).unwrap();
+    assert_eq!(simulate(40, 1.0, &c, 5, 0).unwrap(), long[..40]);
+}
+
+#[test]
+fn shortest_records() {
+    let c = Coefficients {
+        quantization: 1.0,
+        random_walk: 1.0,
+        bias_instability: 1.0,
+        rate_random_walk: 1.0,
+        rate_ramp: 1.0,
+    };
+    for n in 0..4 {
+        let rate = simulate(n, 1.0, &c, 1, 0).unwrap();
+        assert_eq!(rate.len(), n);
+        assert!(rate.iter().all(|y| y.is_finite()));
+    }
+    assert_eq!(simulate(3, 1.0, &NONE, 1, 0).unwrap(), [0.0; 3]);
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let error = |tau0, c: Coefficients| simulate(10, tau0, &c, 1, 0).unwrap_err();
+    assert_eq!(error(0.0, NONE), Error::Parameter { name: "tau0", value: 0.0 });
+    assert_eq!(error(f64::INFINITY, NONE), Error::Parameter { name: "tau0", value: f64::INFINITY });
+    let negative = Coefficients { bias_instability: -1.0, ..NONE };
+    assert_eq!(error(1.0, negative), Error::Parameter { name: "bias_instability", value: -1.0 });
+    let infinite = Coefficients { rate_ramp: f64::INFINITY, ..NONE };
+    assert_eq!(error(1.0, infinite), Error::Parameter { name: "rate_ramp", value: f64::INFINITY });
+    let nan = Coefficients { random_walk: f64::NAN, ..NONE };
+    assert!(matches!(error(1.0, nan), Error::Parameter { name: "random_walk", .. }));
+    assert_eq!(error(-1.0, NONE).to_string(), "tau0 = -1 is out of range");
+}

@@ -1,0 +1,153 @@
+use std::io::Write as _;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use super::*;
+
+fn dialect(delimiter: Delimiter, columns: usize) -> Dialect {
+    let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
+    Dialect { delimiter, comment, skip_lines: 0, columns }
+}
+
+const COMMA: Delimiter = Delimiter::Byte(b',');
+
+fn read(text: &str, delimiter: Delimiter, columns: usize) -> Result<Table, TextError> {
+    let all: Vec<usize> = (0..columns).collect();
+    read_columns(text.as_bytes(), &dialect(delimiter, columns), &all, Some(0))
+}
+
+fn gzip(text: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(text).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn every_spelling_of_a_plain_table() {
+    let expected = vec![vec![1.0, -3.5], vec![0.25, 4e-3]];
+    for (text, delimiter) in [
+        ("1,0.25\n-3.5,4e-3\n", COMMA),
+        ("1,0.25\n-3.5,4e-3", COMMA),
+        ("1,.25\r\n-3.5,+4E-3\r\n", COMMA),
+        ("\u{feff}1,0.25\n-3.5,4e-3\n", COMMA),
+        ("1,0.25,\n-3.5,4e-3, \n", COMMA),
+        (" 1 , \"0.25\"\n\"-3.5\",\t4e-3 \n", COMMA),
+        ("# c\n\n1,0.25\n  % d\n \n-3.5,4e-3\n// e\n\n", COMMA),
+        ("1;0.25\n-3.5;4e-3\n", Delimiter::Byte(b';')),
+        ("1\t0.25\n-3.5\t 4e-3\n", Delimiter::Byte(b'\t')),
+        ("  1   0.25\r\n-3.5\t4e-3  \n", Delimiter::Whitespace),
+        ("\"1\" 0.25\n-3.5 \"4e-3\"", Delimiter::Whitespace),
+    ] {
+        assert_eq!(read(text, delimiter, 2).map(|t| t.columns), Ok(expected.clone()), "{text:?}");
+    }
+}
+
+#[test]
+fn wanted_columns_in_any_order_and_the_others_not_looked_into() {
+    let text = "h\n1,word,3\n4,\"a,b\",6\n";
+    let dialect = Dialect { skip_lines: 1, ..dialect(COMMA, 3) };
+    let table = read_columns(text.as_bytes(), &dialect, &[2, 0], None).unwrap();
+    assert_eq!(table.columns, [[3.0, 6.0], [1.0, 4.0]]);
+    assert_eq!((table.rows, table.first_line, table.integers), (2, 2, None));
+}
+
+#[test]
+fn integers_are_exact_or_not_given() {
+    let stamp = 1_403_636_579_758_555_393_i64; // odd: not a double
+    let table = read(&format!("{stamp},0\n{},0\n", stamp + 1), COMMA, 2).unwrap();
+    assert_eq!(table.integers, Some(vec![stamp, stamp + 1]));
+    assert_eq!(read("1,0\n2.0,0\n3,0\n", COMMA, 2).unwrap().integers, None);
+    assert_eq!(read("9223372036854775808,0\n", COMMA, 2).unwrap().integers, None);
+}
+
+#[test]
+fn faults_name_their_place() {
+    let not = |line, row, column, text: &str| TextError::NotANumber { line, row, column, text: text.into() };
+    let non = |line, row, column, text: &str| TextError::NonFinite { line, row, column, text: text.into() };
+    let ragged = |line, row, got| TextError::Ragged { line, row, got, expected: 2 };
+    for (text, expected) in [
+        ("1,2\n\n3,x\n", not(3, 1, 1, "x")),
+        ("1,0x10\n", not(1, 0, 1, "0x10")),
+        ("1,1_000\n", not(1, 0, 1, "1_000")),
+        ("1,1.0.0\n", not(1, 0, 1, "1.0.0")),
+        ("1,2e\n", not(1, 0, 1, "2e")),
+        ("1,\"2\n", not(1, 0, 1, "\"2")),
+        ("1,2\0\n", not(1, 0, 1, "2\0")),
+        ("1,2\n3,nan\n", non(2, 1, 1, "nan")),
+        ("1,2\n-Inf,3\n", non(2, 1, 0, "-Inf")),
+        ("1,1e400\n", non(1, 0, 1, "1e400")),
+        ("1,NA\n", non(1, 0, 1, "NA")),
+        ("1,\"\"\n", non(1, 0, 1, "\"\"")),
+        ("1,\n", non(1, 0, 1, "")),
+        (",\n", non(1, 0, 0, "")),
+        ("1,2\n3\n", ragged(2, 1, 1)),
+        ("1,2\n3,4,5\n", ragged(2, 1, 3)),
+        ("1,2\n3,4,,\n", ragged(2, 1, 4)),
+        ("1,2\nend of log\n", ragged(2, 1, 1)),
+        ("", TextError::Empty),
+        ("# only\n\n", TextError::Empty),
+    ] {
+        assert_eq!(read(text, COMMA, 2), Err(expected), "{text:?}");
+    }
+    let long = "y".repeat(100);
+    assert_eq!(read(&format!("1,{long}\n"), COMMA, 2), Err(not(1, 0, 1, &long[..40])));
+    assert_eq!(read("1\t2\n\t\n", Delimiter::Byte(b'\t'), 2), Err(non(2, 1, 0, "")));
+    assert_eq!(read("1 2\n3\n", Delimiter::Whitespace, 2), Err(ragged(2, 1, 1)));
+    assert_eq!(read("1 2\n3 4 5\n", Delimiter::Whitespace, 2), Err(ragged(2, 1, 3)));
+}
+
+#[test]
+fn a_table_larger_than_a_piece() {
+    let rows = 400_000_i32; // about 5 MiB
+    let lines: Vec<String> = (0..rows).map(|i| format!("{i},{}", f64::from(i) / 8.0)).collect();
+    let text = lines.join("\n");
+    let expected: Vec<f64> = (0..rows).map(|i| f64::from(i) / 8.0).collect();
+    let compressed = gzip(text.as_bytes());
+    let table = read(&text, COMMA, 2).unwrap();
+    assert_eq!(table.columns[1], expected);
+    let unpacked =
+        read_columns(MultiGzDecoder::new(&compressed[..]), &dialect(COMMA, 2), &[0, 1], Some(0)).unwrap();
+    assert_eq!(unpacked, table);
+}
+
+/// Hands out one byte at a time: no result may depend on how the bytes arrive.
+struct Drip<'a>(&'a [u8]);
+
+impl Read for Drip<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        self.0.take(1).read(out).inspect(|&n| self.0 = &self.0[n..])
+    }
+}
+
+#[test]
+fn pieces_do_not_matter() {
+    let text = "# c\n1,2\r\n\n3,4\n5,6";
+    let dripped = read_columns(Drip(text.as_bytes()), &dialect(COMMA, 2), &[0, 1], Some(0));
+    assert_eq!(dripped, read(text, COMMA, 2));
+}
+
+#[test]
+fn a_line_without_end_does_not_fill_the_memory() {
+    let endless = io::repeat(b'1');
+    let error = read_columns(b"1\n".chain(endless), &dialect(COMMA, 1), &[0], None).unwrap_err();
+    assert_eq!(error, TextError::TooLong { line: 2 });
+}
+
+#[test]
+fn damaged_compression_is_told() {
+    let lines: Vec<String> = (0..10_000).map(|i| format!("{i},{}\n", i * 7919 % 10_007)).collect();
+    let mut compressed = gzip(lines.concat().as_bytes());
+    let cut = &compressed[..compressed.len() / 2];
+    let read = |bytes: &[u8]| read_columns(MultiGzDecoder::new(bytes), &dialect(COMMA, 2), &[0, 1], None);
+    assert!(matches!(read(cut), Err(TextError::Truncated { line }) if line > 1000));
+    assert!(matches!(read(&compressed[..compressed.len() - 1]), Err(TextError::Truncated { line: 10_000 })));
+    let crc = compressed.len() - 8;
+    compressed[crc] ^= 1;
+    assert!(matches!(read(&compressed), Err(TextError::Truncated { line: 10_000 })));
+}
+
+#[test]
+fn a_file_that_is_not_there() {
+    assert!(matches!(open(Path::new("/nowhere/at/all")), Err(TextError::Io(_))));
+}

@@ -1,0 +1,58 @@
+//! Allan variances of arrays.
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use sigmatau_core::allan::{self, Counting, Overlap};
+use sigmatau_core::error::Error;
+
+pyo3::create_exception!(sigmatau._core, NonFinite, PyValueError);
+
+type Variances<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Bound<'py, PyArray1<i64>>);
+
+#[pyfunction]
+pub fn allan_variances<'py>(
+    py: Python<'py>,
+    columns: Vec<PyReadonlyArray1<'py, f64>>,
+    m: PyReadonlyArray1<'py, i64>,
+    overlapped: bool,
+    paper: bool,
+    threads: usize,
+) -> PyResult<Variances<'py>> {
+    let columns = columns.iter().map(|c| c.as_slice()).collect::<Result<Vec<_>, _>>()?;
+    let sizes = sizes(&m)?;
+    let overlap = if overlapped { Overlap::Full } else { Overlap::None };
+    let counting = if paper { Counting::Paper } else { Counting::Standard };
+    let threads = (threads > 0).then_some(threads);
+    let channels = py
+        .detach(|| allan::allan_variances(&columns, &sizes, overlap, counting, threads))
+        .map_err(|error| wrong(&columns, error))?;
+    let pairs: Vec<i64> = channels.first().into_iter().flatten().map(|e| e.pairs as i64).collect();
+    let variances = channels
+        .into_iter()
+        .map(|estimates| estimates.iter().map(|e| e.avar).collect::<Vec<_>>().into_pyarray(py))
+        .collect();
+    Ok((variances, pairs.into_pyarray(py)))
+}
+
+/// Cluster sizes as the core takes them; `_kernels` has checked that they are positive.
+pub fn sizes(m: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
+    m.as_slice()?
+        .iter()
+        .map(|&size| usize::try_from(size).map_err(|_| PyValueError::new_err(format!("cluster size {size}"))))
+        .collect()
+}
+
+pub fn value_error(error: &Error) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// The core names the sample; which channel it is in has to be looked up.
+fn wrong(columns: &[&[f64]], error: Error) -> PyErr {
+    let Error::NonFinite { index } = error else {
+        return value_error(&error);
+    };
+    let refused = |column: &&[f64]| column.get(index).is_some_and(|y| !y.is_finite() || y.abs() > 1e130);
+    let channel = columns.iter().position(refused).unwrap_or_default();
+    NonFinite::new_err((error.to_string(), channel, index))
+}

@@ -1,0 +1,23 @@
+//! Module `sigmatau._core`: converts, releases the interpreter, calls the pure crates, converts back. No mathematics here.
+
+// Arguments come by value: a borrow of the array is what PyReadonlyArray is.
+#![allow(clippy::needless_pass_by_value)]
+
+use pyo3::prelude::*;
+
+mod allan;
+mod generate;
+mod terms;
+mod text;
+
+#[pymodule(gil_used = false)]
+mod _core {
+    #[pymodule_export]
+    use crate::allan::{NonFinite, allan_variances};
+    #[pymodule_export]
+    use crate::generate::simulate;
+    #[pymodule_export]
+    use crate::terms::{band_limited_avar, gauss_markov_avar, sinusoid_avar, term_avar, term_psd};
+    #[pymodule_export]
+    use crate::text::{TextError, read_text, write_text};
+}

@@ -1,0 +1,120 @@
+//! Closed forms, array in, array out.
+
+use crate::allan::sizes;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use sigmatau_core::bandlimited::{self, Filter};
+use sigmatau_core::{psd, terms};
+
+type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+#[pyfunction]
+pub fn term_avar<'py>(
+    py: Python<'py>,
+    term: &str,
+    coefficient: f64,
+    m: PyReadonlyArray1<'py, i64>,
+    tau0: f64,
+    cutoff: Option<f64>,
+    averaged: bool,
+) -> Floats<'py> {
+    let c = coefficient;
+    let form: Box<dyn Fn(usize) -> f64> = match (term, cutoff, averaged) {
+        ("quantization", None, false) => Box::new(move |m| terms::quantization_avar(c, m as f64 * tau0)),
+        ("random_walk", None, false) => Box::new(move |m| terms::random_walk_avar(c, m as f64 * tau0)),
+        ("bias_instability", None, false) => Box::new(move |m| terms::bias_instability_avar(c, m)),
+        ("bias_instability", Some(f0), false) => {
+            Box::new(move |m| terms::bias_instability_avar_cutoff(c, f0, m as f64 * tau0))
+        }
+        ("rate_random_walk", None, false) => {
+            Box::new(move |m| terms::rate_random_walk_avar_sampled(c, tau0, m))
+        }
+        ("rate_random_walk", None, true) => {
+            Box::new(move |m| terms::rate_random_walk_avar_averaged(c, m as f64 * tau0))
+        }
+        ("rate_ramp", None, false) => Box::new(move |m| terms::rate_ramp_avar(c, m as f64 * tau0)),
+        _ => {
+            return Err(PyValueError::new_err(format!(
+                "{term} has no form with cutoff = {cutoff:?}, averaged = {averaged}"
+            )));
+        }
+    };
+    Ok(sizes(&m)?.into_iter().map(form).collect::<Vec<_>>().into_pyarray(py))
+}
+
+#[pyfunction]
+pub fn term_psd<'py>(
+    py: Python<'py>,
+    term: &str,
+    coefficient: f64,
+    f: PyReadonlyArray1<'py, f64>,
+    tau0: Option<f64>,
+) -> Floats<'py> {
+    let c = coefficient;
+    let form: Box<dyn Fn(f64) -> f64> = match (term, tau0) {
+        ("quantization", Some(tau0)) => Box::new(move |f| psd::quantization_sampled(c, tau0, f)),
+        ("quantization", None) => {
+            return Err(PyValueError::new_err("the spectrum of quantization noise needs the sample interval tau0"));
+        }
+        ("random_walk", _) => Box::new(move |_| psd::random_walk(c)),
+        ("bias_instability", Some(tau0)) => Box::new(move |f| psd::bias_instability_sampled(c, tau0, f)),
+        ("bias_instability", None) => Box::new(move |f| psd::bias_instability(c, None, f)),
+        ("rate_random_walk", Some(tau0)) => Box::new(move |f| psd::rate_random_walk_sampled(c, tau0, f)),
+        ("rate_random_walk", None) => Box::new(move |f| psd::rate_random_walk(c, f)),
+        ("rate_ramp", _) => Box::new(move |f| psd::rate_ramp(c, f)),
+        _ => return Err(PyValueError::new_err(format!("unknown term {term}"))),
+    };
+    Ok(f.as_slice()?.iter().copied().map(form).collect::<Vec<_>>().into_pyarray(py))
+}
+
+#[pyfunction]
+pub fn gauss_markov_avar<'py>(
+    py: Python<'py>,
+    sigma: f64,
+    time: f64,
+    m: PyReadonlyArray1<'py, i64>,
+    tau0: f64,
+    averaged: bool,
+) -> Floats<'py> {
+    let form = |m: usize| {
+        if averaged {
+            terms::gauss_markov_avar_averaged(sigma, time, m as f64 * tau0)
+        } else {
+            terms::gauss_markov_avar_sampled(sigma, time, tau0, m)
+        }
+    };
+    Ok(sizes(&m)?.into_iter().map(form).collect::<Vec<_>>().into_pyarray(py))
+}
+
+#[pyfunction]
+pub fn sinusoid_avar<'py>(
+    py: Python<'py>,
+    amplitude: f64,
+    frequency: f64,
+    m: PyReadonlyArray1<'py, i64>,
+    tau0: f64,
+) -> Floats<'py> {
+    let form = |m: usize| terms::sinusoid_avar(amplitude, frequency, tau0, m);
+    Ok(sizes(&m)?.into_iter().map(form).collect::<Vec<_>>().into_pyarray(py))
+}
+
+#[pyfunction]
+pub fn band_limited_avar<'py>(
+    py: Python<'py>,
+    random_walk: f64,
+    shape: &str,
+    corner: f64,
+    m: PyReadonlyArray1<'py, i64>,
+    tau0: f64,
+) -> Floats<'py> {
+    let filter = match shape {
+        "first_order" => Filter::FirstOrder,
+        "butterworth2" => Filter::Butterworth2,
+        "brick_wall" => Filter::BrickWall,
+        _ => return Err(PyValueError::new_err(format!("unknown filter {shape}"))),
+    };
+    let sizes = sizes(&m)?;
+    let avar = py.detach(|| bandlimited::band_limited_avar(random_walk, filter, corner, tau0, &sizes));
+    Ok(avar.into_pyarray(py))
+}

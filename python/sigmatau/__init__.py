@@ -1,0 +1,42 @@
+"""Allan variance and noise models of inertial sensors.
+
+>>> import sigmatau as st
+>>> record = st.read("static.csv", unit={"gyro": "deg/s", "accel": "g"})  # doctest: +SKIP
+>>> st.analyze(record)  # doctest: +SKIP
+
+Importing the package loads NumPy and nothing heavier; matplotlib is imported when something is drawn.
+"""
+
+__version__ = "0.1.0"
+
+from sigmatau.allan import Curves, DeviationCurve, allan
+from sigmatau.analysis import Analysis, analyze
+from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.io import read
+from sigmatau.model import NoiseModel, simulate
+from sigmatau.readoff import ReadOff, read_off
+from sigmatau.record import Record, Stream
+from sigmatau.results import Finding
+from sigmatau.uncertainty import percentage_error
+
+__all__ = [
+    "Analysis",
+    "Curves",
+    "DataError",
+    "DeviationCurve",
+    "Finding",
+    "NoiseModel",
+    "NonFiniteError",
+    "OptionError",
+    "ReadOff",
+    "Record",
+    "RecordTooShortError",
+    "Stream",
+    "__version__",
+    "allan",
+    "analyze",
+    "percentage_error",
+    "read",
+    "read_off",
+    "simulate",
+]

@@ -1,0 +1,5 @@
+"""``python -m sigmatau``."""
+
+from sigmatau.cli import main
+
+raise SystemExit(main())

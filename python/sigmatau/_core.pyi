@@ -1,0 +1,56 @@
+# The compiled core as Python sees it; crates/py/src/lib.rs is the other side, mypy.stubtest holds the two together.
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "NonFinite",
+    "TextError",
+    "allan_variances",
+    "band_limited_avar",
+    "gauss_markov_avar",
+    "read_text",
+    "simulate",
+    "sinusoid_avar",
+    "term_avar",
+    "term_psd",
+    "write_text",
+]
+
+_Floats = NDArray[np.float64]
+_Ints = NDArray[np.int64]
+
+class NonFinite(ValueError): ...
+class TextError(ValueError): ...
+
+def allan_variances(
+    columns: list[_Floats], m: _Ints, overlapped: bool, paper: bool, threads: int
+) -> tuple[list[_Floats], _Ints]: ...
+def term_avar(
+    term: str, coefficient: float, m: _Ints, tau0: float, cutoff: float | None, averaged: bool
+) -> _Floats: ...
+def term_psd(term: str, coefficient: float, f: _Floats, tau0: float | None) -> _Floats: ...
+def gauss_markov_avar(sigma: float, time: float, m: _Ints, tau0: float, averaged: bool) -> _Floats: ...
+def sinusoid_avar(amplitude: float, frequency: float, m: _Ints, tau0: float) -> _Floats: ...
+def band_limited_avar(random_walk: float, shape: str, corner: float, m: _Ints, tau0: float) -> _Floats: ...
+def simulate(
+    n: int,
+    tau0: float,
+    quantization: float,
+    random_walk: float,
+    bias_instability: float,
+    rate_random_walk: float,
+    rate_ramp: float,
+    seed: int,
+    stream: int,
+) -> _Floats: ...
+def read_text(
+    path: str,
+    delimiter: str | None,
+    comment: list[str],
+    skip_lines: int,
+    columns: int,
+    wanted: list[int],
+    exact: int | None,
+) -> tuple[list[_Floats], _Ints | None]: ...
+def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...

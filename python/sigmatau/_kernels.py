@@ -1,0 +1,217 @@
+"""The one door to the compiled core: casts, checks, and the words of its errors.
+
+Nothing else imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go in as contiguous float64 and come out so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import _core
+from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+
+__all__ = [
+    "TextReadError",
+    "allan_variances",
+    "band_limited_avar",
+    "gauss_markov_avar",
+    "read_text",
+    "simulate",
+    "sinusoid_avar",
+    "term_avar",
+    "term_psd",
+    "write_text",
+]
+
+
+class TextReadError(Exception):
+    """A text table that cannot be read: where, and what was there.
+
+    Attributes
+    ----------
+    kind : str
+        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"io"`` or ``"empty"``.
+    line : int
+        Line of the file, counted from 1; 0 if unknown.
+    row : int
+        Row of data, counted from 0.
+    column : int
+        Column, counted from 0.
+    text : str
+        What stood there, or the system's words.
+    got, expected : int
+        Fields found and expected.
+    """
+
+    def __init__(self, kind: str, line: int, row: int, column: int, text: str, got: int, expected: int) -> None:
+        super().__init__(f"{kind} at line {line}: {text}")
+        self.kind = kind
+        self.line = line
+        self.row = row
+        self.column = column
+        self.text = text
+        self.got = got
+        self.expected = expected
+
+
+def allan_variances(
+    columns: Sequence[ArrayLike],
+    m: NDArray[np.int64],
+    *,
+    overlap: str,
+    counting: str,
+    threads: int | None,
+    names: Sequence[str],
+) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
+    """Allan variances of several channels of one length; see `sigmatau.allan.allan`.
+
+    Returns
+    -------
+    variances : list of ndarray, shape (n_tau,)
+        By channel.
+    pairs : ndarray of int, shape (n_tau,)
+    """
+    if overlap not in ("full", "none"):
+        raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
+    if counting not in ("standard", "paper"):
+        raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
+    if threads is not None and threads < 1:
+        raise OptionError(f"`threads` must be at least 1, not {threads!r}", option="threads")
+    arrays = [_contiguous(column, name) for column, name in zip(columns, names, strict=True)]
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    n = len(arrays[0])
+    least_pairs = 1 if counting == "standard" or overlap == "none" else 2
+    if sizes.size == 0 or sizes.min() < 1 or n + 1 - 2 * int(sizes.max()) < least_pairs:
+        sizes = sizes[(sizes >= 1) & (n + 1 - 2 * sizes >= least_pairs)]
+        raise RecordTooShortError(
+            f"{n} samples do not make two clusters of {int(m.max()) if m.size else 0}", need=2 * int(m.max()), got=n
+        )
+    try:
+        variances, pairs = _core.allan_variances(arrays, sizes, overlap == "full", counting == "paper", threads or 0)
+    except _core.NonFinite as error:
+        channel, index = error.args[1], error.args[2]
+        name = names[channel]
+        raise NonFiniteError(
+            f"`{name}` has a non-finite sample at index {index}; cut it out first, see `Record.longest_run`",
+            channel=name,
+            index=index,
+        ) from None
+    return variances, pairs
+
+
+def term_avar(
+    term: str,
+    coefficient: float,
+    m: ArrayLike,
+    tau0: float,
+    *,
+    cutoff: float | None = None,
+    averaged: bool = False,
+) -> NDArray[np.float64]:
+    """Expected Allan variance of one term; see `sigmatau.terms.avar`."""
+    return _core.term_avar(term, coefficient, _sizes(m), tau0, cutoff, averaged)
+
+
+def term_psd(term: str, coefficient: float, f: NDArray[np.float64], tau0: float | None) -> NDArray[np.float64]:
+    """Two-sided power spectral density of one term; see `sigmatau.terms.psd`."""
+    return _core.term_psd(term, coefficient, np.ascontiguousarray(f, dtype=np.float64), tau0)
+
+
+def gauss_markov_avar(
+    sigma: float, time: float, m: ArrayLike, tau0: float, *, averaged: bool = False
+) -> NDArray[np.float64]:
+    """Expected Allan variance of a first-order Gauss-Markov process, sampled or averaged over each sample."""
+    return _core.gauss_markov_avar(sigma, time, _sizes(m), tau0, averaged)
+
+
+def sinusoid_avar(amplitude: float, frequency: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+    """Expected Allan variance of a sampled sinusoid of random phase."""
+    return _core.sinusoid_avar(amplitude, frequency, _sizes(m), tau0)
+
+
+def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+    """Expected Allan variance of white noise behind a low-pass, sampled.
+
+    `shape` is ``"first_order"``, ``"butterworth2"`` or ``"brick_wall"``; `corner` in Hz.
+    """
+    return _core.band_limited_avar(random_walk, shape, corner, _sizes(m), tau0)
+
+
+def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:
+    """Rate samples of one channel; see `sigmatau.model.simulate`."""
+    return _core.simulate(
+        n,
+        tau0,
+        coefficients.get("quantization", 0.0),
+        coefficients.get("random_walk", 0.0),
+        coefficients.get("bias_instability", 0.0),
+        coefficients.get("rate_random_walk", 0.0),
+        coefficients.get("rate_ramp", 0.0),
+        seed,
+        stream,
+    )
+
+
+def read_text(
+    path: str,
+    *,
+    delimiter: str | None,
+    comment: tuple[str, ...],
+    skip_lines: int,
+    columns: int,
+    wanted: tuple[int, ...],
+    exact: int | None,
+) -> tuple[list[NDArray[np.float64]], NDArray[np.int64] | None]:
+    """Columns of a text table.
+
+    Parameters
+    ----------
+    path : str
+        A gzip file is recognised by its first bytes.
+    delimiter : str or None
+        One ASCII character; None for runs of white space.
+    comment : tuple of str
+        Lines that begin so are passed over.
+    skip_lines : int
+        Lines before the data.
+    columns : int
+        Fields in every row.
+    wanted : tuple of int
+        Columns to return, counted from 0.
+    exact : int or None
+        A column to return as integers too, if all its values are integers that fit 64 bits.
+
+    Raises
+    ------
+    TextReadError
+    """
+    try:
+        return _core.read_text(path, delimiter, list(comment), skip_lines, columns, list(wanted), exact)
+    except _core.TextError as error:
+        raise TextReadError(*error.args) from None
+
+
+def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
+    """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
+    _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
+
+
+def _contiguous(column: ArrayLike, name: str) -> NDArray[np.float64]:
+    array = np.ascontiguousarray(column, dtype=np.float64)
+    if array.ndim != 1:
+        raise ValueError(f"`{name}` must have one dimension, got shape {array.shape}")
+    return array
+
+
+def _sizes(m: ArrayLike) -> NDArray[np.int64]:
+    sizes = np.ascontiguousarray(m)
+    if sizes.dtype.kind not in "iu":
+        rounded = np.rint(sizes)
+        if not np.array_equal(rounded, sizes):
+            raise ValueError("`m` must be whole numbers of samples")
+        sizes = rounded
+    return np.atleast_1d(sizes.astype(np.int64))

@@ -1,0 +1,257 @@
+"""Allan variance of a record: curves.
+
+References
+----------
+.. [1] N. El-Sheimy, H. Hou, X. Niu, "Analysis and modeling of inertial sensors using Allan variance,"
+   IEEE Trans. Instrum. Meas., vol. 57, no. 1, 2008, :doi:`10.1109/TIM.2007.908635`.
+.. [2] W. J. Riley, "Handbook of Frequency Stability Analysis," NIST Special Publication 1065, 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.record import Record, Stream
+from sigmatau.uncertainty import percentage_error
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan", "cluster_sizes"]
+
+Overlap = Literal["full", "none"]
+Counting = Literal["standard", "paper"]
+TauGrid = Literal["octave", "half", "quarter"]
+
+# First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j. Such grids are
+# chains (2m of one size is m of another), which the kernel can share work along.
+_SEEDS: Mapping[str, tuple[int, ...]] = {"octave": (4,), "half": (4, 6), "quarter": (4, 5, 6, 7)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviationCurve:
+    """Allan deviation of one channel against averaging time.
+
+    Attributes
+    ----------
+    channel : str
+    quantity, unit : str
+        Of the rate; SI.
+    m : ndarray of int, shape (n_tau,)
+        Cluster sizes in samples (the paper's n).
+    tau : ndarray, shape (n_tau,)
+        Averaging times m·tau0 (the paper's T). [s]
+    avar : ndarray, shape (n_tau,)
+        Allan variance. [unit²]
+    n_pairs : ndarray of int, shape (n_tau,)
+        Number of squared differences averaged.
+    n : int
+        Rate samples in the record.
+    tau0 : float
+        Sample interval. [s]
+    overlap : {"full", "none"}
+    counting : {"standard", "paper"}
+    """
+
+    channel: str
+    quantity: str
+    unit: str
+    m: NDArray[np.int64]
+    tau: NDArray[np.float64]
+    avar: NDArray[np.float64]
+    n_pairs: NDArray[np.int64]
+    n: int
+    tau0: float
+    overlap: Overlap = "full"
+    counting: Counting = "standard"
+
+    def __post_init__(self) -> None:
+        for array in (self.m, self.tau, self.avar, self.n_pairs):
+            array.setflags(write=False)
+
+    @property
+    def adev(self) -> NDArray[np.float64]:
+        """Allan deviation, the root of `avar`. [unit]"""
+        return np.sqrt(self.avar)
+
+    @property
+    def error(self) -> NDArray[np.float64]:
+        """Relative standard error of `adev` by the paper's eq. (26); see `sigmatau.uncertainty.percentage_error`."""
+        return percentage_error(self.n, self.m)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns, for JSON or any data-frame library."""
+        adev, error = self.adev, self.error
+        return {
+            "m": self.m.tolist(),
+            "tau_s": self.tau.tolist(),
+            "adev": adev.tolist(),
+            "low": (adev * np.maximum(1 - error, 0)).tolist(),
+            "high": (adev * (1 + error)).tolist(),
+            "interval": "eq. (26), one standard error",
+            "n_pairs": self.n_pairs.tolist(),
+            "estimator": "overlapped" if self.overlap == "full" else "non-overlapped",
+            "counting": self.counting,
+            "unit": self.unit,
+        }
+
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
+        """Draw the curve with its error band by eq. (26); returns the axes."""
+        from sigmatau.plot.curves import draw_curve
+
+        return draw_curve(self, ax=ax, unit=unit)
+
+    def __repr__(self) -> str:
+        head = f"{self.channel}: Allan deviation, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"
+        rows = [
+            f"  {t:12.6g} s  {s:.6g}  ± {100 * e:.2g} %"
+            for t, s, e in zip(self.tau, self.adev, self.error, strict=True)
+        ]
+        return "\n".join([head, *rows])
+
+
+class Curves(Mapping[str, DeviationCurve]):
+    """Curves by channel: an immutable mapping in the record's order."""
+
+    __slots__ = ("_curves",)
+
+    def __init__(self, curves: Mapping[str, DeviationCurve]) -> None:
+        self._curves = dict(curves)
+
+    def __getitem__(self, channel: str) -> DeviationCurve:
+        try:
+            return self._curves[channel]
+        except KeyError:
+            raise KeyError(f"no channel {channel!r}; channels: {', '.join(self._curves)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._curves)
+
+    def __len__(self) -> int:
+        return len(self._curves)
+
+    def __repr__(self) -> str:
+        return "\n".join(repr(curve) for curve in self._curves.values())
+
+
+def allan(
+    record: Record,
+    *,
+    taus: TauGrid | ArrayLike = "half",
+    overlap: Overlap = "full",
+    counting: Counting = "standard",
+    threads: int | None = None,
+) -> Curves:
+    """Allan variance of every channel of a record.
+
+    Averages the squares of all N+1−2m overlapping second differences of the phase, eq. (10) of [1]_ on the N+1 phase
+    points that N rate samples make.
+
+    Parameters
+    ----------
+    record : Record
+        Static data, no sample missing.
+    taus : {"octave", "half", "quarter"} or array_like, shape (n_tau,)
+        Grid of averaging times from one sample up to half the record, or the times themselves, rounded to whole samples
+        (the result holds the times after rounding). [s]
+    overlap : {"full", "none"}
+        Which clusters are averaged: all, eq. (10), or only those that share no sample.
+    counting : {"standard", "paper"}
+        N+1−2m terms (NIST SP 1065 [2]_), or the N−2m of eq. (6) read literally on N rate samples.
+    threads : int, optional
+        Default: all cores. Results do not depend on it, bit for bit.
+
+    Returns
+    -------
+    Curves
+        A mapping from channel to `DeviationCurve`.
+
+    Raises
+    ------
+    NonFiniteError
+        If a sample is missing.
+    RecordTooShortError
+        If no cluster size is left.
+    OptionError
+        For a time that is not positive, below half a sample or above half the record, or an unknown grid.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`
+    .. [2] NIST Special Publication 1065, eq. (11).
+    """
+    curves: dict[str, DeviationCurve] = {}
+    for stream in record.streams:
+        _refuse_missing(stream)
+        sizes = cluster_sizes(taus, n=stream.grid.n, tau0=stream.grid.tau0)
+        columns = [stream.column(channel) for channel in stream.channels]
+        variances, pairs = _kernels.allan_variances(
+            columns, sizes, overlap=overlap, counting=counting, threads=threads, names=stream.channels
+        )
+        for channel, avar in zip(stream.channels, variances, strict=True):
+            curves[channel] = DeviationCurve(
+                channel=channel,
+                quantity=stream.quantity,
+                unit=stream.unit,
+                m=sizes,
+                tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
+                avar=avar,
+                n_pairs=pairs,
+                n=stream.grid.n,
+                tau0=stream.grid.tau0,
+                overlap=overlap,
+                counting=counting,
+            )
+    return Curves(curves)
+
+
+def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[np.int64]:
+    """Cluster sizes in samples for a record of `n` samples, increasing, each at most n/2; see `allan`."""
+    largest = n // 2
+    if largest < 1:
+        raise RecordTooShortError(f"{n} samples have no two clusters to compare", need=2, got=n)
+    if isinstance(taus, str):
+        if taus not in _SEEDS:
+            raise OptionError(f"unknown grid of τ {taus!r}; grids: {', '.join(_SEEDS)}, or times in s", option="taus")
+        seeds = _SEEDS[taus]
+        sizes = {seed << j for seed in seeds for j in range(largest.bit_length())}
+        sizes |= {size // 4 for size in sizes if size % 4 == 0} | {size // 2 for size in sizes if size % 2 == 0}
+        return np.array(sorted(size for size in sizes if size <= largest), dtype=np.int64)
+    times = np.atleast_1d(np.asarray(taus, dtype=float))
+    if times.ndim != 1 or times.size == 0:
+        raise OptionError("`taus` must be a list of averaging times in s", option="taus")
+    bad = times[~(np.isfinite(times) & (times > 0))]
+    if bad.size:
+        raise OptionError(f"averaging times must be positive, got {bad[0]!r}", option="taus")
+    sizes_of = np.rint(times / tau0)
+    if sizes_of.min() < 1:
+        raise OptionError(
+            f"τ = {times.min():.6g} s is shorter than half a sample interval ({tau0:.6g} s); the shortest is {tau0:.6g} s",
+            option="taus",
+        )
+    if sizes_of.max() > largest:
+        raise OptionError(
+            f"τ = {times.max():.6g} s is longer than half the record; the longest is {largest * tau0:.6g} s",
+            option="taus",
+        )
+    return np.unique(sizes_of).astype(np.int64)
+
+
+def _refuse_missing(stream: Stream) -> None:
+    if stream.mask is None:
+        return
+    row, column = (int(i) for i in np.argwhere(stream.mask)[0])
+    missing = int(stream.mask.any(axis=1).sum())
+    raise NonFiniteError(
+        f"`{stream.channels[column]}` has missing samples ({missing} rows, the first at index {row},"
+        f" t = {row * stream.grid.tau0:.6g} s); gaps are not supported yet: cut them out, see `Record.longest_run`",
+        channel=stream.channels[column],
+        index=row,
+    )

@@ -1,0 +1,53 @@
+"""The command line: data on standard output, messages on standard error, exit codes 0, 1 (data) and 2 (options)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run ``sigmatau`` with the given arguments and return its exit code.
+
+    Returns
+    -------
+    int
+        0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 130 interrupted.
+    """
+    from cyclopts import CycloptsError
+
+    from sigmatau.cli.app import app
+    from sigmatau.errors import DataError, OptionError
+
+    try:
+        result = app(
+            sys.argv[1:] if argv is None else list(argv),
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
+        sys.stdout.flush()
+    except CycloptsError as error:
+        return _fail(str(error), 2)
+    except OptionError as error:
+        return _fail(str(error), 2)
+    except (DataError, ImportError) as error:
+        return _fail(str(error), 1)
+    except MemoryError:
+        return _fail("not enough memory for this record", 1)
+    except KeyboardInterrupt:
+        return _fail("interrupted", 130)
+    except BrokenPipeError:
+        # The reader of our output has gone (`sigmatau … | head`): nothing to say, and nobody to say it to.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return result if isinstance(result, int) else 0
+
+
+def _fail(message: str, code: int) -> int:
+    line = " ".join(message.split())
+    sys.stderr.write(f"sigmatau: {line}\n")
+    return code

@@ -1,0 +1,51 @@
+"""The commands by name. Each lives in a module of its own, which is imported when it is called."""
+
+from __future__ import annotations
+
+from cyclopts import App
+
+from sigmatau import __version__
+
+__all__ = ["app"]
+
+_EXIT_CODES = (
+    "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing."
+    " Tables and JSON go to standard output, messages to standard error."
+)
+
+# name: (what it does, examples)
+_COMMANDS = {
+    "analyze": (
+        "Analyse a log of a sensor at rest: Allan deviation of every axis, and the noise coefficients that it shows.",
+        """\
+sigmatau analyze static.csv --plot static.png
+sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
+sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
+sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s""",
+    ),
+    "simulate": (
+        "Simulate a sensor at rest from its noise model, and write the log.",
+        "sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o static.csv",
+    ),
+    "demo": (
+        "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",
+        "sigmatau demo --output demo",
+    ),
+}
+
+app = App(
+    name="sigmatau",
+    help="Noise of inertial sensors at rest: which random errors a record shows, how large, how sure.",
+    help_epilogue=_EXIT_CODES,
+    version=f"sigmatau {__version__}",
+    version_flags=["--version"],
+)
+app.register_install_completion_command(name="--install-completion")
+for _name, (_summary, _examples) in _COMMANDS.items():
+    app.command(
+        f"sigmatau.cli.{_name}:{_name}_command",
+        name=_name,
+        help=_summary,
+        help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
+        help_format="markdown",
+    )

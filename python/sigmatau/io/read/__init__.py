@@ -1,0 +1,177 @@
+"""Reading: any log in, one `Record` out.
+
+A reader is a module with ``sniff(head, path) -> bool``, which recognises its format by content, and ``read(path, head)
+-> Table``, which hands over columns. All that follows is common to all formats: which column is which channel
+(`columns`), the sampling rate (`stamps`), units and the record itself (`assemble`). To add a format, write such a module
+and name it in `_FORMATS`.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read import assemble, npy, text
+from sigmatau.io.read.table import HEAD, Format, Head
+from sigmatau.record import InputKind, Record
+
+__all__ = ["read"]
+
+_FORMATS: tuple[Format, ...] = (npy, text)  # text last: it is what has no mark of its own
+
+_GZIP = b"\x1f\x8b"
+
+# First bytes of files that people have at hand and that are no tables; only for the words of the error.
+_MARKS = (
+    (b"%PDF", "a PDF"),
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"PK\x03\x04", "a zip archive"),
+    (b"#ROSBAG", "a ROS 1 bag"),
+    (b"SQLite format 3", "an SQLite database (a ROS 2 bag?)"),
+    (b"\x89MCAP", "an MCAP file"),
+    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"ULog", "a PX4 flight log"),
+    (b"\xa3\x95", "an ArduPilot flight log"),
+    (b"TDSm", "a LabVIEW TDMS file"),
+    (b"PAR1", "a Parquet file"),
+    (b"ARROW1", "an Arrow file"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel file"),
+    (b"\x7fELF", "a program"),
+    (b"BZh", "compressed by bzip2"),
+    (b"\xfd7zXZ", "compressed by xz"),
+    (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
+    (_GZIP, "compressed twice"),
+)
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    rate: float | None = None,
+    unit: Mapping[str, str] | None = None,
+    channels: Mapping[str, str | int] | None = None,
+    input: InputKind = "rate",  # noqa: A002  the word users know from --input
+    scale: Mapping[str, float] | None = None,
+    offset: Mapping[str, float] | None = None,
+) -> Record:
+    """The static record that a file holds.
+
+    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too), ``.npy`` and ``.npz`` are told
+    apart by content. Columns are recognised by the names that people use, units by what the header says, the rate by the
+    time stamps; what the file does not say is asked for, never guessed.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    rate : float, optional
+        Sampling rate, if the file has no time column or its stamps are not to be trusted. [Hz]
+    unit : mapping, optional
+        Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the stamps (``"time"``), for what the
+        file does not say; it also overrules the file. A signal may have any unit, ``"1"`` for none.
+    channels : mapping, optional
+        Channel to column: a name, a number counted from 1, or three numbers for a sensor, e.g. ``{"time": "stamp",
+        "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Names that do not begin with ``gyro`` or ``accel`` are signals.
+        Then only these are read, and a time column that is recognised; a mapping of ``"time"`` alone leaves the sensors
+        to be recognised. By default all are.
+    input : {"rate", "increments", "accumulated"}
+        What the numbers are: rates; the angle or velocity of one sample interval; or their running sum, of which N points
+        give N-1 rates.
+    scale, offset : mapping, optional
+        By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. A scale is taken for
+        ``"time"`` too.
+
+    Returns
+    -------
+    Record
+        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and each signal by itself (its own unit); each channel of shape (n,).
+        `Record.provenance` says what was done, `Record.findings` what looks wrong with the stamps.
+
+    Raises
+    ------
+    OptionError
+        If something must be said that the file does not say (no rate, no unit, no column recognised), or was said wrongly.
+    DataError
+        If the file cannot be read or used: missing, empty, damaged, of an unknown format; a row of another length; a word
+        among the numbers; time going backwards. Its children are `NonFiniteError` for a NaN and `RecordTooShortError`.
+    """
+    name = os.fspath(path)
+    options = assemble.Options.check(rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset)
+    try:
+        file = _regular(name)
+        head = _head(file)
+        table = _reader(head, file).read(file, head)
+        return assemble.assemble(table, file, options)
+    except OSError as error:
+        raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
+    except MemoryError:
+        raise DataError(
+            f"{name}: does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
+        ) from None
+    except OptionError as error:
+        raise OptionError(f"{name}: {error}", option=error.option) from None
+    except DataError as error:
+        error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)
+        raise error.with_traceback(None) from None
+
+
+def _regular(name: str) -> Path:
+    if "\0" in name:
+        raise DataError("no file has such a name")
+    file = Path(name)
+    try:
+        mode = file.stat().st_mode
+    except FileNotFoundError:
+        raise DataError("there is no such file") from None
+    if stat.S_ISDIR(mode):
+        raise DataError("is a directory; give the file in it")
+    if not stat.S_ISREG(mode):
+        raise DataError("is not a regular file (a pipe, a socket or a device); save the data to a file first")
+    return file
+
+
+def _head(file: Path) -> Head:
+    with file.open("rb") as stream:
+        data = stream.read(HEAD + 1)
+        if not data:
+            raise DataError("is empty")
+        if not data.startswith(_GZIP):
+            return Head(data=data[:HEAD], whole=len(data) <= HEAD, gzip=False)
+        unpacked = b""
+        decoder = zlib.decompressobj(31)
+        try:
+            while data and len(unpacked) <= HEAD:
+                unpacked += decoder.decompress(data, HEAD + 1 - len(unpacked))
+                if decoder.eof:  # one of several compressed files, one after the other
+                    data = decoder.unused_data
+                    decoder = zlib.decompressobj(31)
+                else:
+                    data = decoder.unconsumed_tail
+                data = data or stream.read(HEAD)
+        except zlib.error:
+            if not unpacked:
+                raise DataError("the compressed data are damaged; get or make the file again") from None
+    if not unpacked:
+        raise DataError("holds nothing once decompressed, or is cut off; get or make the file again")
+    return Head(data=unpacked[:HEAD], whole=len(unpacked) <= HEAD, gzip=True)
+
+
+def _reader(head: Head, file: Path) -> Format:
+    for module in _FORMATS:
+        if module.sniff(head.data, file):
+            return module
+    found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
+    if head.data[:2] in (b"\xff\xfe", b"\xfe\xff") or _every_other_byte_is_null(head.data):
+        raise DataError("is text in UTF-16; save it as UTF-8")
+    raise DataError(f"is {found}, not a format that is read: text tables, .npy, .npz")
+
+
+def _every_other_byte_is_null(data: bytes) -> bool:
+    some = data[:64]
+    return len(some) >= 4 and (not any(some[::2]) or not any(some[1::2]))

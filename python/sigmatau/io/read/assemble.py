@@ -1,0 +1,302 @@
+"""The last step of every reader: columns and options into a record."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeGuard, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import units
+from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.io.read import stamps
+from sigmatau.io.read.columns import Choice, choose, recognise, unit_of
+from sigmatau.io.read.table import Table
+from sigmatau.record import MIN_SAMPLES, QUANTITIES, InputKind, Provenance, Record, make_stream, stream_name
+from sigmatau.results import Finding
+
+__all__ = ["Options", "assemble"]
+
+_SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """What the user said, checked; see `sigmatau.io.read.read`."""
+
+    rate: float | None
+    unit: Mapping[str, str]
+    channels: Mapping[str, str | int]
+    input: InputKind
+    scale: Mapping[str, float]
+    offset: Mapping[str, float]
+
+    @classmethod
+    def check(
+        cls,
+        *,
+        rate: object,
+        unit: object,
+        channels: object,
+        input: object,  # noqa: A002  as in `read`
+        scale: object,
+        offset: object,
+    ) -> Options:
+        """Options of the right types; raises `OptionError`."""
+        if rate is not None and not (_is_number(rate) and rate > 0):
+            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+        if input not in get_args(InputKind):
+            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
+        return cls(
+            rate=None if rate is None else float(rate),
+            unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
+            channels={c: _column(c, v) for c, v in _mapping("channels", channels).items()},
+            input=cast("InputKind", input),
+            scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
+            offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
+        )
+
+
+_EXAMPLES = {
+    "unit": '{"gyro": "deg/s"}',
+    "channels": '{"gyro_x": 2}',
+    "scale": '{"gyro": 0.01}',
+    "offset": '{"gyro": 512}',
+}
+
+
+def assemble(table: Table, file: Path, options: Options) -> Record:
+    """A record from the columns of a file.
+
+    Parameters
+    ----------
+    table : Table
+    file : Path
+        For its name and checksum.
+    options : Options
+
+    Raises
+    ------
+    OptionError, DataError
+        Without the name of the file, which the caller puts before the message.
+    """
+    choice = choose(table.columns, options.channels)
+    _check_keys(choice, options)
+    unit, notes = _units(table, choice, options)
+
+    wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
+    raw = table.load(wanted, choice.time)
+    rows = len(raw[wanted[0]])
+    need = MIN_SAMPLES + (options.input == "accumulated")
+    if rows < need:
+        raise RecordTooShortError(
+            f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed", need=need, got=rows
+        )
+
+    rate, start, source, found, findings = _rate(table, choice, raw, unit.get("time"), options)
+    by_stream: dict[str, dict[str, NDArray[Any]]] = {}
+    for channel, index in choice.channels.items():
+        by_stream.setdefault(stream_name(channel), {})[channel] = raw[index]
+    streams = tuple(
+        make_stream(
+            name,
+            columns,
+            rate=rate,
+            unit=unit,
+            kind=options.input,
+            scale=options.scale,
+            offset=options.offset,
+            grid_source=source,
+            start=start,
+        )
+        for name, columns in by_stream.items()
+    )
+    used = {*choice.channels.values(), choice.time}
+    return Record(
+        streams=streams,
+        provenance=Provenance(
+            path=str(file),
+            format=table.format,
+            sha256=_checksum(file),
+            rows=rows,
+            conversions=(
+                *table.notes,
+                *choice.notes,
+                *_named(table, choice),
+                *notes,
+                *_conversions(unit, options),
+                *found,
+            ),
+            ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
+        ),
+        findings=findings,
+    )
+
+
+def _mapping(name: str, value: object) -> Mapping[str, object]:
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        raise OptionError(f"`{name}` must be a mapping of names, e.g. {_EXAMPLES[name]}, not {value!r}", option=name)
+    return value
+
+
+def _spelled(channel: str, value: object) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise OptionError(f"the unit of {channel} must be a word, not {value!r}", option="unit")
+    return value
+
+
+def _column(channel: str, value: object) -> str | int:
+    if isinstance(value, str | int | np.integer) and not isinstance(value, bool):
+        return value if isinstance(value, str) else int(value)
+    raise OptionError(f"the column of {channel} must be a name or a number, not {value!r}", option="channels")
+
+
+def _factor(name: str, channel: str, value: object) -> float:
+    if not _is_number(value) or (name == "scale" and value == 0):
+        but = " but 0" if name == "scale" else ""
+        raise OptionError(f"the {name} of {channel} must be a finite number{but}, not {value!r}", option=name)
+    return float(value)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def _check_keys(choice: Choice, options: Options) -> None:
+    """An option for a channel that is not read is a slip of the pen, and would go unseen."""
+    known = {*choice.channels, *map(stream_name, choice.channels)}
+    for name, keys in (("unit", options.unit), ("scale", options.scale), ("offset", options.offset)):
+        for key in keys:
+            if key in known or (key == "time" and name != "offset" and choice.time is not None):
+                continue
+            if key == "time" and choice.time is None:
+                raise OptionError(
+                    f"has no time column, for which a {name} is given; name it by --channels time=…", option=name
+                )
+            channels = ", ".join(choice.channels)
+            raise OptionError(f"--{name} {key}=…: no such channel is read; channels: {channels}", option=name)
+
+
+def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[str]]:
+    """Unit of each channel, as spelled by the user or the file, and what there is to say about it."""
+    recognised = recognise(table.columns)
+    unit: dict[str, str] = {}
+    notes: list[str] = []
+    missing: list[str] = []
+    indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
+    for channel, index in indices.items():
+        match = recognised[index]
+        stated = unit_of(table.columns[index])[1]
+        stream = "time" if channel == "time" else stream_name(channel)
+        if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
+            stated = match[1]
+        said = options.unit.get(channel, options.unit.get(stream))
+        if said is not None and stated is not None and not _same(said, stated):
+            notes.append(f"{channel}: in {said} as given, though the file says {stated}")
+        spelled = said or stated
+        if spelled is None:
+            if channel != "time":
+                missing.append(channel)
+            continue
+        if stream in _SI or channel == "time":
+            _check_unit(channel, spelled, stream)
+        unit[channel] = spelled
+    if missing:
+        raise _ask_for_units(missing, options.input)
+    return unit, notes
+
+
+def _check_unit(channel: str, spelled: str, stream: str) -> None:
+    kinds = ("s",) if stream == "time" else (_SI[stream], units.integral(_SI[stream]))
+    try:
+        units.find(spelled, si=kinds)
+    except OptionError as error:
+        raise OptionError(f"{channel}: {error}", option="unit") from None
+
+
+def _same(one: str, other: str) -> bool:
+    try:
+        return units.find(one) == units.find(other)
+    except OptionError:
+        return one == other
+
+
+def _ask_for_units(missing: list[str], kind: InputKind) -> OptionError:
+    streams = list(dict.fromkeys(map(stream_name, missing)))
+    examples = {"gyro": "deg/s", "accel": "g"} if kind == "rate" else {"gyro": "rad", "accel": "m/s"}
+    example = " ".join(f"--unit {s}={examples.get(s, '1')}" for s in streams)
+    known = [si if kind == "rate" else units.integral(si) for s, si in _SI.items() if s in streams]
+    table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
+    listed = f" (known: {table})" if table else " (any word; 1 for none)"
+    return OptionError(f"does not state the unit of {', '.join(missing)}; say e.g. {example}{listed}", option="unit")
+
+
+def _rate(
+    table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]], spelled: str | None, options: Options
+) -> tuple[float, float, str, tuple[str, ...], tuple[Finding, ...]]:
+    """Rate, start, how it was found, notes and findings."""
+    if choice.time is None:
+        if options.rate is None:
+            raise OptionError("has no time column that is recognised: give --rate HZ", option="rate")
+        return options.rate, 0.0, "given", (), ()
+    name = table.label(choice.time)
+    intervals = stamps.check_order(raw[choice.time], table.where, name)
+    if spelled is None:
+        if options.rate is None:
+            raise stamps.without_unit(raw[choice.time], intervals, name)
+        return options.rate, 0.0, "given", (f"time stamps in column {name} checked for order only",), ()
+    second = units.find(spelled).factor * float(options.scale.get("time", 1.0))
+    if second < 0:
+        raise OptionError("the scale of time must be positive", option="scale")
+    found = stamps.fit(raw[choice.time], intervals, second, table.where, name)
+    if options.rate is not None:
+        findings = (*stamps.mismatch(options.rate, found), *found.findings)
+        return options.rate, found.start, "given", found.notes, findings
+    notes = (*found.notes, f"sampling rate {found.rate:.6g} Hz from {found.source}")
+    return found.rate, found.start, found.source, notes, found.findings
+
+
+def _named(table: Table, choice: Choice) -> list[str]:
+    """Channels that bear another name in the file."""
+    return [
+        f"{channel} from column {table.label(index)}"
+        for channel, index in choice.channels.items()
+        if unit_of(table.columns[index])[0] != channel
+    ]
+
+
+def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
+    done = []
+    for channel, spelled in unit.items():
+        if channel == "time":
+            continue
+        stream = stream_name(channel)
+        scale = options.scale.get(channel, options.scale.get(stream, 1.0))
+        offset = options.offset.get(channel, options.offset.get(stream, 0.0))
+        if scale != 1 or offset != 0:
+            done.append(f"{channel}: (raw - {offset:g}) * {scale:g} {spelled}".replace("- -", "+ "))
+        si = _SI.get(stream)
+        if si is not None and units.find(spelled).symbol not in (si, units.integral(si)):
+            done.append(f"{channel}: {spelled} to {units.find(spelled).si}")
+    if options.input == "increments":
+        done.append("increments divided by the sample interval")
+    if options.input == "accumulated":
+        done.append("accumulated values differenced and divided by the sample interval")
+    return done
+
+
+def _checksum(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

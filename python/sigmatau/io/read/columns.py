@@ -1,0 +1,345 @@
+"""From the names of columns to channels: which column is the x gyro, and in what unit.
+
+A name is recognised only when it is certain, because a wrong column gives a wrong answer without a sign, and an
+unrecognised one costs the user an option. To teach a name: add it to one of the tables below, and to the table in
+``tests/io/test_columns.py``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from sigmatau import units
+from sigmatau.errors import OptionError
+from sigmatau.io.read.table import Column, listing
+
+__all__ = ["Choice", "choose", "recognise", "unit_of"]
+
+# Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
+# words taken off the front.
+_PREFIX = re.compile(r"^(?:(?:field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?)_)+")
+
+# What an axis may follow, with or without an underscore: ``gyro_x``, ``gyrox``.
+_STEMS = {
+    "gyro": (
+        "gyros?",
+        "gyr",
+        "gyroscope",
+        "angular_?velocity",
+        "angular_?rate",
+        "ang_?vel",
+        "rotation_?rate",
+        "omega",
+        "w",
+        "w_rs_s",  # EuRoC
+        "g",  # see _ALONE
+    ),
+    "accel": (
+        "accel",
+        "acc",
+        "accelerometer",
+        "acceleration",
+        "linear_?acceleration",
+        "linear_?accel",
+        "lin_?acc",
+        "specific_?force",
+        "a",  # see _ALONE
+        "a_rs_s",  # EuRoC
+        "f(?=_)",  # specific force, but not ``fx``
+    ),
+}
+
+# What an axis may stand before: ``xgyro`` (MAVLink).
+_AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
+
+# ``gx`` may be gravity and ``az`` an azimuth, unless the other two axes are there as well.
+_ALONE = re.compile(r"^[ag]_?[xyz]$")
+
+# Of two time columns of one file, the one further up is taken: the sensor's own stamp before that of its arrival.
+_TIMES = (
+    r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
+    r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
+    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch",
+)
+_SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
+
+# Half of a stamp is no stamp.
+_SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
+
+_KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
+
+# Units as the last part of a name: ``gyro_x_dps``, ``t_ns``.
+_SUFFIXES = {
+    **dict.fromkeys(("dps", "deg_s", "degps", "deg_per_s", "deg_per_sec", "deg_sec"), "deg/s"),
+    **dict.fromkeys(("mdps", "mdeg_s"), "mdeg/s"),
+    **dict.fromkeys(("rad_s", "radps", "rads", "rps", "rad_per_s", "rad_per_sec", "rad_sec"), "rad/s"),
+    **dict.fromkeys(("mrad_s", "mradps"), "mrad/s"),
+    **dict.fromkeys(("dph", "deg_h", "deg_hr", "deg_per_h", "deg_per_hr", "deg_per_hour"), "deg/h"),
+    "g": "g",
+    "mg": "mg",
+    "ug": "ug",
+    **dict.fromkeys(("m_s2", "m_s_2", "m_ss", "m_s_s", "mps2", "ms2", "mss", "m_per_s2", "m_s^2", "m_s²"), "m/s^2"),
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "milliseconds"), "ms"),
+    **dict.fromkeys(("us", "usec", "usecs", "micros", "microseconds"), "us"),
+    **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanoseconds"), "ns"),
+}
+_SUFFIX = re.compile(
+    r"^(?P<stem>.+?)_(?P<unit>"
+    + "|".join(sorted(map(re.escape, _SUFFIXES), key=len, reverse=True))
+    + r")(?P<axis>_[xyz])?$"
+)
+
+# Names whose unit is part of a published format.
+_WITH_UNIT = {
+    r"gyro_rad_([xyz])": ("gyro", "rad/s"),  # PX4, sensor_combined: "in rad/s"
+    r"time_?us(?:ec)?": ("time", "us"),  # ArduPilot TimeUS, MAVLink time_usec
+    r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
+}
+
+_BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """Which columns are used, and for what.
+
+    Attributes
+    ----------
+    channels : dict
+        Channel to column, counted from 0; sensors together, gyro first.
+    time : int or None
+        The column of the stamps.
+    notes : tuple of str
+        What was decided on the way, in words.
+    """
+
+    channels: dict[str, int]
+    time: int | None
+    notes: tuple[str, ...] = ()
+
+
+def unit_of(column: Column) -> tuple[str, str | None]:
+    """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
+    name, unit = column.name.strip(), column.unit
+    match = _BRACKETS.match(name)
+    if match and match["name"] and not match["unit"].strip().isdigit():
+        name = match["name"].strip()
+        unit = unit or match["unit"].strip()
+    return name, unit if unit and _known(unit) else None
+
+
+def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
+    """The channel that each column is, with its unit if the name says one; None for a column that is not recognised.
+
+    Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
+    """
+    keys = [_key(unit_of(column)[0]) for column in columns]
+    together = {
+        key
+        for stem in "ag"
+        for sep in ("", "_")
+        if {f"{stem}{sep}{a}" for a in "xyz"} <= set(keys)
+        for key in (f"{stem}{sep}{a}" for a in "xyz")
+    }
+    found: list[tuple[str, str | None] | None] = []
+    for column, key in zip(columns, keys, strict=True):
+        stated = unit_of(column)[1]
+        match = None
+        for stem, unit in _readings(key, stated):
+            if _ALONE.match(stem) and stem not in together and stem == key:
+                continue
+            channel, own = _channel(stem)
+            if channel is None:
+                continue
+            unit = unit or own
+            if unit is None or units.find(unit).si in _KINDS[channel.split("_")[0]]:
+                match = (channel, unit)
+                break
+        found.append(match)
+    return found
+
+
+def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
+    """Channels by the user's word, or else by the names of the columns.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+    asked : mapping, optional
+        Channel to column, see `sigmatau.io.read.read`.
+
+    Raises
+    ------
+    OptionError
+        If a column that was asked for is not there, two columns claim one channel, or no channel is found.
+    """
+    found = recognise(columns)
+    if asked:
+        named = _resolve(columns, asked)
+        time = named.pop("time", None)
+        notes: tuple[str, ...] = ()
+        if time is None:
+            time, notes = _time(columns, found, taken=set(named.values()), strict=False)
+        if named:
+            return Choice(channels=_ordered(named), time=time, notes=notes)
+    else:
+        time, notes = _time(columns, found, taken=set(), strict=True)
+    channels: dict[str, int] = {}
+    for index, match in enumerate(found):
+        if match is None or match[0] == "time" or index == time:
+            continue
+        channel = match[0]
+        if channel in channels:
+            first = channels[channel]
+            raise OptionError(
+                f"columns {first + 1} {columns[first].name!r} and {index + 1} {columns[index].name!r} both look like"
+                f" {channel}; say which is meant, e.g. --channels {channel}={first + 1}, with all other channels wanted",
+                option="channels",
+            )
+        channels[channel] = index
+    if not channels:
+        what = "has no column names" if not any(c.name for c in columns) else "has no column with a known name"
+        raise OptionError(
+            f"{what} (columns: {listing(columns)}); say which column is what, e.g. --channels {_example(columns)}",
+            option="channels",
+        )
+    return Choice(channels=_ordered(channels), time=time, notes=notes)
+
+
+def _key(name: str) -> str:
+    key = re.sub(r"[\[(]([012])[\])]$", lambda m: "_" + "xyz"[int(m[1])], name.strip().lower())
+    key = re.sub(r"[\s./:\-]+", "_", key).strip("_")
+    return _PREFIX.sub("", key)
+
+
+def _readings(key: str, stated: str | None) -> list[tuple[str, str | None]]:
+    """The ways to read a name: as it is, and with its end as a unit."""
+    readings: list[tuple[str, str | None]] = [(key, stated)]
+    match = _SUFFIX.match(key)
+    if match:
+        readings.append((match["stem"] + (match["axis"] or ""), stated or _SUFFIXES[match["unit"]]))
+    return readings
+
+
+def _channel(key: str) -> tuple[str | None, str | None]:
+    for pattern, (sensor, unit) in _WITH_UNIT.items():
+        if match := re.fullmatch(pattern, key):
+            return (f"{sensor}_{match[1]}" if match.groups() else sensor), unit
+    for sensor, stems in _STEMS.items():
+        if match := re.fullmatch(f"(?:{'|'.join(stems)})_?([xyz])", key):
+            return f"{sensor}_{match[1]}", None
+        if match := re.fullmatch(f"([xyz])_?(?:{_AFTER_AXIS[sensor]})", key):
+            return f"{sensor}_{match[1]}", None
+    if any(re.fullmatch(names, key) for names in _TIMES):
+        return "time", "s" if _SECONDS.match(key) else None
+    return None, None
+
+
+def _time(
+    columns: Sequence[Column],
+    found: Sequence[tuple[str, str | None] | None],
+    *,
+    taken: set[int],
+    strict: bool,
+) -> tuple[int | None, tuple[str, ...]]:
+    """The time column, if one is recognised and no other use is made of it."""
+    keys = [_key(unit_of(column)[0]) for column in columns]
+    halves = [k for k in keys if _SPLIT_STAMP.search(k)]
+    times = [
+        i
+        for i, match in enumerate(found)
+        if match is not None and match[0] == "time" and i not in taken and not (keys[i] in halves and len(halves) > 1)
+    ]
+    for names in _TIMES:
+        best = [i for i in times if any(re.fullmatch(names, stem) for stem, _ in _readings(keys[i], None))]
+        if len(best) > 1:
+            if not strict:
+                return None, ()
+            listed = " and ".join(f"{i + 1} {columns[i].name!r}" for i in best)
+            raise OptionError(
+                f"columns {listed} both look like time; say which is meant, e.g. --channels time={best[0] + 1}",
+                option="channels",
+            )
+        if best:
+            others = [columns[i].name for i in times if i != best[0]]
+            note = f"time from {columns[best[0]].name!r}, not from {', '.join(map(repr, others))}" if others else ""
+            return best[0], (note,) if note else ()
+    return (times[0] if len(times) == 1 else None), ()
+
+
+def _ordered(channels: Mapping[str, int]) -> dict[str, int]:
+    def rank(channel: str) -> int:
+        return 0 if channel.startswith("gyro") else 1 if channel.startswith("accel") else 2
+
+    return dict(sorted(channels.items(), key=lambda item: (rank(item[0]), item[0] if rank(item[0]) < 2 else "")))
+
+
+def _resolve(columns: Sequence[Column], asked: Mapping[str, str | int]) -> dict[str, int]:
+    named: dict[str, int] = {}
+    for channel, where in asked.items():
+        if not channel.strip():
+            raise OptionError(f"a channel without a name was asked for (={where})", option="channels")
+        for name, index in _places(columns, channel.strip(), where):
+            if name in named:
+                raise OptionError(f"{name} is given twice in --channels", option="channels")
+            named[name] = index
+    return named
+
+
+def _places(columns: Sequence[Column], channel: str, where: str | int) -> list[tuple[str, int]]:
+    """One channel and its column, or three for a range."""
+    text = str(where).strip()
+    if not isinstance(where, int):
+        for same in (
+            [i for i, c in enumerate(columns) if c.name.strip() == text],
+            [i for i, c in enumerate(columns) if unit_of(c)[0] == text],
+            [i for i, c in enumerate(columns) if c.name.strip().lower() == text.lower()],
+            [i for i, c in enumerate(columns) if unit_of(c)[0].lower() == text.lower()],
+        ):
+            if text and len(same) == 1:
+                return [(channel, same[0])]
+            if text and len(same) > 1:
+                numbers = " and ".join(str(i + 1) for i in same)
+                raise OptionError(
+                    f"columns {numbers} are both named {text!r}; give the number, e.g. --channels {channel}={same[0] + 1}",
+                    option="channels",
+                )
+    if re.fullmatch(r"\d{1,9}", text):
+        return [(channel, _number(columns, int(text)))]
+    if match := re.fullmatch(r"(\d{1,9})\s*:\s*(\d{1,9})", text):
+        first, last = int(match[1]), int(match[2])
+        if last - first != 2:
+            raise OptionError(
+                f"{channel}={text}: a range names the three columns x, y, z, e.g. {channel}={first}:{first + 2}",
+                option="channels",
+            )
+        if channel == "time":
+            raise OptionError(f"time={text}: time is one column", option="channels")
+        return [(f"{channel}_{axis}", _number(columns, first + k)) for k, axis in enumerate("xyz")]
+    raise OptionError(f"has no column {text!r} (columns: {listing(columns)})", option="channels")
+
+
+def _number(columns: Sequence[Column], number: int) -> int:
+    if not 1 <= number <= len(columns):
+        raise OptionError(f"has no column {number} (columns: {listing(columns)})", option="channels")
+    return number - 1
+
+
+def _example(columns: Sequence[Column]) -> str:
+    n = len(columns)
+    if n >= 7:
+        return "time=1,gyro=2:4,accel=5:7"
+    if n == 6:
+        return "gyro=1:3,accel=4:6"
+    return "gyro=1:3" if n >= 3 else f"gyro_z={n}"
+
+
+def _known(spelling: str) -> bool:
+    try:
+        units.find(spelling)
+    except OptionError:
+        return False
+    return True

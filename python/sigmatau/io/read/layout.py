@@ -1,0 +1,330 @@
+"""The layout of a text table, found out from its beginning: delimiter, first row of data, names, units.
+
+Nothing is guessed: a number is what Python's ``float`` reads, less underscores; a line is data if most of its fields are
+numbers and it has as many fields as the table has columns. What could be read in two ways (decimal commas, two delimiters
+at once) is refused with a word on how to save it instead.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass, field
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.columns import recognise, unit_of
+from sigmatau.io.read.table import Column
+
+__all__ = ["COMMENTS", "Layout", "find_layout"]
+
+COMMENTS = ("#", "%", "//")
+
+_DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
+_LINES = 2000  # looked at
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_UNIT_GAP = re.compile(r"\s+(?=[\[(])")
+_IN_BRACKETS = re.compile(r"[\[(][^\])]*[\])]")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """How a text table is laid out.
+
+    Attributes
+    ----------
+    delimiter : str or None
+        One character; None for runs of spaces and tabs.
+    skip_lines : int
+        Lines before the data.
+    columns : tuple of Column
+    notes : tuple of str
+        In words.
+    """
+
+    delimiter: str | None
+    skip_lines: int
+    columns: tuple[Column, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class _Line:
+    """A line of the head, and its fields under each delimiter."""
+
+    number: int  # counted from 1
+    text: str
+    comment: bool
+    fields: dict[str | None, list[str]] = field(default_factory=dict)
+
+    def split(self, delimiter: str | None) -> list[str]:
+        if delimiter not in self.fields:
+            self.fields[delimiter] = _split(self.text, delimiter)
+        return self.fields[delimiter]
+
+
+def find_layout(data: bytes, *, whole: bool) -> Layout:
+    """The layout of the table that begins with `data`.
+
+    Parameters
+    ----------
+    data : bytes
+        Beginning of the file, decompressed.
+    whole : bool
+        True if the file ends there; else its last line is not looked at.
+
+    Raises
+    ------
+    DataError
+        If there are no lines of numbers, or more than one way to read them.
+    """
+    text, encoding = _decode(data, whole=whole)
+    lines = _lines(text)
+    rows = [line for line in lines if not line.comment]
+    if not rows:
+        raise DataError("holds only comments and blank lines, no data" if lines else "holds nothing but blank lines")
+    if rows[0].text.startswith(("{", "<")):
+        raise DataError("is JSON or XML, not a format that is read: text tables, .npy, .npz")
+    _refuse_sentences(rows)
+    _refuse_decimal_commas(rows)
+    delimiter, columns = _delimiter(rows)
+    first = next(line for line in rows if _is_data(line.split(delimiter), columns))
+    if delimiter == ",":
+        _refuse_halves(rows, first, columns)
+    before = [line for line in lines if line.number < first.number]
+    _refuse_other_delimiters(first, delimiter)
+    names, units, header, layout_notes = _names(before, delimiter, columns)
+    _refuse_cut_rows(before, header, first, delimiter, columns)
+
+    kind = f"{_DELIMITERS[delimiter]}-separated" if columns > 1 else "one column of"
+    notes = [f"{kind} text, {'no header' if header is None else f'header on line {header}'}{encoding}", *layout_notes]
+    return Layout(
+        delimiter=delimiter,
+        skip_lines=first.number - 1,
+        columns=tuple(
+            Column(name=n, unit=u, first=f)
+            for n, u, f in zip(names, units, first.split(delimiter)[:columns], strict=True)
+        ),
+        notes=tuple(notes),
+    )
+
+
+def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
+    if not whole:
+        end = data.rfind(b"\n") + 1
+        if not end:
+            ends = "; its lines end in CR alone: save it with LF or CR LF" if b"\r" in data else ""
+            raise DataError(f"the first line is longer than {len(data) // 1024} KiB, so this is no text table{ends}")
+        data = data[:end]
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\n" not in data and b"\r" in data.strip():
+        raise DataError("its lines end in CR alone, as on old Macs; save it with LF or CR LF")
+    try:
+        return data.decode("utf-8"), ""
+    except UnicodeDecodeError:
+        # Windows logs write a degree sign so; Latin-1 differs from it only where no unit is spelled.
+        return data.decode("cp1252", errors="replace"), ", read as Windows-1252"
+
+
+def _lines(text: str) -> list[_Line]:
+    lines = []
+    for number, raw in enumerate(text.split("\n")[:_LINES], 1):
+        # As the reader of the rows does: tabs may be empty fields, so only what is all blank is passed over.
+        line = raw.strip(" \r") if "\t" in raw else raw.strip()
+        if line:
+            lines.append(_Line(number, line, line.lstrip().startswith(COMMENTS)))
+    return lines
+
+
+def _split(text: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        fields = text.split()
+    elif '"' in text:
+        fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
+    else:
+        fields = text.split(delimiter)
+    return [_bare(f) for f in fields]
+
+
+def _bare(text: str) -> str:
+    text = text.strip()
+    return text[1:-1].strip() if len(text) >= 2 and text[0] == text[-1] == '"' else text
+
+
+def _is_number(text: str) -> bool:
+    return _NUMBER.fullmatch(text) is not None
+
+
+def _is_missing(text: str) -> bool:
+    return _MISSING.fullmatch(text) is not None
+
+
+def _is_data(fields: list[str], columns: int | None = None) -> bool:
+    """Whether a line of such fields is data: at least half of them numbers, or words for a missing one."""
+    if columns is not None and len(fields) == columns + 1 and not fields[-1]:
+        fields = fields[:-1]
+    if columns is not None and len(fields) != columns:
+        return False
+    numbers = sum(map(_is_number, fields))
+    missing = sum(map(_is_missing, fields))
+    words = sum(bool(f) and _is_missing(f) for f in fields)
+    return (numbers > 0 or words > 0) and 2 * (numbers + missing) >= len(fields)
+
+
+def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
+    """The delimiter and the number of columns under which the most numbers stand in lines of data."""
+    best: tuple[int, float] = (0, 0.0)
+    choice: tuple[str | None, int] | None = None
+    for delimiter in _DELIMITERS:
+        numbers: dict[int, int] = {}
+        fields: dict[int, int] = {}
+        trailing: dict[int, int] = {}
+        lines: dict[int, int] = {}
+        for row in rows:
+            parts = row.split(delimiter)
+            if not _is_data(parts):
+                continue
+            n = len(parts)
+            lines[n] = lines.get(n, 0) + 1
+            numbers[n] = numbers.get(n, 0) + sum(map(_is_number, parts))
+            fields[n] = fields.get(n, 0) + n
+            trailing[n] = trailing.get(n, 0) + (n > 1 and not parts[-1])
+        for n, count in numbers.items():
+            score = (count, count / fields[n])
+            if score > best:
+                best = score
+                # A delimiter at the end of every line ends no column.
+                choice = (delimiter, n - 1 if trailing[n] == lines[n] else n)
+    if choice is None:
+        line = rows[0]
+        raise DataError(
+            f"has no line of numbers in its first {len(rows)} lines (line {line.number} begins {line.text[:40]!r});"
+            " a table of numbers in columns is wanted"
+        )
+    delimiter, columns = choice
+    return (None if columns == 1 and all(len(r.split(None)) == 1 for r in rows[-5:]) else delimiter), columns
+
+
+def _refuse_sentences(rows: list[_Line]) -> None:
+    sentences = [row for row in rows if re.match(r"\$[A-Z]{3,},", row.text)]
+    if 2 * len(sentences) > len(rows):
+        name = sentences[0].text.split(",")[0]
+        raise DataError(
+            f", line {sentences[0].number}: sentences like {name} (NMEA style, with checksums) are not read yet;"
+            " cut the columns of numbers out, e.g. by cut -d, -f…"
+        )
+
+
+def _refuse_decimal_commas(rows: list[_Line]) -> None:
+    for delimiter in (";", "\t", None):
+        for row in rows:
+            fields = [f for f in row.split(delimiter) if f]
+            if (
+                len(row.split(delimiter)) > 1
+                and any(_DECIMAL_COMMA.fullmatch(f) for f in fields)
+                and all(_DECIMAL_COMMA.fullmatch(f) or _is_number(f) for f in fields)
+            ):
+                raise _decimal_comma(row)
+
+
+def _refuse_halves(rows: list[_Line], first: _Line, columns: int) -> None:
+    """Decimal commas in a table parted by commas, or of one column: each number falls into two whole ones."""
+    data = [row.split(",") for row in rows if _is_data(row.split(","), columns)]
+    if columns % 2 or not all(f.lstrip("+-").isdigit() for fields in data for f in fields[:columns]):
+        return
+    padded = any(len(f) > 1 and f[0] == "0" for fields in data for f in fields[1:columns:2])
+    header = next((row for row in reversed(rows) if row.number < first.number), None)
+    halved = header is not None and 2 * max(len(header.split(d)) for d in _DELIMITERS) == columns
+    if padded or halved:
+        raise _decimal_comma(first)
+
+
+def _decimal_comma(row: _Line) -> DataError:
+    return DataError(
+        f", line {row.number}: numbers with a decimal comma ({row.text[:40]!r}) are not read yet;"
+        " save them with a decimal point"
+    )
+
+
+def _refuse_other_delimiters(first: _Line, delimiter: str | None) -> None:
+    for text in first.split(delimiter):
+        if delimiter is not None and delimiter in text:
+            continue  # within quotes
+        parts = [p for p in re.split(r"[;,\s|]+", text) if p]
+        if len(parts) > 1 and all(map(_is_number, parts)):
+            raise DataError(
+                f", line {first.number}: {text[:40]!r} stands between two {_DELIMITERS[delimiter]}s, so the columns are"
+                " parted in more than one way; save them with one delimiter"
+            )
+
+
+def _refuse_cut_rows(
+    before: list[_Line], header: int | None, first: _Line, delimiter: str | None, columns: int
+) -> None:
+    for line in before:
+        fields = line.split(delimiter)
+        if line.comment or (header is not None and line.number <= header):
+            continue
+        if all(map(_is_number, fields)):
+            raise DataError(
+                f", line {line.number}: {len(fields)} field{'s' if len(fields) != 1 else ''}, but {columns} on line"
+                f" {first.number}; mend or delete the line"
+            )
+
+
+def _names(
+    before: list[_Line], delimiter: str | None, columns: int
+) -> tuple[list[str], list[str | None], int | None, list[str]]:
+    """Names, units from a row of their own, the line of the header, and what there is to say."""
+    blank: list[str] = [""] * columns
+    nothing: list[str | None] = [None] * columns
+    marked = [line for line in before if any(c.isalnum() for c in line.text)]  # a row of dashes says nothing
+    fitting = [(line, fields) for line in marked if (fields := _header_fields(line, delimiter, columns))]
+    plain = [line for line in marked if not line.comment]
+    if any(line in plain for line, _ in fitting):  # then no comment is the header
+        fitting = [(line, fields) for line, fields in fitting if line in plain[-2:]]
+    if not fitting or (plain and not fitting[-1][0].comment and fitting[-1][0] is not plain[-1]):
+        notes = [f"line {plain[-1].number} passed over: it does not name the {columns} columns"] if plain else []
+        return blank, nothing, None, notes
+    line, fields = fitting[-1]
+    if len(fitting) > 1 and _is_unit_row(fields):
+        names = fitting[-2][1]
+        units = [f.strip("[](){} ") or None for f in fields]
+        return names, units, fitting[-2][0].number, [f"units on line {line.number}"]
+    # A remark, or a row of units that are not known, may have as many words as the table has columns.
+    line, fields = next((c for c in reversed(fitting) if _names_something(c[1])), (line, fields))
+    in_header = any(unit_of(Column(name=f))[1] for f in fields)
+    return fields, nothing, line.number, ["units in the header"] if in_header else []
+
+
+def _names_something(fields: list[str]) -> bool:
+    return any(recognise([Column(name=f) for f in fields]))
+
+
+def _header_fields(line: _Line, delimiter: str | None, columns: int) -> list[str]:
+    """The names in a line, if it has one for each column and none is a number; else nothing."""
+    text = line.text
+    if line.comment:
+        text = re.sub(r"^\s*(?:#+|%+|//+)\s*", "", text)
+        if columns == 1 and len(_IN_BRACKETS.sub("", text).split()) != 1:
+            return []  # a remark
+    if not text:
+        return []
+    if columns == 1:
+        options = [[_bare(text.rstrip(",;\t "))]]
+    else:
+        options = [_split(t, d) for d in (delimiter, *_DELIMITERS) for t in (text, _UNIT_GAP.sub("", text))]
+    for fields in options:
+        if len(fields) == columns + 1 and not fields[-1]:
+            fields = fields[:-1]
+        if len(fields) == columns and any(fields) and not any(map(_is_number, fields)):
+            return fields
+    return []
+
+
+def _is_unit_row(fields: list[str]) -> bool:
+    named = [f.strip("[](){} ") for f in fields if f.strip("[](){} -")]
+    known = sum(unit_of(Column(name="x", unit=f))[1] is not None for f in named)
+    return known > 0 and 2 * known >= len(named)

@@ -1,0 +1,1 @@
+"""Figures. Everything here draws from plain arrays, and matplotlib is imported in the call."""

@@ -1,0 +1,189 @@
+"""Log-log figures of Allan deviations, from plain arrays and any object with a curve's attributes."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.terms import TERMS
+from sigmatau.units import find
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_analysis", "draw_curve", "save"]
+
+# Okabe & Ito's palette: told apart with any colour vision, and in print by its lightness.
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
+_TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
+
+
+class CurveLike(Protocol):
+    """What is drawn: see `sigmatau.allan.DeviationCurve`."""
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def tau(self) -> NDArray[np.float64]: ...
+    @property
+    def adev(self) -> NDArray[np.float64]: ...
+    @property
+    def error(self) -> NDArray[np.float64]: ...
+
+
+class CoefficientLike(Protocol):
+    """What a line is drawn from: see `sigmatau.readoff.Coefficient`."""
+
+    @property
+    def value(self) -> float: ...
+    @property
+    def tau_min(self) -> float: ...
+    @property
+    def tau_max(self) -> float: ...
+
+
+def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = _COLOURS[0]) -> Axes:
+    """One curve with its error band by eq. (26).
+
+    Parameters
+    ----------
+    curve : DeviationCurve
+    ax : matplotlib axes, optional
+    unit : str, optional
+        Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+    colour : str
+    """
+    factor, text = _unit(curve, unit)
+    if ax is None:
+        _pyplot_needed()
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(7, 5), layout="constrained").subplots()
+    shown = curve.adev > 0
+    tau, adev, error = curve.tau[shown], curve.adev[shown] / factor, curve.error[shown]
+    # Beyond δ = 1 the band has no lower edge; it is drawn to a tenth.
+    low = adev * np.maximum(1 - error, 0.1)
+    ax.fill_between(tau, low, adev * (1 + error), color=colour, alpha=0.18, linewidth=0)
+    ax.loglog(tau, adev, color=colour, linewidth=1.6, marker="o", markersize=2.5, label=curve.channel)
+    ax.set_xlabel("averaging time τ [s]")
+    ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    # 20, 50, 100 in place of 2 × 10¹ …: the height of a plateau is read off this axis.
+    ax.yaxis.set_minor_locator(LogLocator(base=10, subs=(2, 5)))
+    for formatter in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
+        formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.tick_params(axis="y", which="minor", labelsize=8)
+    ax.grid(visible=True, which="major", linewidth=0.6, alpha=0.5)
+    ax.grid(visible=True, which="minor", linewidth=0.3, alpha=0.3)
+    return ax
+
+
+def draw_analysis(curves: Mapping[str, CurveLike], read_off: Mapping[str, Mapping[str, CoefficientLike]]) -> Figure:
+    """All channels: one panel a quantity and unit, with the lines that were read and the terms' names on them."""
+    _pyplot_needed()
+    from matplotlib.figure import Figure
+
+    panels: dict[tuple[str, str], list[str]] = {}
+    for channel, curve in curves.items():
+        key = curve.quantity if curve.quantity != "signal" else channel
+        panels.setdefault((key, curve.unit), []).append(channel)
+    columns = min(len(panels), 2)
+    rows = math.ceil(len(panels) / columns)
+    figure = Figure(figsize=(7.2 * columns, 5.6 * rows), layout="constrained", dpi=120)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for ax in axes.flat[len(panels) :]:
+        ax.set_visible(False)
+    for ax, ((key, _), channels) in zip(axes.flat, panels.items(), strict=False):
+        named: list[tuple[float, float]] = []
+        for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
+            curve = curves[channel]
+            draw_curve(curve, ax=ax, colour=colour)
+            for name, coefficient in read_off[channel].items():
+                _draw_line(ax, curve, name, coefficient, colour, named)
+        ax.set_title(_TITLES.get(key, key))
+        ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="line read off, ● where it is read")
+        ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="eq. (26), one standard error")
+        ax.legend(fontsize=8, loc="best")
+    return figure
+
+
+def _draw_line(
+    ax: Axes, curve: CurveLike, name: str, coefficient: CoefficientLike, colour: str, named: list[tuple[float, float]]
+) -> None:
+    term = TERMS[name]
+    factor, _ = _unit(curve, None)
+    read_at = term.read_at if term.read_at is not None else math.sqrt(coefficient.tau_min * coefficient.tau_max)
+    level = coefficient.value * term.level / factor
+
+    def at(tau: float) -> float:
+        return float(level * (tau / read_at) ** term.slope)
+
+    left, right = curve.tau[0], curve.tau[-1]
+    # The line is drawn over its region and half a decade more on either side, and on to its reading point if that is near.
+    start, stop = coefficient.tau_min / 3, coefficient.tau_max * 3
+    reaches = left <= read_at <= right
+    if reaches:
+        start, stop = min(start, read_at), max(stop, read_at)
+    start, stop = max(start, left), min(stop, right)
+    ax.plot([start, stop], [at(start), at(stop)], color=colour, linestyle="--", linewidth=1.1, zorder=1.5)
+    if reaches and term.read_at is not None:
+        ax.plot([read_at], [at(read_at)], marker="o", markersize=5, color=colour, markeredgecolor="white", zorder=4)
+    place = _free_place(math.log10(coefficient.tau_min), math.log10(coefficient.tau_max), named, at)
+    if place is not None:
+        ax.annotate(
+            term.label(curve.quantity),
+            (place, at(place)),
+            xytext=(4, 7),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=colour,
+            zorder=5,
+            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
+        )
+
+
+def _free_place(
+    low: float, high: float, named: list[tuple[float, float]], at: Callable[[float], float]
+) -> float | None:
+    """A τ inside the region at which a label covers no earlier one; None if there is none."""
+    for share in (0.5, 0.3, 0.7, 0.1, 0.9):
+        x = low + share * (high - low)
+        y = math.log10(at(10**x))
+        if all(abs(x - u) > 0.9 or abs(y - v) > 0.12 for u, v in named):
+            named.append((x, y))
+            return float(10**x)
+    return None
+
+
+def save(figure: Figure, path: str) -> None:
+    """Write a figure; the ending names the format: .png, .svg or .pdf."""
+    figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+
+
+def _unit(curve: CurveLike, unit: str | None) -> tuple[float, str]:
+    wanted = unit or _PLOT_UNITS.get(curve.quantity)
+    if wanted is None:
+        return 1.0, curve.unit
+    found = find(wanted, si=curve.unit)
+    return found.factor, found.text
+
+
+def _cycle(n: int) -> list[str]:
+    return [_COLOURS[k % len(_COLOURS)] for k in range(n)]
+
+
+def _pyplot_needed() -> None:
+    if importlib.util.find_spec("matplotlib") is None:
+        raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")

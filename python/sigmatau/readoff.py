@@ -1,0 +1,337 @@
+"""Reading coefficients off the curve: the paper's method, with its rules written down.
+
+Where a stretch of the log-log curve has the slope of a noise term, a line of that slope is laid through it and read at the
+term's averaging time; the error is the paper's eq. (26) at the longest averaging time of the stretch. It is what the eye
+does on a plot, made repeatable. It is biased where two terms meet, and its errors are those of the paper, not statistics:
+``docs/theory/read-off.md`` shows how large both are.
+
+References
+----------
+.. [1] N. El-Sheimy, H. Hou, X. Niu, "Analysis and modeling of inertial sensors using Allan variance,"
+   IEEE Trans. Instrum. Meas., vol. 57, no. 1, 2008, :doi:`10.1109/TIM.2007.908635`, Section IV.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.allan import DeviationCurve
+from sigmatau.results import seconds, value_error_text
+from sigmatau.terms import TERMS, Term, coefficient_unit, display_units
+
+__all__ = ["LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
+
+LARGEST_ERROR = 0.35
+"""Averaging times with a larger error by eq. (26) are not used: those beyond a fifth of the record."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """When a stretch of the curve counts as a region of a term.
+
+    Attributes
+    ----------
+    tolerance : float
+        Its slope may differ by this much from the term's.
+    slope_error : float
+        Eq. (26) must determine its slope to this much, one standard error.
+    span : float
+        Longest over shortest averaging time, at least.
+    """
+
+    tolerance: float = 0.1
+    slope_error: float = 0.1
+    span: float = 4.0
+
+
+# Set by Monte Carlo so that no term is reported in more than 5 % of the records of any case that does not contain it:
+# studies/read_off.py, results in docs/study/read-off.md. The plateau is judged more strictly, because the valley between a
+# random walk and a rate random walk looks like one; the ramp less, because nothing else is as steep.
+RULES: Mapping[str, Rule] = {
+    "quantization": Rule(),
+    "random_walk": Rule(),
+    "bias_instability": Rule(tolerance=0.06, slope_error=0.06),
+    "rate_random_walk": Rule(),
+    "rate_ramp": Rule(slope_error=0.2),
+}
+
+# A bend away from the line that five terms cannot make (their sum is convex in the log-log plot) must exceed the noise.
+_BEND = 0.1
+_SIGMAS = 2.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coefficient:
+    """One coefficient, read off.
+
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.terms.TERMS`.
+    value, error : float
+        Coefficient and its error by eq. (26), one standard error. [unit]
+    unit : str
+        SI.
+    tau_min, tau_max : float
+        The region. [s]
+    slope : float
+        Fitted slope of the region, free.
+    percentage : float
+        error / value.
+    """
+
+    term: str
+    value: float
+    error: float
+    unit: str
+    tau_min: float
+    tau_max: float
+    slope: float
+    percentage: float
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "value": self.value,
+            "error": self.error,
+            "unit": self.unit,
+            "tau_s": [self.tau_min, self.tau_max],
+            "slope": self.slope,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refusal:
+    """A stretch that has the slope of a term and is not that term."""
+
+    term: str
+    tau_min: float
+    tau_max: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOff(Mapping[str, Coefficient]):
+    """Coefficients of one channel, read off: a mapping from term to `Coefficient`; terms without a region are absent."""
+
+    channel: str
+    quantity: str
+    rate_unit: str
+    coefficients: Mapping[str, Coefficient]
+    refused: tuple[Refusal, ...] = ()
+
+    def __getitem__(self, term: str) -> Coefficient:
+        try:
+            return self.coefficients[term]
+        except KeyError:
+            found = ", ".join(self.coefficients) or "none"
+            raise KeyError(f"no coefficient {term!r} was read off {self.channel}; read: {found}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.coefficients)
+
+    def __len__(self) -> int:
+        return len(self.coefficients)
+
+    def texts(self, term: str) -> list[tuple[str, str]]:
+        """A coefficient in each of the field's units: ``[("0.973 ± 0.074", "arcsec")]``."""
+        c = self[term]
+        return [
+            (value_error_text(c.value / factor, c.error / factor), text)
+            for text, factor in display_units(term, self.quantity, self.rate_unit)
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {term: c.to_dict() for term, c in self.coefficients.items()}
+
+    def __repr__(self) -> str:
+        lines = [f"{self.channel}: read off" + ("" if self.coefficients else ", no region of any term")]
+        for term, c in self.coefficients.items():
+            texts = " = ".join(f"{value} {unit}" for value, unit in self.texts(term))
+            lines.append(
+                f"  {TERMS[term].label(self.quantity):24} {texts}   (τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s)"
+            )
+        lines += [
+            f"  not {TERMS[r.term].label(self.quantity)} (τ {seconds(r.tau_min)} … {seconds(r.tau_max)} s): {r.reason}"
+            for r in self.refused
+        ]
+        return "\n".join(lines)
+
+
+def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> ReadOff:
+    """Read the coefficients of the five terms off an Allan deviation curve.
+
+    For each term the longest region of the curve is sought in which
+
+    - the line fitted through it has the term's slope within the rule's tolerance, and eq. (26) determines that slope to
+      the rule's slope error;
+    - the slope over one octave is, everywhere in it, the term's within the tolerance and twice its error;
+    - every point lies on the line of the term's slope, to the tolerance in log σ and 2.5 times its error;
+    - the slopes of its two halves differ by no more than twice the tolerance and once the error of that difference;
+    - the longest averaging time is at least `span` times the shortest, and eq. (26) gives at most 35 %.
+
+    A flat or rising region below which the curve bends down again, or a falling one of slope −1 that begins with a bend
+    down, is refused with the reason: five terms cannot make such a curve; a filter, a line or correlated noise can.
+
+    Parameters
+    ----------
+    curve : DeviationCurve
+    rules : mapping of str to Rule
+        By term; terms that it lacks are not sought.
+
+    Returns
+    -------
+    ReadOff
+
+    Notes
+    -----
+    The line is fitted by least squares in log σ with the weights 1/(δ² + (tolerance/5)²), δ by eq. (26): the first part is
+    the noise, the second keeps the shortest, most exact points from deciding alone while neighbouring terms bend them.
+    """
+    adev, error = curve.adev, curve.error
+    usable = (error <= LARGEST_ERROR) & (adev > 0)
+    lt, ls, delta = np.log(curve.tau[usable]), np.log(adev[usable]), error[usable]
+    octave_slope, octave_error = _octave_slopes(lt, ls, delta)
+    coefficients, refused = {}, []
+    for name, term in TERMS.items():
+        if name not in rules:
+            continue
+        rule = rules[name]
+        near = np.abs(octave_slope - term.slope) <= rule.tolerance + 2 * octave_error
+        found = _longest(lt, ls, delta, near, slope=term.slope, rule=rule)
+        if found is None:
+            continue
+        i, j, slope = found
+        height = _height(lt, ls, delta, i, j, term.slope, rule.tolerance)
+        region = (float(np.exp(lt[i])), float(np.exp(lt[j])))
+        reason = _bend(lt, ls, delta, i, j, height, term)
+        if reason is not None:
+            refused.append(Refusal(term=name, tau_min=region[0], tau_max=region[1], reason=reason))
+            continue
+        at = 0.0 if term.read_at is None else term.slope * math.log(term.read_at)
+        value = math.exp(height + at) / term.level
+        coefficients[name] = Coefficient(
+            term=name,
+            value=value,
+            error=value * float(delta[j]),
+            unit=coefficient_unit(name, curve.quantity, curve.unit),
+            tau_min=region[0],
+            tau_max=region[1],
+            slope=slope,
+            percentage=float(delta[j]),
+        )
+    return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
+
+
+def _octave_slopes(
+    lt: NDArray[np.float64], ls: NDArray[np.float64], delta: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Slope over about an octave round each point, and its standard error by eq. (26)."""
+    n = len(lt)
+    slope, error = np.full(n, np.nan), np.full(n, np.inf)
+    half = 0.5 * math.log(2) * 1.01
+    for k in range(n):
+        i = int(np.searchsorted(lt, lt[k] - half))
+        j = int(np.searchsorted(lt, lt[k] + half, side="right")) - 1
+        i, j = (max(k - 1, 0), min(k + 1, n - 1)) if j - i < 1 else (i, j)
+        if j > i:
+            slope[k] = (ls[j] - ls[i]) / (lt[j] - lt[i])
+            error[k] = math.hypot(delta[i], delta[j]) / (lt[j] - lt[i])
+    return slope, error
+
+
+def _longest(
+    lt: NDArray[np.float64],
+    ls: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    near: NDArray[np.bool_],
+    *,
+    slope: float,
+    rule: Rule,
+) -> tuple[int, int, float] | None:
+    """The longest admissible region: first and last index and fitted slope; of equals, the shorter averaging times."""
+    best: tuple[int, int, float] | None = None
+    longest = math.log(rule.span) - 1e-9
+    for i in range(len(lt)):
+        for j in range(i + 1, len(lt)):
+            if not near[j] or not near[i]:
+                break
+            length = lt[j] - lt[i]
+            if length <= longest + (1e-9 if best else 0) or math.hypot(delta[i], delta[j]) / length > rule.slope_error:
+                continue
+            weights = 1 / np.sqrt(delta[i : j + 1] ** 2 + (rule.tolerance / 5) ** 2)
+            fitted = float(np.polyfit(lt[i : j + 1], ls[i : j + 1], 1, w=weights)[0])
+            if (
+                abs(fitted - slope) <= rule.tolerance
+                and _straight(lt, ls, delta, i, j, rule.tolerance)
+                and _on_line(lt, ls, delta, i, j, slope, rule.tolerance)
+            ):
+                best, longest = (i, j, fitted), length
+    return best
+
+
+def _straight(
+    lt: NDArray[np.float64], ls: NDArray[np.float64], delta: NDArray[np.float64], i: int, j: int, tolerance: float
+) -> bool:
+    """Whether the slopes of the two halves agree."""
+    k = int(np.argmin(np.abs(lt[i : j + 1] - (lt[i] + lt[j]) / 2))) + i
+    if not i < k < j:
+        return True
+    first, second = lt[k] - lt[i], lt[j] - lt[k]
+    change = (ls[j] - ls[k]) / second - (ls[k] - ls[i]) / first
+    error = math.hypot(delta[i] / first, delta[k] * (1 / first + 1 / second), delta[j] / second)
+    return bool(abs(change) <= 2 * tolerance + error)
+
+
+def _height(
+    lt: NDArray[np.float64],
+    ls: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    i: int,
+    j: int,
+    slope: float,
+    tolerance: float,
+) -> float:
+    """log σ at τ = 1 s of the line of the given slope, fitted to points i … j."""
+    weights = 1 / (delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
+    return float(np.average(ls[i : j + 1] - slope * lt[i : j + 1], weights=weights))
+
+
+def _on_line(
+    lt: NDArray[np.float64],
+    ls: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    i: int,
+    j: int,
+    slope: float,
+    tolerance: float,
+) -> bool:
+    """Whether every point of the region lies on the line, but for its noise and the tolerance in log σ."""
+    height = _height(lt, ls, delta, i, j, slope, tolerance)
+    off = np.abs(ls[i : j + 1] - slope * lt[i : j + 1] - height)
+    return bool((off <= tolerance + _SIGMAS * delta[i : j + 1]).all())
+
+
+def _bend(
+    lt: NDArray[np.float64],
+    ls: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    i: int,
+    j: int,
+    height: float,
+    term: Term,
+) -> str | None:
+    """Why this region is not the term's, if the curve lies below the region's line before or after it."""
+    if term.name == "random_walk":
+        return None  # a filter before it and anything after it leave white noise white
+    below = height + term.slope * lt - ls > _SIGMAS * delta + _BEND
+    if below[:i].any():
+        return "the curve rises into it: a filter, a line or correlated noise"
+    if below[j + 1 :].any():
+        return "the curve falls below it later: a filter, a line or correlated noise"
+    return None

@@ -1,0 +1,410 @@
+"""Records: what every reader returns and every estimator takes.
+
+A `Record` is a tuple of streams; a stream is a few channels (the axes of one sensor) sampled on one uniform grid. Whatever
+the log held (rates, increments, accumulated angle or velocity; counts, volts or any unit), a stream yields rates in SI.
+Samples are reached through `Stream.chunks` or `Stream.column`, never all at once by necessity, so that a record need not
+fit in memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import units
+from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+
+__all__ = ["QUANTITIES", "Columns", "Grid", "InputKind", "Provenance", "Record", "Stream", "Transform"]
+
+InputKind = Literal["rate", "increments", "accumulated"]
+
+QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
+"""Quantities with a unit of their own; any other signal keeps the unit it came in."""
+
+MIN_SAMPLES = 4
+"""Fewer samples than this give no curve worth the name."""
+
+_CHUNK = 1 << 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """A uniform grid in time.
+
+    Attributes
+    ----------
+    n : int
+        Number of rate samples.
+    tau0 : float
+        Sample interval. [s]
+    start : float
+        Time of the first sample in the log's own clock, after whole-second epochs have been taken off. [s]
+    source : str
+        How `tau0` was found, in words for the reader of a report.
+    """
+
+    n: int
+    tau0: float
+    start: float = 0.0
+    source: str = "given"
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate. [Hz]"""
+        return 1.0 / self.tau0
+
+    @property
+    def duration(self) -> float:
+        """Length of the record, n·tau0. [s]"""
+        return self.n * self.tau0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """Where a record came from and what was done to it.
+
+    Attributes
+    ----------
+    path : str or None
+        File, as it was named by the caller.
+    format : str
+        ``"text"``, ``"npy"``, ``"npz"``, ``"array"``, ``"simulation"``.
+    sha256 : str or None
+        Checksum of the file's bytes.
+    rows : int
+        Rows of data read.
+    conversions : tuple of str
+        Each conversion and choice, in words.
+    ignored : tuple of str
+        Columns that the file has and the record has not.
+    """
+
+    path: str | None = None
+    format: str = "array"
+    sha256: str | None = None
+    rows: int = 0
+    conversions: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "path": self.path,
+            "format": self.format,
+            "sha256": self.sha256,
+            "rows": self.rows,
+            "conversions": list(self.conversions),
+            "ignored_columns": list(self.ignored),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transform:
+    """From the number in the log to a rate in SI: ``(raw - offset) * scale * factor``, then the step that `kind` asks for.
+
+    `scale` and `offset` turn counts or volts into the stated unit, `factor` that unit into SI. Increments are divided by
+    the sample interval; accumulated values are differenced first.
+    """
+
+    scale: float = 1.0
+    offset: float = 0.0
+    factor: float = 1.0
+    kind: InputKind = "rate"
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read."""
+
+    raw: tuple[NDArray[Any], ...]
+    transforms: tuple[Transform, ...]
+    tau0: float
+
+    def __len__(self) -> int:
+        lost = 1 if self.transforms[0].kind == "accumulated" else 0
+        return max(len(self.raw[0]) - lost, 0)
+
+    def read(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
+        """Rates of one channel in SI, samples `start` to `stop`; shape (stop - start,)."""
+        t = self.transforms[channel]
+        more = 1 if t.kind == "accumulated" else 0
+        x = np.asarray(self.raw[channel][start : stop + more], dtype=np.float64)
+        if t.kind == "accumulated":
+            x = np.diff(x)  # an offset would cancel here
+        elif t.offset:
+            x = x - t.offset
+        factor = t.scale * t.factor
+        if t.kind != "rate":
+            factor /= self.tau0
+        return x if factor == 1.0 else x * factor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stream:
+    """Channels of one sensor on one grid.
+
+    Attributes
+    ----------
+    name : str
+        ``"gyro"``, ``"accel"``, or the name of another signal.
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    unit : str
+        Unit of the rates, SI: ``"rad/s"``, ``"m/s^2"``; for a signal, its own unit.
+    channels : tuple of str
+        Names of the channels, e.g. ``("gyro_x", "gyro_y", "gyro_z")``.
+    grid : Grid
+    samples : Columns
+    mask : ndarray of bool, shape (n, n_channels), or None
+        True where a sample is missing; None if none is.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    channels: tuple[str, ...]
+    grid: Grid
+    samples: Columns = field(repr=False)
+    mask: NDArray[np.bool_] | None = field(default=None, repr=False)
+
+    def column(self, channel: str) -> NDArray[np.float64]:
+        """All rates of one channel in SI, shape (n,); NaN where samples are missing."""
+        return self.samples.read(self.channels.index(channel), 0, self.grid.n)
+
+    def chunks(self, size: int = _CHUNK) -> Iterator[NDArray[np.float64]]:
+        """The rates in SI in consecutive pieces of shape (≤ size, n_channels); may be called again and again."""
+        for start in range(0, self.grid.n, size):
+            stop = min(start + size, self.grid.n)
+            yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
+
+    def cut(self, start: int, stop: int) -> Stream:
+        """Samples `start` to `stop` as a stream of its own."""
+        more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
+        raw = tuple(r[start : stop + more] for r in self.samples.raw)
+        grid = replace(self.grid, n=stop - start, start=self.grid.start + start * self.grid.tau0)
+        mask = None if self.mask is None else self.mask[start:stop]
+        return replace(
+            self,
+            samples=replace(self.samples, raw=raw),
+            grid=grid,
+            mask=mask if mask is not None and mask.any() else None,
+        )
+
+    def longest_run(self) -> Stream:
+        """The longest run of samples in which no channel misses one."""
+        if self.mask is None:
+            return self
+        bad = np.flatnonzero(self.mask.any(axis=1))
+        edges = np.concatenate(([-1], bad, [self.grid.n]))
+        k = int(np.argmax(np.diff(edges)))
+        return self.cut(int(edges[k]) + 1, int(edges[k + 1]))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """A static record: streams and where they came from.
+
+    Attributes
+    ----------
+    streams : tuple of Stream
+    provenance : Provenance
+    findings : tuple of sigmatau.results.Finding
+        What the reader noticed about the file.
+    """
+
+    streams: tuple[Stream, ...]
+    provenance: Provenance = Provenance()
+    findings: tuple[Any, ...] = ()
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of all channels, stream by stream."""
+        return tuple(name for stream in self.streams for name in stream.channels)
+
+    def stream_of(self, channel: str) -> Stream:
+        """The stream that holds a channel."""
+        for stream in self.streams:
+            if channel in stream.channels:
+                return stream
+        raise KeyError(f"no channel {channel!r}; the record has {', '.join(self.channels)}")
+
+    def longest_run(self) -> Record:
+        """Each stream cut to its longest run without a missing sample."""
+        return replace(self, streams=tuple(s.longest_run() for s in self.streams))
+
+    def __repr__(self) -> str:
+        lines = [f"Record of {len(self.streams)} stream{'s' if len(self.streams) != 1 else ''}"]
+        for s in self.streams:
+            missing = "" if s.mask is None else f", {int(s.mask.any(axis=1).sum())} samples missing"
+            lines.append(
+                f"  {s.name}: {', '.join(s.channels)} [{s.unit}], {s.grid.n} samples at {s.grid.rate:.6g} Hz"
+                f" ({s.grid.duration:.6g} s{missing})"
+            )
+        return "\n".join(lines)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        rate: float,
+        unit: Mapping[str, str] | None = None,
+        input: InputKind = "rate",  # noqa: A002  the word users know from --input
+        **channels: ArrayLike,
+    ) -> Record:
+        """A record from arrays in memory.
+
+        Parameters
+        ----------
+        rate : float
+            Sampling rate. [Hz]
+        unit : mapping, optional
+            Unit by stream (``"gyro"``, ``"accel"``) or channel. Default: SI.
+        input : {"rate", "increments", "accumulated"}
+            What the numbers are; see `Transform`.
+        **channels : array_like, shape (n,) or (n, 3)
+            ``gyro_x=…`` one axis, ``gyro=…`` an array of three; names that begin with ``gyro`` or ``accel`` are angular
+            rates and accelerations, all others signals. NaN marks a missing sample.
+
+        Raises
+        ------
+        OptionError
+            For a rate that is not positive, or an unknown unit.
+        DataError
+            For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
+        """
+        if not (np.isfinite(rate) and rate > 0):
+            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+        by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
+        for name, values in channels.items():
+            array = np.array(values, dtype=np.float64)
+            stream = stream_name(name)
+            if array.ndim == 2 and array.shape[1] == 3:
+                columns = {f"{name}_{axis}": array[:, i] for i, axis in enumerate("xyz")}
+            elif array.ndim == 1:
+                columns = {name: array}
+            else:
+                raise DataError(f"`{name}` has shape {array.shape}; want (n,) or (n, 3)")
+            by_stream.setdefault(stream, {}).update(columns)
+        if not by_stream:
+            raise DataError("no channel was given; give at least one array, e.g. gyro_x=…")
+        streams = [
+            make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input)
+            for name, columns in by_stream.items()
+        ]
+        return cls(
+            streams=tuple(streams),
+            provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values())),
+        )
+
+
+def stream_name(channel: str) -> str:
+    """The stream a channel belongs to, by its name."""
+    for stream in ("gyro", "accel"):
+        if channel == stream or channel.startswith(stream + "_"):
+            return stream
+    return channel
+
+
+def make_stream(
+    name: str,
+    columns: Mapping[str, NDArray[Any]],
+    *,
+    rate: float,
+    unit: Mapping[str, str],
+    kind: InputKind = "rate",
+    scale: Mapping[str, float] | None = None,
+    offset: Mapping[str, float] | None = None,
+    grid_source: str = "given",
+    start: float = 0.0,
+) -> Stream:
+    """A stream from raw columns; units, scales and offsets are looked up by channel, then by stream.
+
+    A missing unit means SI here; a reader asks for it before it comes to this (see `sigmatau.io.read`).
+    """
+    quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(name, "signal")
+    si = QUANTITIES.get(quantity)
+    transforms = []
+    signal_unit = "1"
+    for channel in columns:
+        spelled = unit.get(channel, unit.get(name))
+        factor = 1.0
+        if si is None:
+            signal_unit = _rate_of(spelled or "1", kind)
+        elif spelled is not None:
+            factor = _factor(spelled, channel, si, kind)
+        transforms.append(
+            Transform(
+                scale=_lookup(scale, channel, name, 1.0),
+                offset=_lookup(offset, channel, name, 0.0),
+                factor=factor,
+                kind=kind,
+            )
+        )
+    lengths = {channel: len(values) for channel, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{c}: {n}" for c, n in lengths.items())
+        raise DataError(f"the channels of {name} have unequal lengths ({listed}); one stream has one grid")
+    samples = Columns(tuple(columns.values()), tuple(transforms), 1.0 / rate)
+    n = len(samples)
+    if n < MIN_SAMPLES:
+        raise RecordTooShortError(f"{name} has {n} samples; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n)
+    return Stream(
+        name=name,
+        quantity=quantity,
+        unit=si or signal_unit,
+        channels=tuple(columns),
+        grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source),
+        samples=samples,
+        mask=_missing(samples, tuple(columns)),
+    )
+
+
+def _lookup(values: Mapping[str, float] | None, channel: str, stream: str, default: float) -> float:
+    values = values or {}
+    return float(values.get(channel, values.get(stream, default)))
+
+
+def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
+    wanted = si if kind == "rate" else units.integral(si)
+    found = units.find(spelled, si=(si, units.integral(si)))
+    if found.si != wanted:
+        choices = ", ".join(units.known(wanted))
+        if kind == "rate":
+            remedy = f"is no unit of a rate: say --input increments or accumulated, or give one of {choices}"
+        else:
+            remedy = f"is the unit of a rate, but the input is {kind}: give one of {choices}"
+        raise OptionError(f"{channel}: {spelled!r} {remedy}", option="unit")
+    return found.factor
+
+
+def _rate_of(spelled: str, kind: InputKind) -> str:
+    """Unit of the rate of a signal: a phase in seconds has a rate in 1."""
+    if kind == "rate":
+        return spelled
+    return "1" if spelled == "s" else f"{spelled}/s"
+
+
+def _missing(samples: Columns, channels: Sequence[str]) -> NDArray[np.bool_] | None:
+    n = len(samples)
+    mask: NDArray[np.bool_] | None = None
+    for c, channel in enumerate(channels):
+        for start in range(0, n, _CHUNK):
+            x = samples.read(c, start, min(start + _CHUNK, n))
+            bad = ~np.isfinite(x)
+            if not bad.any():
+                continue
+            infinite = np.flatnonzero(np.isinf(x))
+            if len(infinite):
+                index = start + int(infinite[0])
+                raise NonFiniteError(
+                    f"`{channel}` is infinite at index {index} (t = {index * samples.tau0:.6g} s)",
+                    channel=channel,
+                    index=index,
+                )
+            if mask is None:
+                mask = np.zeros((n, len(channels)), dtype=bool)
+            mask[start : start + len(x), c] = bad
+    return mask

@@ -1,0 +1,222 @@
+"""Units: one closed table, SI inside.
+
+A value in another unit exists only where it is read, printed, drawn or written. There is no unit algebra: what is not in
+the table is unknown, and said to be, because a unit that is read wrongly costs more than one that is refused.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from sigmatau.errors import OptionError
+
+__all__ = ["STANDARD_GRAVITY", "Unit", "find", "integral", "known", "to_si"]
+
+STANDARD_GRAVITY = 9.80665
+"""Conventional value of the acceleration of free fall, exact (CGPM 1901). [m/s²]"""
+
+_DEG = math.pi / 180
+_ARCSEC = _DEG / 3600
+_HOUR = 3600.0
+_FOOT = 0.3048  # international foot, exact
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of the table.
+
+    Attributes
+    ----------
+    symbol : str
+        As it is typed in options and files, ASCII: ``"deg/sqrt(h)"``.
+    si : str
+        The SI unit of the same kind, which also names the kind: ``"rad/sqrt(s)"``.
+    factor : float
+        One unit in SI.
+    text : str
+        As it is printed and drawn: ``"deg/√h"``.
+    """
+
+    symbol: str
+    si: str
+    factor: float
+    text: str
+
+
+def _pretty(symbol: str) -> str:
+    text = symbol.replace("sqrt(h)", "√h").replace("sqrt(s)", "√s").replace("sqrt(Hz)", "√Hz")
+    text = text.replace("^(3/2)", "^{3/2}").replace("^2", "²").replace("^3", "³")
+    return re.sub(r"\bu(?=g|rad|s)", "µ", text)
+
+
+def _table() -> dict[str, Unit]:
+    g = STANDARD_GRAVITY
+    root_hour = math.sqrt(_HOUR)
+    rows: dict[str, dict[str, float]] = {
+        # kind (its SI unit): symbol -> one unit in SI
+        "rad/s": {
+            "rad/s": 1.0,
+            "mrad/s": 1e-3,
+            "urad/s": 1e-6,
+            "deg/s": _DEG,
+            "mdeg/s": _DEG / 1e3,
+            "deg/h": _DEG / _HOUR,
+            "arcsec/s": _ARCSEC,
+            "rpm": 2 * math.pi / 60,
+        },
+        "m/s^2": {
+            "m/s^2": 1.0,
+            "g": g,
+            "mg": g * 1e-3,
+            "ug": g * 1e-6,
+            "mGal": 1e-5,
+            "ft/s^2": _FOOT,
+            "m/s/h": 1 / _HOUR,
+        },
+        "rad": {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": _DEG, "arcmin": 60 * _ARCSEC, "arcsec": _ARCSEC},
+        "m/s": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "km/h": 1 / 3.6, "ft/s": _FOOT},
+        "rad/sqrt(s)": {
+            "rad/sqrt(s)": 1.0,
+            "rad/s/sqrt(Hz)": 1.0,
+            "mrad/s/sqrt(Hz)": 1e-3,
+            "urad/s/sqrt(Hz)": 1e-6,
+            "deg/sqrt(s)": _DEG,
+            "deg/s/sqrt(Hz)": _DEG,
+            "mdeg/s/sqrt(Hz)": _DEG / 1e3,
+            "deg/sqrt(h)": _DEG / root_hour,
+            "deg/h/sqrt(Hz)": _DEG / _HOUR,
+        },
+        "m/s/sqrt(s)": {
+            "m/s/sqrt(s)": 1.0,
+            "m/s^2/sqrt(Hz)": 1.0,
+            "m/s/sqrt(h)": 1 / root_hour,
+            "ft/s/sqrt(h)": _FOOT / root_hour,
+            "g/sqrt(Hz)": g,
+            "mg/sqrt(Hz)": g * 1e-3,
+            "ug/sqrt(Hz)": g * 1e-6,
+        },
+        "rad/s/sqrt(s)": {
+            "rad/s/sqrt(s)": 1.0,
+            "rad/s^2/sqrt(Hz)": 1.0,
+            "deg/s/sqrt(s)": _DEG,
+            "deg/s^2/sqrt(Hz)": _DEG,
+            "deg/s/sqrt(h)": _DEG / root_hour,
+            "deg/h/sqrt(s)": _DEG / _HOUR,
+            "deg/h/sqrt(h)": _DEG / _HOUR / root_hour,
+        },
+        "m/s^2/sqrt(s)": {
+            "m/s^2/sqrt(s)": 1.0,
+            "m/s^3/sqrt(Hz)": 1.0,
+            "m/s^2/sqrt(h)": 1 / root_hour,
+            "m/s/h^(3/2)": 1 / (_HOUR * root_hour),
+            "m/s/h/sqrt(h)": 1 / (_HOUR * root_hour),
+            "g/sqrt(h)": g / root_hour,
+            "mg/sqrt(h)": g * 1e-3 / root_hour,
+            "ug/sqrt(h)": g * 1e-6 / root_hour,
+        },
+        "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": _DEG, "deg/s/h": _DEG / _HOUR, "deg/h^2": _DEG / _HOUR**2},
+        "m/s^3": {
+            "m/s^3": 1.0,
+            "m/s^2/h": 1 / _HOUR,
+            "m/s/h^2": 1 / _HOUR**2,
+            "mg/h": g * 1e-3 / _HOUR,
+            "ug/h": g * 1e-6 / _HOUR,
+        },
+        "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": _HOUR},
+        "Hz": {"Hz": 1.0, "kHz": 1e3},
+    }
+    return {
+        symbol: Unit(symbol, si, factor, _pretty(symbol))
+        for si, units in rows.items()
+        for symbol, factor in units.items()
+    }
+
+
+_UNITS = _table()
+
+# The integral of a rate, kind by kind: what an increment or an accumulated output is measured in.
+_INTEGRAL = {"rad/s": "rad", "m/s^2": "m/s"}
+
+_WORDS = (
+    (r"[°º]|\bdegrees?\b|\bdegs\b", "deg"),
+    (r"[µμ]|\bmicro\b", "u"),
+    (r"\barc ?sec(onds?)?\b|″", "arcsec"),
+    (r"\barc ?min(utes?)?\b|′", "arcmin"),
+    (r"\bradians?\b|\brads\b", "rad"),
+    (r"\bmet(er|re)s?\b", "m"),
+    (r"\bmilliseconds?\b|\bmsec\b", "ms"),
+    (r"\bmicroseconds?\b|\busec\b", "us"),
+    (r"\bnanoseconds?\b|\bnsec\b", "ns"),
+    (r"\bseconds?\b|\bsecs?\b", "s"),
+    (r"\bminutes?\b", "min"),
+    (r"\bhours?\b|\bhrs?\b", "h"),
+    (r"\bhertz\b", "hz"),
+    (r"\bg's\b|\bgs\b|\bgn\b|\bg0\b", "g"),
+    (r"\bper\b", "/"),
+    (r"√\(?(hz|h|s)\)?", r"sqrt(\1)"),
+    (r"\b(?:rt|root|sqrt)[ -]?\(?(hz|h|s)\)?(?!\w)", r"sqrt(\1)"),
+    (r"²", "^2"),
+    (r"³", "^3"),
+    (r"\*\*", "^"),
+    (r"\^\{3/2\}|\^1\.5", "^(3/2)"),
+    (r"(?<=[sh])\^?\(?-([123])\)?", r"^-\1"),
+    (r"\b(s|h)([23])\b", r"\1^\2"),
+    (r"\b(deg|rad|m|ft)\s*[·* ]\s*(s|h)\^-([123])", r"\1/\2^\3"),
+    (r"\^1\b", ""),
+    (r"m/s/s\b(?!/|\^)", "m/s^2"),
+    (r"\bdps\b", "deg/s"),
+    (r"\bdph\b", "deg/h"),
+    (r"\bmdps\b", "mdeg/s"),
+    (r"\brps\b", "rad/s"),
+    (r"\bmps2\b", "m/s^2"),
+)
+_BY_SPELLING = {symbol.lower(): unit for symbol, unit in _UNITS.items()}
+
+
+def _normalise(spelling: str) -> str:
+    text = spelling.strip().lower()
+    for pattern, replacement in _WORDS:
+        text = re.sub(pattern, replacement, text)
+    return text.replace(" ", "")
+
+
+def known(si: str | None = None) -> tuple[str, ...]:
+    """Symbols of the table, of one kind if its SI unit is given."""
+    return tuple(symbol for symbol, unit in _UNITS.items() if si is None or unit.si == si)
+
+
+def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
+    """The unit that a spelling means.
+
+    Parameters
+    ----------
+    spelling : str
+        ``"deg/s"``, ``"°/s"``, ``"rad s^-1"``, ``"m/s²"``, ``"deg/√h"``, ``"ug/sqrt(Hz)"`` …; case does not matter.
+    si : str or tuple of str, optional
+        Kinds that are allowed, by their SI unit.
+
+    Raises
+    ------
+    OptionError
+        If the unit is unknown, or of another kind.
+    """
+    unit = _BY_SPELLING.get(_normalise(spelling))
+    kinds = (si,) if isinstance(si, str) else si
+    choices = ", ".join(symbol for kind in kinds for symbol in known(kind)) if kinds else ", ".join(known())
+    if unit is None:
+        raise OptionError(f"unknown unit {spelling!r}; known units: {choices}", option="unit")
+    if kinds and unit.si not in kinds:
+        raise OptionError(f"the unit {spelling!r} does not fit here; units that do: {choices}", option="unit")
+    return unit
+
+
+def to_si(value: float, unit: str) -> float:
+    """A value in SI; raises `OptionError` for an unknown unit."""
+    return value * find(unit).factor
+
+
+def integral(si: str) -> str:
+    """SI unit of the integral over time of a quantity in the SI unit `si`: rad/s gives rad, m/s² gives m/s."""
+    return _INTEGRAL[si]

@@ -1,0 +1,50 @@
+"""Running a study: named cells, seeds from their names, all cores, results kept so that a stopped study goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+CACHE = Path(".study")
+
+
+def seed_of(name: str) -> int:
+    """A seed from a case's name: never chosen, never changed."""
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
+
+
+def run(study: str, cells: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...]]]) -> dict[str, Any]:
+    """Compute every cell that is not in the cache and return all by name.
+
+    Parameters
+    ----------
+    study : str
+        Names the cache.
+    cells : mapping
+        Name to ``(function, arguments)``; the function is called as ``function(seed, *arguments)`` in a worker process
+        and returns something that JSON can hold. Delete ``.study`` to begin anew.
+    """
+    CACHE.mkdir(exist_ok=True)
+    cache = CACHE / f"{study}.json"
+    done: dict[str, Any] = json.loads(cache.read_text()) if cache.exists() else {}
+    left = [name for name in cells if name not in done]
+    started = time.monotonic()
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        futures = {pool.submit(cells[name][0], seed_of(name), *cells[name][1]): name for name in left}
+        for k, future in enumerate(as_completed(futures), 1):
+            done[futures[future]] = future.result()
+            temporary = cache.with_suffix(".tmp")
+            temporary.write_text(json.dumps(done))
+            temporary.replace(cache)
+            sys.stderr.write(f"\r{study}: {k}/{len(left)} cells, {time.monotonic() - started:.0f} s ")
+            sys.stderr.flush()
+    if left:
+        sys.stderr.write("\n")
+    return {name: done[name] for name in cells}

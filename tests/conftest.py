@@ -1,0 +1,17 @@
+"""What several tests need: the field data, where there are any."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def field_data() -> Path:
+    """The folder of records made by others, which are not ours to ship."""
+    folder = Path(os.environ.get("SIGMATAU_FIELD_DATA", ROOT.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"no field data: {folder} is absent; SIGMATAU_FIELD_DATA names another folder")
+    return folder

@@ -1,0 +1,220 @@
+"""Names: which column is which channel, and in what unit."""
+
+import pytest
+
+from sigmatau.errors import OptionError
+from sigmatau.io.read.columns import Column, choose, recognise, unit_of
+
+RECOGNISED = {
+    # name of the column: channel, unit that the name says
+    "gyro_x": ("gyro_x", None),
+    "gyrox": ("gyro_x", None),
+    "GyrX": ("gyro_x", None),
+    "gyr_y": ("gyro_y", None),
+    "GyroZ": ("gyro_z", None),
+    "gyro.x": ("gyro_x", None),
+    "Gyroscope x": ("gyro_x", None),
+    "wx": ("gyro_x", None),
+    "w_x": ("gyro_x", None),
+    "omega_x": ("gyro_x", None),
+    "angular_velocity.x": ("gyro_x", None),
+    "angular_velocity_y": ("gyro_y", None),
+    "angular_velocity/z": ("gyro_z", None),
+    "angularVelocityX": ("gyro_x", None),
+    "angular_rate_x": ("gyro_x", None),
+    "rotationRateX(rad/s)": ("gyro_x", "rad/s"),
+    "w_RS_S_x": ("gyro_x", None),
+    "w_RS_S_x [rad s^-1]": ("gyro_x", "rad s^-1"),
+    "field.angular_velocity.x": ("gyro_x", None),
+    "/imu/data/angular_velocity/x": ("gyro_x", None),
+    "imu_gyro_x": ("gyro_x", None),
+    "xgyro": ("gyro_x", None),
+    "gyro[0]": ("gyro_x", None),
+    "gyro[2]": ("gyro_z", None),
+    "gyro_rad[1]": ("gyro_y", "rad/s"),
+    "gyro_x_dps": ("gyro_x", "deg/s"),
+    "gyro_dps_x": ("gyro_x", "deg/s"),
+    "gyro_rad_s_x": ("gyro_x", "rad/s"),
+    "wz_deg_h": ("gyro_z", "deg/h"),
+    "wx(rad/s)": ("gyro_x", "rad/s"),
+    "wx (rad/s)": ("gyro_x", "rad/s"),
+    "gyro_x [deg]": ("gyro_x", "deg"),
+    "gyro_x [LSB]": ("gyro_x", None),
+    "ax": ("accel_x", None),
+    "a_x": ("accel_x", None),
+    "acc_x": ("accel_x", None),
+    "accX": ("accel_x", None),
+    "AccY": ("accel_y", None),
+    "accel_z": ("accel_z", None),
+    "linear_acceleration.z": ("accel_z", None),
+    "linear_acceleration_x": ("accel_x", None),
+    "a_RS_S_x [m s^-2]": ("accel_x", "m s^-2"),
+    "acceleration_x": ("accel_x", None),
+    "f_x": ("accel_x", None),
+    "accelerometer_m_s2[2]": ("accel_z", "m/s^2"),
+    "accel_x_g": ("accel_x", "g"),
+    "ax_m_s2": ("accel_x", "m/s^2"),
+    "accel_g_y": ("accel_y", "g"),
+    "acc_x [m/s²]": ("accel_x", "m/s²"),
+    "time": ("time", None),
+    "t": ("time", None),
+    "timestamp": ("time", None),
+    "Timestamp": ("time", None),
+    "timestamp [ns]": ("time", "ns"),
+    "stamp": ("time", None),
+    "header.stamp": ("time", None),
+    "field.header.stamp": ("time", None),
+    "t_host": ("time", None),
+    "elapsed": ("time", None),
+    "time_s": ("time", "s"),
+    "t_ns": ("time", "ns"),
+    "time_us": ("time", "us"),
+    "TimeUS": ("time", "us"),
+    "seconds_elapsed": ("time", "s"),
+    "time (ms)": ("time", "ms"),
+}
+
+NOT_RECOGNISED = [
+    "",
+    "x",
+    "gx",  # gravity? only with gy and gz
+    "gyro",
+    "gyro_temp",
+    "gyro_x_bias",
+    "bias_gyro_x",
+    "angular_velocity_covariance[0]",
+    "linear_acceleration_covariance_0",
+    "orientation.x",
+    "orientation.w",
+    "qw",
+    "mag_x",
+    "temp_c",
+    "temperature",
+    "az",  # azimuth? only with ax and ay
+    "fx",
+    "vx",
+    "gyro_x [g]",
+    "accel_x [deg/s]",
+    "timezone",
+    "time_x",
+    "uptime_gyro",
+    "user_acceleration_x",
+    "angular_acceleration_x",
+]
+
+
+@pytest.mark.parametrize(("name", "expected"), RECOGNISED.items(), ids=RECOGNISED)
+def test_recognised(name, expected):
+    siblings = [Column(name=n) for n in ("ay", "az", "a_y", "a_z") if name in ("ax", "a_x")]
+    assert recognise([Column(name=name), *siblings])[0] == expected
+
+
+@pytest.mark.parametrize("name", NOT_RECOGNISED)
+def test_not_recognised(name):
+    assert recognise([Column(name=name)]) == [None]
+
+
+@pytest.mark.parametrize("stem", ["g", "g_", "a", "a_", "G", "A"])
+def test_short_names_need_all_three_axes(stem):
+    sensor = {"g": "gyro", "a": "accel"}[stem[0].lower()]
+    three = recognise([Column(name=stem + axis) for axis in "xyz"])
+    assert three == [(f"{sensor}_{axis}", None) for axis in "xyz"]
+    assert recognise([Column(name=stem + axis) for axis in "yz"]) == [None, None]
+
+
+def names(*columns):
+    return [Column(name=name) for name in columns]
+
+
+def test_unit_row_and_brackets():
+    assert unit_of(Column(name="wx", unit="deg/s")) == ("wx", "deg/s")
+    assert unit_of(Column(name="wx [rad/s]", unit="deg/s")) == ("wx", "deg/s")
+    assert unit_of(Column(name="wx [LSB]")) == ("wx", None)
+    assert unit_of(Column(name="gyro[0]")) == ("gyro[0]", None)
+    assert unit_of(Column(name="[deg/s]")) == ("[deg/s]", None)
+    assert unit_of(Column(name="n (deg/sqrt(h))")) == ("n", "deg/sqrt(h)")
+
+
+def test_sensors_in_order_and_the_rest_left():
+    choice = choose(names("accel_x", "t", "temp", "gyro_y", "gyro_x"), None)
+    assert list(choice.channels.items()) == [("gyro_x", 4), ("gyro_y", 3), ("accel_x", 0)]
+    assert choice.time == 1
+
+
+COLUMNS = names("t", "wx [deg/s]", "wy", "wz", "5", "ax", "ay", "az", "temp")
+
+
+@pytest.mark.parametrize(
+    ("asked", "channels", "time"),
+    [
+        ({"gyro_x": "wx"}, {"gyro_x": 1}, 0),
+        ({"gyro_x": "wx [deg/s]"}, {"gyro_x": 1}, 0),
+        ({"gyro_x": "WX"}, {"gyro_x": 1}, 0),
+        ({"gyro_x": 2, "time": 9}, {"gyro_x": 1}, 8),
+        ({"gyro_x": " 2 "}, {"gyro_x": 1}, 0),
+        ({"gyro": "2:4"}, {"gyro_x": 1, "gyro_y": 2, "gyro_z": 3}, 0),
+        ({"accel": "6:8", "gyro_z": "5"}, {"gyro_z": 4, "accel_x": 5, "accel_y": 6, "accel_z": 7}, 0),
+        ({"phase": "temp"}, {"phase": 8}, 0),
+        ({"phase": "t"}, {"phase": 0}, None),
+        ({"gyro": 3}, {"gyro": 2}, 0),
+        ({"b": 3, "a": 3}, {"b": 2, "a": 2}, 0),
+    ],
+)
+def test_asked(asked, channels, time):
+    choice = choose(COLUMNS, asked)
+    assert list(choice.channels.items()) == list(channels.items())
+    assert choice.time == time
+
+
+def test_a_name_that_looks_like_a_number_wins():
+    assert choose(names("3", "1", "2"), {"gyro_x": "3"}).channels == {"gyro_x": 0}
+    assert choose(names("3", "1", "2"), {"gyro_x": 3}).channels == {"gyro_x": 2}
+
+
+def test_time_alone_leaves_the_sensors_to_be_recognised():
+    choice = choose(names("time", "seconds", "gyro_x"), {"time": "seconds"})
+    assert (choice.channels, choice.time) == ({"gyro_x": 2}, 1)
+
+
+def test_the_sensors_own_stamp_before_that_of_arrival():
+    choice = choose(names("time", "field.header.stamp", "wx"), None)
+    assert choice.time == 1
+    assert choice.notes == ("time from 'field.header.stamp', not from 'time'",)
+
+
+def test_half_a_stamp_is_no_time():
+    assert choose(names("sec", "nanosec", "wx"), None).time is None
+    assert choose(names("header.stamp.secs", "header.stamp.nsecs", "wx"), None).time is None
+    assert choose(names("sec", "wx"), None).time == 0
+
+
+@pytest.mark.parametrize(
+    ("columns", "asked", "words"),
+    [
+        (COLUMNS, {"gyro_x": "wq"}, ["no column 'wq'", "2 'wx [deg/s]'", "9 'temp'"]),
+        (COLUMNS, {"gyro_x": 10}, ["no column 10", "9 'temp'"]),
+        (COLUMNS, {"gyro_x": 0}, ["no column 0"]),
+        (COLUMNS, {"gyro_x": -1}, ["no column '-1'"]),
+        (COLUMNS, {"gyro": "2:5"}, ["range", "gyro=2:4"]),
+        (COLUMNS, {"gyro": "8:10"}, ["no column 10"]),
+        (COLUMNS, {"time": "1:3"}, ["time is one column"]),
+        (COLUMNS, {"gyro": "2:4", "gyro_x": 2}, ["gyro_x is given twice"]),
+        (COLUMNS, {" ": 2}, ["without a name"]),
+        (names("a", "b", "a"), {"gyro_x": "a"}, ["columns 1 and 3", "--channels gyro_x=1"]),
+        (names("wx", "gyro_x"), None, ["1 'wx'", "2 'gyro_x'", "both look like gyro_x", "--channels"]),
+        (names("wx", "wx"), None, ["1 'wx' and 2 'wx'"]),
+        (names("time", "t", "wx"), None, ["1 'time' and 2 't'", "look like time", "--channels time=1"]),
+        (names("a", "b", "c"), None, ["no column with a known name", "1 'a'", "--channels gyro=1:3"]),
+        (names("", ""), None, ["no column names", "--channels gyro_z=2"]),
+        (names(*(f"c{i}" for i in range(300))), None, ["'c11'", "300 in all"]),
+    ],
+)
+def test_refused(columns, asked, words):
+    with pytest.raises(OptionError) as caught:
+        choose(columns, asked)
+    assert caught.value.option == "channels"
+    message = str(caught.value)
+    assert "\n" not in message
+    assert len(message) < 800
+    for word in words:
+        assert word in message

@@ -1,0 +1,162 @@
+"""NumPy's files."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.io import read
+
+N = 50
+DATA = np.random.default_rng(1).normal(size=(N, 4))
+OPTIONS = {"rate": 100, "channels": {"gyro": "2:4"}, "unit": {"gyro": "rad/s"}}
+
+
+def gyro(record):
+    return np.stack([record.stream_of(c).column(c) for c in ("gyro_x", "gyro_y", "gyro_z")], axis=1)
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("dtype", ["f8", "f4", ">f8", "i4", "i2", "u1"])
+def test_array(tmp_path, dtype, order):
+    data = np.asarray(np.abs(DATA) * 50, dtype=dtype, order=order)
+    np.save(tmp_path / "a.npy", data)
+    record = read(tmp_path / "a.npy", **OPTIONS)
+    np.testing.assert_array_equal(gyro(record), data[:, 1:].astype(float))
+    assert record.provenance.format == "npy"
+    assert record.provenance.ignored == ("column 1",)
+
+
+def test_an_array_stays_on_disk(tmp_path):
+    np.save(tmp_path / "a.npy", DATA)
+    (stream,) = read(tmp_path / "a.npy", **OPTIONS).streams
+    assert all(isinstance(raw, np.memmap) for raw in stream.samples.raw)
+
+
+def test_structured_array(tmp_path):
+    data = np.zeros(N, dtype=[("t_ns", "i8"), ("gyro_dps", "f4", (3,)), ("label", "U3")])
+    data["t_ns"] = 10**18 + 1 + np.arange(N) * 10_000_000
+    data["gyro_dps"] = DATA[:, :3]
+    np.save(tmp_path / "a.npy", data)
+    record = read(tmp_path / "a.npy")
+    np.testing.assert_array_equal(gyro(record), data["gyro_dps"].astype(float) * (np.pi / 180))
+    assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-15)
+    assert record.provenance.ignored == ("label",)
+
+
+def test_archive(tmp_path):
+    path = tmp_path / "log.npz"
+    np.savez_compressed(path, t_s=np.arange(N) / 100, gyro_dps=DATA[:, :3], acc_x=DATA[:, 3], fs=100.0, temp=DATA[:, 0])
+    record = read(path, unit={"accel": "g"})
+    np.testing.assert_array_equal(gyro(record), DATA[:, :3] * (np.pi / 180))
+    np.testing.assert_array_equal(record.stream_of("accel_x").column("accel_x"), DATA[:, 3] * 9.80665)
+    assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-13)
+    assert record.provenance.ignored == ("temp",)
+    assert read(path, channels={"gyro_x": "temp"}, unit={"gyro": "rad/s"}).channels == ("gyro_x",)
+
+
+def test_an_archive_by_content_not_by_name(tmp_path):
+    np.savez(tmp_path / "log.npz", wx=DATA[:, 0])
+    (tmp_path / "log.npz").rename(tmp_path / "log.dat")
+    record = read(tmp_path / "log.dat", rate=1, unit={"gyro": "rad/s"})
+    np.testing.assert_array_equal(record.streams[0].column("gyro_x"), DATA[:, 0])
+
+
+def test_objects_beside_numbers_do_not_matter(tmp_path):
+    np.savez(tmp_path / "a.npz", wx=DATA[:, 0], meta=np.array([{"a": 1}], dtype=object))
+    assert read(tmp_path / "a.npz", rate=1, unit={"gyro": "rad/s"}).channels == ("gyro_x",)
+
+
+def test_not_a_number(tmp_path):
+    data = DATA.copy()
+    data[17, 2] = np.nan
+    np.save(tmp_path / "a.npy", data)
+    with pytest.raises(
+        NonFiniteError, match=r"a\.npy, row 17 .* column number 3 has nan.*until gaps are supported"
+    ) as e:
+        read(tmp_path / "a.npy", **OPTIONS)
+    assert e.value.index == 17
+    data[17, 2] = 0
+    data[5, 0] = np.inf  # a column that is not used
+    np.save(tmp_path / "a.npy", data)
+    assert read(tmp_path / "a.npy", **OPTIONS).channels == ("gyro_x", "gyro_y", "gyro_z")
+
+
+@pytest.mark.parametrize(
+    ("array", "words"),
+    [
+        (np.zeros((2, 3, 4)), r"shape \(2, 3, 4\)"),
+        (np.zeros(()), r"shape \(\)"),
+        (np.zeros((7, 1000)), "transpose"),
+        (np.array([{}, {}]), "Python objects"),
+        (np.zeros((N, 4), dtype=complex), "complex128, not real"),
+        (np.zeros((N, 4), dtype="U3"), "not real"),
+        (np.zeros((3, 4)), "3 rows of data; at least 4"),
+        (np.zeros((0, 4)), "0 rows of data; at least 4"),
+    ],
+)
+def test_refused_arrays(tmp_path, array, words):
+    np.save(tmp_path / "a.npy", array, allow_pickle=True)
+    with pytest.raises(DataError, match=words):
+        read(tmp_path / "a.npy", **OPTIONS)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"wx": DATA[:, 0], "wy": DATA[:-1, 0]}, r"unequal length \(wx 50, wy 49\)"),
+        ({"wx": np.array([{}] * 5)}, "wx hold objects or words"),
+        ({"fs": 100.0}, "no array of numbers"),
+        ({}, "no|without"),
+    ],
+)
+def test_refused_archives(tmp_path, arrays, words):
+    np.savez(tmp_path / "a.npz", **arrays)
+    with pytest.raises(DataError, match=words):
+        read(tmp_path / "a.npz", rate=1, unit={"gyro": "rad/s"})
+
+
+def test_no_array_of_that_name(tmp_path):
+    np.savez(tmp_path / "a.npz", wx=DATA[:, 0])
+    with pytest.raises(OptionError, match=r"no column 'q' \(columns: 1 'wx'\)"):
+        read(tmp_path / "a.npz", rate=1, channels={"gyro_x": "q"})
+
+
+@pytest.mark.parametrize("cut", [5, 50, 200, 1000, -10])
+def test_cut_off(tmp_path, cut):
+    np.save(tmp_path / "a.npy", DATA)
+    np.savez(tmp_path / "a.npz", wx=DATA[:, 0], wy=DATA[:, 1])
+    for path in (tmp_path / "a.npy", tmp_path / "a.npz"):
+        path.write_bytes(path.read_bytes()[:cut])
+        with pytest.raises(DataError):
+            read(path, **OPTIONS)
+
+
+def test_a_flipped_bit_in_an_archive_is_found(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez(path, wx=DATA[:, 0])
+    raw = bytearray(path.read_bytes())
+    raw[300] ^= 1  # in the numbers
+    path.write_bytes(raw)
+    with pytest.raises(DataError, match="damaged"):
+        read(path, rate=1, unit={"gyro": "rad/s"})
+
+
+def test_a_zip_archive_of_something_else(tmp_path):
+    for name in ("a.zip", "a.npz"):
+        with zipfile.ZipFile(tmp_path / name, "w") as archive:
+            archive.writestr("hello.txt", "hello")
+        with pytest.raises(DataError, match=r"zip archive.*text tables, \.npy, \.npz"):
+            read(tmp_path / name)
+
+
+def test_compressed_npy(tmp_path):
+    import gzip
+
+    buffer = io.BytesIO()
+    np.save(buffer, DATA)
+    (tmp_path / "a.npy.gz").write_bytes(gzip.compress(buffer.getvalue()))
+    with pytest.raises(DataError, match="decompress it first"):
+        read(tmp_path / "a.npy.gz", **OPTIONS)

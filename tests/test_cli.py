@@ -1,0 +1,270 @@
+"""The command line as a user meets it: output, files, messages, exit codes."""
+
+import gzip
+import json
+import subprocess
+import sys
+from importlib import resources
+
+import jsonschema
+import numpy as np
+import pytest
+
+from sigmatau.cli import main
+
+HEADER = "gyro_x [deg/s],gyro_y [deg/s],accel_z [g]"
+
+
+def table(rows=400, header=HEADER):
+    y = np.random.default_rng(9).standard_normal((rows, 3))
+    return "\n".join([header, *(",".join(f"{v:.6f}" for v in row) for row in y)]) + "\n"
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(table())
+    return path
+
+
+def run(*argv, capsys):
+    code = main([str(a) for a in argv])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+class TestAnalyze:
+    def test_table_figure_and_json(self, log, tmp_path, capsys):
+        figure, result = tmp_path / "a.png", tmp_path / "r.json"
+        code, out, err = run("analyze", log, "--rate", 100, "--plot", figure, "--json", result, capsys=capsys)
+        assert (code, err) == (0, "")
+        assert "gyro_x   angle random walk" in out
+        assert "accel_z  velocity random walk" in out
+        assert "eq. (26)" in out
+        assert figure.read_bytes().startswith(b"\x89PNG")
+        content = json.loads(result.read_text())
+        assert list(content["channels"]) == ["gyro_x", "gyro_y", "accel_z"]
+        assert content["source"]["path"] == str(log)
+
+    def test_json_has_the_published_form(self, log, capsys):
+        schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
+        code, out, _ = run("analyze", log, "--rate", 100, "--json", "-", "--taus", "quarter", capsys=capsys)
+        assert code == 0
+        content = json.loads(out, parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
+        jsonschema.validate(content, schema)
+        gyro = content["channels"]["gyro_x"]
+        assert gyro["read_off"]["random_walk"]["unit"] == "rad/sqrt(s)"
+        assert gyro["curve"]["tau_s"][0] == 0.01
+        assert gyro["curve"]["unit"] == "rad/s"
+
+    @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])
+    def test_figures(self, log, tmp_path, ending, capsys):
+        path = tmp_path / f"a.{ending}"
+        assert run("analyze", log, "--rate", 100, "--plot", path, "-q", capsys=capsys)[0] == 0
+        assert path.stat().st_size > 5000
+
+    def test_the_same_result_whatever_the_input_kind(self, tmp_path, capsys):
+        y = np.random.default_rng(1).standard_normal(3000)
+        forms = {
+            "rate": (y, "deg/s"),
+            "increments": (y / 50 * 3600, "arcsec"),
+            "accumulated": (np.concatenate(([0], np.cumsum(y))) / 50, "deg"),
+        }
+        tables = []
+        for kind, (values, unit) in forms.items():
+            path = tmp_path / f"{kind}.txt"
+            np.savetxt(path, values, fmt="%.17g")
+            code, out, _ = run(
+                "analyze", path, "--rate", 50, "--channels", "gyro_x=1", "--unit", f"gyro={unit}", "--input", kind,
+                capsys=capsys,
+            )  # fmt: skip
+            assert code == 0
+            tables.append(out)
+        assert tables[0] == tables[1] == tables[2]
+
+    def test_scale_and_offset(self, tmp_path, log, capsys):
+        volts = tmp_path / "volts.csv"
+        y = np.loadtxt(log, delimiter=",", skiprows=1)[:, 0]
+        np.savetxt(volts, 2.5 + y * 0.02, header="gyro_x", comments="", fmt="%.12g")
+        args = ["--rate", 100, "--unit", "gyro=deg/s", "--scale", "gyro=50", "--offset", "gyro_x=2.5", "--json", "-"]
+        _, out, _ = run("analyze", volts, *args, capsys=capsys)
+        _, expected, _ = run("analyze", log, "--rate", 100, "--json", "-", capsys=capsys)
+        a, b = (json.loads(t)["channels"]["gyro_x"]["curve"]["adev"] for t in (out, expected))
+        assert a == pytest.approx(b, rel=1e-9)  # the twelve digits written
+
+    def test_constant_channel_is_a_finding(self, tmp_path, capsys):
+        path = tmp_path / "c.csv"
+        rows = table().splitlines()
+        path.write_text("\n".join([rows[0], *(f"0.5,{r.split(',', 1)[1]}" for r in rows[1:])]))
+        code, out, err = run("analyze", path, "--rate", 100, capsys=capsys)
+        assert code == 0
+        assert "gyro_x" not in out
+        assert "gyro_y" in out
+        assert err.startswith("error: gyro_x: every one of 400 samples is")
+
+    def test_only_constant_channels(self, tmp_path, capsys):
+        path = tmp_path / "c.csv"
+        path.write_text("gyro_x [deg/s]\n" + "1\n" * 50)
+        code, out, err = run("analyze", path, "--rate", 100, capsys=capsys)
+        assert (code, out) == (1, "")
+        assert "no channel is left" in err
+
+    def test_no_imu(self, field_data, capsys):
+        code, out, _ = run(
+            "analyze", field_data / "phasedat" / "PHASE.DAT", "--channels", "phase=1", "--unit", "phase=s",
+            "--input", "accumulated", "--rate", 1, "--taus", "octave", "--json", "-", capsys=capsys,
+        )  # fmt: skip
+        assert code == 0
+        curve = json.loads(out)["channels"]["phase"]["curve"]
+        assert f"{curve['adev'][0]:.4e}" == "2.9223e-01"  # Stable32, phase_dat_oadev_octave.txt
+        assert curve["n_pairs"][0] == 999
+
+
+def _gz(text):
+    return gzip.compress(text.encode())
+
+
+ROWS = table().splitlines()
+
+
+def _with(line, text):
+    rows = list(ROWS)
+    rows[line] = text
+    return "\n".join(rows) + "\n"
+
+
+# name: (bytes of the file or None for a directory, options, exit code, words that the line must have)
+BAD = {
+    "empty": (b"", [], 1, ["empty"]),
+    "text only": (b"once upon a time\nthere was a gyro\n", [], 1, []),
+    "one row": ((ROWS[0] + "\n" + ROWS[1] + "\n").encode(), ["--rate", "100"], 1, ["4"]),
+    "three rows": (("\n".join(ROWS[:4]) + "\n").encode(), ["--rate", "100"], 1, ["3", "4"]),
+    "NaN": (_with(18, "1.0,nan,2.0").encode(), ["--rate", "100"], 1, ["line 19", "gyro_y"]),
+    "short row": (_with(18, "1.0,2.0").encode(), ["--rate", "100"], 1, ["line 19", "2", "3"]),
+    "word": (_with(18, "1.0,oops,2.0").encode(), ["--rate", "100"], 1, ["line 19", "oops"]),
+    "time backwards": (
+        b"time [s],gyro_x [deg/s]\n" + b"".join(b"%.2f,%d\n" % (0.01 * (k if k != 30 else 20), k % 7) for k in range(50)),
+        [],
+        1,
+        ["line 32", "back"],
+    ),
+    "unknown unit": (table(header="gyro_x,gyro_y,accel_z").encode(), ["--rate", "100", "--unit", "gyro=furlong,accel=g"], 2, ["furlong"]),
+    "no unit": (table(header="gyro_x,gyro_y,accel_z").encode(), ["--rate", "100"], 2, ["--unit", "gyro"]),
+    "no rate": (table().encode(), [], 2, ["--rate"]),
+    "wrong column": (table().encode(), ["--rate", "100", "--channels", "gyro_x=omega"], 2, ["omega", "gyro_y"]),
+    "directory": (None, ["--rate", "100"], 1, ["directory"]),
+    "cut gzip": (_gz(table(4000))[:20000], ["--rate", "100"], 1, ["gzip", "compressed"]),
+    "unknown option": (table().encode(), ["--ratte", "100"], 2, ["ratte"]),
+    "rate no number": (table().encode(), ["--rate", "fast"], 2, ["fast"]),
+    "rate zero": (table().encode(), ["--rate", "0"], 2, ["rate"]),
+    "unit without =": (table().encode(), ["--rate", "100", "--unit", "deg/s"], 2, ["--unit"]),
+    "taus no number": (table().encode(), ["--rate", "100", "--taus", "often"], 2, ["often"]),
+    "tau too long": (table().encode(), ["--rate", "100", "--taus", "100"], 2, ["half the record"]),
+    "rate unit for increments": (table().encode(), ["--rate", "100", "--input", "increments"], 2, ["deg/s", "increments"]),
+    "figure of unknown kind": (table().encode(), ["--rate", "100", "--plot", "a.bmp"], 2, [".png"]),
+    "figure nowhere": (table().encode(), ["--rate", "100", "--plot", "absent/a.png"], 1, ["absent"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input(name, tmp_path, monkeypatch, capsys):
+    """One clear line that names the file or option, the documented exit code, and no output left."""
+    content, options, code, words = BAD[name]
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / ("log.csv.gz" if name == "cut gzip" else "log.csv")
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content)
+    outputs = [] if "--plot" in options else ["--plot", "out.png"]
+    got, out, err = run("analyze", path, *options, *outputs, "--json", "out.json", capsys=capsys)
+    assert got == code, err
+    assert out == ""
+    assert len(err.splitlines()) == 1, err
+    assert err.startswith("sigmatau: ")
+    assert any(word in err for word in words) if name == "cut gzip" else all(word in err for word in words), err
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+class TestSimulate:
+    MODEL = '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\n'
+
+    def test_log(self, tmp_path, capsys):
+        (tmp_path / "m.toml").write_text(self.MODEL)
+        args = ["simulate", tmp_path / "m.toml", "--hours", 0.1, "--rate", 50, "--seed", 3, "-o"]
+        assert run(*args, tmp_path / "a.csv", capsys=capsys)[0] == 0
+        code, out, err = run(*args, tmp_path / "b.csv", capsys=capsys)
+        assert (code, out) == (0, "")
+        assert "18000 samples of 1 channels, seed 3" in err
+        assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+        assert (tmp_path / "a.csv").read_text().splitlines()[0] == "time [s],gyro_x [rad/s]"
+        code, out, _ = run("analyze", tmp_path / "a.csv", "--json", "-", capsys=capsys)
+        read = json.loads(out)["channels"]["gyro_x"]["read_off"]["random_walk"]
+        assert read["value"] == pytest.approx(np.deg2rad(0.3) / 60, rel=0.05)
+
+    @pytest.mark.parametrize(
+        ("options", "code"),
+        [
+            (["--hours", "-1", "--rate", "10", "-o", "a.csv"], 2),
+            (["--hours", "1", "--rate", "0", "-o", "a.csv"], 2),
+            (["--hours", "1e9", "--rate", "1000", "-o", "a.csv"], 2),
+            (["--hours", "1", "--rate", "10", "-o", "a.xlsx"], 2),
+            (["--hours", "1", "--rate", "10", "-o", "absent/a.csv"], 1),
+            (["--hours", "1", "--rate", "10", "--seed", "-1", "-o", "a.csv"], 2),
+            (["--hours", "1", "--rate", "10"], 2),
+        ],
+    )
+    def test_wrong_options(self, tmp_path, monkeypatch, options, code, capsys):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "m.toml").write_text(self.MODEL)
+        got, out, err = run("simulate", "m.toml", *options, capsys=capsys)
+        assert (got, out) == (code, "")
+        assert len(err.splitlines()) == 1
+        assert [p.name for p in tmp_path.iterdir()] == ["m.toml"]
+
+
+def test_demo(tmp_path, capsys):
+    code, out, err = run("demo", "--output", tmp_path / "demo", capsys=capsys)
+    assert code == 0
+    assert sorted(p.name for p in (tmp_path / "demo").iterdir()) == [
+        "allan.png",
+        "hg1700.toml",
+        "result.json",
+        "static.csv",
+    ]
+    assert "truth" in out
+    assert "gyro: 3 channels, 720000 samples at 100 Hz" in out
+    assert "written:" in err
+
+
+@pytest.mark.parametrize(
+    "argv", [["--help"], ["analyze", "--help"], ["simulate", "--help"], ["demo", "--help"], ["--version"]]
+)
+def test_help(argv, capsys):
+    code, out, err = run(*argv, capsys=capsys)
+    assert (code, err) == (0, "")
+    assert "sigmatau" in out
+
+
+def test_help_has_examples(capsys):
+    assert "--channels time=1,gyro=2:4" in run("analyze", "--help", capsys=capsys)[1]
+
+
+def test_importing_loads_nothing_heavy():
+    code = (
+        "import sys, sigmatau; "
+        "print([m for m in ('scipy', 'matplotlib', 'pandas', 'rich', 'cyclopts') if m in sys.modules])"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[]"
+
+
+def test_as_a_module(log):
+    done = subprocess.run(
+        [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "angle random walk" in done.stdout
+    assert done.stderr == ""

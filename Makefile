@@ -35,6 +35,6 @@ lock: ## newest versions into requirements/
 	@scripts/lock.sh
 
 clean: ## remove all that was made here
-	rm -rf .venv target demo .bench python/sigmatau/_core*.so
+	rm -rf .venv target demo .bench .study python/sigmatau/_core*.so
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find python tests benches studies -name __pycache__ -prune -exec rm -rf {} +

@@ -10,6 +10,7 @@ import argparse
 import platform
 import statistics
 import time
+from functools import partial
 
 import allantools
 import numpy as np
@@ -38,7 +39,7 @@ def main() -> None:
         rate = np.random.default_rng(n).standard_normal(n) + 1.0
         sizes = [2**j for j in range(n.bit_length()) if 2**j <= n // 2]
         np.testing.assert_allclose(ours(rate, sizes, 1), theirs(rate, sizes), rtol=1e-9)
-        calls = [lambda: theirs(rate, sizes), lambda: ours(rate, sizes, 1), lambda: ours(rate, sizes, 2)]
+        calls = [partial(theirs, rate, sizes), partial(ours, rate, sizes, 1), partial(ours, rate, sizes, 2)]
         times: list[list[float]] = [[], [], []]
         for _ in range(arguments.rounds):
             for call, seconds in zip(calls, times, strict=True):

@@ -17,6 +17,15 @@ cc_links() {
 
 has_cargo() { find_rust && cargo "$1" --version >/dev/null 2>&1; }
 
+# A part of the toolchain comes from where the toolchain came from.
+component() {
+    if [[ -x $(dirname "$(command -v rustc || echo /none/)")/rustup ]]; then
+        missing+=("$1: rustup component add $1")
+    else
+        missing+=("$1") && packages+=("$2")
+    fi
+}
+
 # cargo asks the system for the roots of trust; a bare container may have none.
 has_roots() { ! command -v apt-get >/dev/null || [[ -n ${SSL_CERT_FILE:-} || -s /etc/ssl/certs/ca-certificates.crt ]]; }
 
@@ -35,33 +44,33 @@ examine() {
         missing+=("Rust ≥ 1.$RUST_MIN with cargo (found: $RUST_FOUND)") && packages+=(RUST CARGO)
     fi
     if [[ $what == test ]]; then
-        has_cargo clippy || { missing+=("clippy") && packages+=(CLIPPY); }
-        has_cargo fmt || { missing+=("rustfmt") && packages+=(RUSTFMT); }
+        has_cargo clippy || component clippy CLIPPY
+        has_cargo fmt || component rustfmt RUSTFMT
     fi
 }
 
 candidate() { apt-cache policy "$1" 2>/dev/null | sed -n 's/^  Candidate: //p'; }
 
-# Replace the placeholders by the names of this release: Debian 12 has a recent Rust only under the names -web.
+# Replace the placeholders by the names of this release (Debian 12 has a recent Rust only under the names -web), or drop
+# them where it has none that is new enough.
 name_packages() {
-    local -a names
-    local i minor
-    [[ ${packages[*]} == *[A-Z]* ]] || return 0
+    local names=() named=() minor p
+    minor=$(candidate rustc | sed -n 's/^1\.\([0-9]*\)\..*/\1/p')
     if [[ $(candidate rustc-web) == 1.* ]]; then
         names=(rustc-web cargo-web rust-web-clippy rustfmt-web)
-    else
-        minor=$(candidate rustc | sed -n 's/^1\.\([0-9]*\)\..*/\1/p')
-        ((${minor:-0} >= RUST_MIN)) || return 1
+    elif ((${minor:-0} >= RUST_MIN)); then
         names=(rustc cargo rust-clippy rustfmt)
     fi
-    for i in "${!packages[@]}"; do
-        case ${packages[i]} in
-        RUST) packages[i]=${names[0]} ;;
-        CARGO) packages[i]=${names[1]} ;;
-        CLIPPY) packages[i]=${names[2]} ;;
-        RUSTFMT) packages[i]=${names[3]} ;;
+    for p in "${packages[@]}"; do
+        case $p in
+        RUST) p=${names[0]:-} ;;
+        CARGO) p=${names[1]:-} ;;
+        CLIPPY) p=${names[2]:-} ;;
+        RUSTFMT) p=${names[3]:-} ;;
         esac
+        [[ -z $p ]] || named+=("$p")
     done
+    packages=("${named[@]}")
 }
 
 examine
@@ -69,7 +78,8 @@ if ((${#missing[@]})) && command -v apt-get >/dev/null; then
     if ((EUID == 0)) && ((${#packages[@]})); then
         export DEBIAN_FRONTEND=noninteractive
         quietly "doctor: apt-get update" apt-get update || true # one broken source need not matter
-        if name_packages; then
+        name_packages
+        if ((${#packages[@]})); then
             quietly "doctor: apt-get install ${packages[*]}" apt-get install -y --no-install-recommends \
                 -o DPkg::Lock::Timeout=120 "${packages[@]}"
             hash -r
@@ -77,8 +87,8 @@ if ((${#missing[@]})) && command -v apt-get >/dev/null; then
         fi
     elif ((EUID != 0)); then
         # Without package lists, the names of Debian 12.
-        [[ -n $(candidate git) && $(candidate git) != "(none)" ]] || candidate() { echo 1.0; }
-        name_packages || packages=()
+        [[ $(candidate rustc)$(candidate rustc-web) == *[0-9]* ]] || candidate() { echo 1.0; }
+        name_packages
     fi
 fi
 
@@ -90,7 +100,7 @@ if ((${#missing[@]})); then
             echo "Run as root:"
             echo "  apt-get update && apt-get install -y ${packages[*]}"
         fi
-        if [[ ${missing[*]} == *[Rr]ust* ]]; then
+        if [[ ${missing[*]} == *"Rust ≥"* ]]; then
             echo "Rust also comes from https://rustup.rs (rustup update, if it is too old)."
         fi
     } >&2

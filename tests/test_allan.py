@@ -2,12 +2,12 @@
 
 import math
 
-import known
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import known
 from sigmatau import Record, allan
 from sigmatau.allan import cluster_sizes
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError

@@ -125,6 +125,7 @@ def _gz(text):
 
 
 ROWS = table().splitlines()
+NO_UNITS = table(header="gyro_x,gyro_y,accel_z").encode()
 
 
 def _with(line, text):
@@ -148,8 +149,8 @@ BAD = {
         1,
         ["line 32", "back"],
     ),
-    "unknown unit": (table(header="gyro_x,gyro_y,accel_z").encode(), ["--rate", "100", "--unit", "gyro=furlong,accel=g"], 2, ["furlong"]),
-    "no unit": (table(header="gyro_x,gyro_y,accel_z").encode(), ["--rate", "100"], 2, ["--unit", "gyro"]),
+    "unknown unit": (NO_UNITS, ["--rate", "100", "--unit", "gyro=furlong,accel=g"], 2, ["furlong"]),
+    "no unit": (NO_UNITS, ["--rate", "100"], 2, ["--unit", "gyro"]),
     "no rate": (table().encode(), [], 2, ["--rate"]),
     "wrong column": (table().encode(), ["--rate", "100", "--channels", "gyro_x=omega"], 2, ["omega", "gyro_y"]),
     "directory": (None, ["--rate", "100"], 1, ["directory"]),

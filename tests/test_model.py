@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import DataError, NoiseModel, OptionError, allan, simulate
 from sigmatau.io.write import write_record
 from sigmatau.units import to_si

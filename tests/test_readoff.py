@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import NoiseModel, Record, allan, read_off, simulate
 from sigmatau.allan import DeviationCurve, cluster_sizes
 from sigmatau.readoff import RULES

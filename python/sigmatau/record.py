@@ -266,7 +266,8 @@ class Record:
             What the numbers are; see `Transform`.
         **channels : array_like, shape (n,) or (n, 3)
             ``gyro_x=…`` one axis, ``gyro=…`` an array of three; names that begin with ``gyro`` or ``accel`` are angular
-            rates and accelerations, all others signals. NaN marks a missing sample.
+            rates and accelerations, all others signals. NaN marks a missing sample. A float64 array is not copied: do
+            not change it while the record is in use.
 
         Raises
         ------
@@ -279,7 +280,8 @@ class Record:
             raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
         for name, values in channels.items():
-            array = np.array(values, dtype=np.float64)
+            array = np.asarray(values, dtype=np.float64).view()
+            array.setflags(write=False)
             stream = stream_name(name)
             if array.ndim == 2 and array.shape[1] == 3:
                 columns = {f"{name}_{axis}": array[:, i] for i, axis in enumerate("xyz")}
@@ -393,6 +395,9 @@ def _missing(samples: Columns, channels: Sequence[str]) -> NDArray[np.bool_] | N
     for c, channel in enumerate(channels):
         for start in range(0, n, _CHUNK):
             x = samples.read(c, start, min(start + _CHUNK, n))
+            with np.errstate(over="ignore", invalid="ignore"):
+                if np.isfinite(np.add.reduce(x)):
+                    continue  # one NaN or infinity would have made the sum one, and this is faster
             bad = ~np.isfinite(x)
             if not bad.any():
                 continue

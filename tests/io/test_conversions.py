@@ -6,7 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from sigmatau.io import read
+from sigmatau.io import read, write_record
+from sigmatau.record import Record
 
 RATE = 50.0
 VALUES = np.array([3.0, -1.0, 4.0, 1.0, -5.0, 9.0])
@@ -70,3 +71,18 @@ def test_importing_is_light():
     code = "import sys, sigmatau.io; print(sorted(m for m in ('scipy', 'matplotlib', 'pandas', 'rich') if m in sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.npz"])
+def test_a_record_that_is_written_is_read_again(tmp_path, name):
+    record = Record.from_arrays(
+        rate=200, gyro=np.random.default_rng(5).normal(size=(100, 3)), accel_z=np.arange(100) / 7
+    )
+    write_record(record, tmp_path / name)
+    again = read(tmp_path / name)
+    assert again.channels == record.channels
+    assert again.findings == ()
+    for stream in again.streams:
+        assert stream.grid.rate == pytest.approx(200, rel=1e-13)
+        for channel in stream.channels:
+            np.testing.assert_array_equal(stream.column(channel), record.stream_of(channel).column(channel))

@@ -64,7 +64,7 @@ DATA = {
     "decimal comma and comma": ("t,wx\n0,1,1,5\n0,2,2,5\n0,3,1,5\n0,4,1,7\n", ["decimal comma"]),
     "thousands": (
         'time [s],gyro_x [deg/s]\n0,"1,234.5"\n1,"2,000.1"\n2,"3,1.2"\n',
-        ["line 2", "'1,234.5'", "not a number"],
+        ["line 2", '"1,234.5"', "not a number"],
     ),
     "two delimiters": ("1.5,2.5;3.5\n" * 5, ["line 1", "more than one way"]),
     "UTF-16": (GOOD.encode("utf-16"), ["UTF-16", "UTF-8"]),

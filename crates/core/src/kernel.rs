@@ -5,6 +5,8 @@
 //! once: the last point of one tau is the middle point of the next. Everything has a fixed length, so that the
 //! compiler can unroll and vectorise without any check inside.
 
+use pulp::{Arch, Simd, WithSimd};
+
 /// Starts handled together.
 pub const STARTS: usize = 1024;
 
@@ -22,7 +24,9 @@ pub type Lanes = [f64; LANES];
 
 /// Sums of h² for the chain of taus m, 2m, 4m …: `first` is the window at lag 0, `middle` at lag m, `last[i]` at
 /// lag 2m·2ⁱ, and `correction[i]` half the second difference of their anchors.
-#[inline(never)] // By itself, and with the sums in memory at both ends, it is vectorised along the starts.
+///
+/// Runs on the widest vectors that the processor has, found at run time. Products and sums are not fused, so every
+/// processor gives the same bits.
 pub fn chain<const T: usize>(
     first: &Window,
     middle: &Window,
@@ -30,18 +34,39 @@ pub fn chain<const T: usize>(
     correction: [f64; T],
     sums: &mut [Lanes; T],
 ) {
-    let at = |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
-    for start in (0..STARTS).step_by(LANES) {
-        let x = at(first, start);
-        let mut y = at(middle, start);
-        for tau in 0..T {
-            let z = at(last[tau], start);
-            for lane in 0..LANES {
-                let h = half_difference(x[lane], y[lane], z[lane], correction[tau]);
-                sums[tau][lane] += h * h;
+    Arch::new().dispatch(Chain { first, middle, last, correction, sums });
+}
+
+/// The arguments of [`chain`].
+struct Chain<'a, const T: usize> {
+    first: &'a Window,
+    middle: &'a Window,
+    last: [&'a Window; T],
+    correction: [f64; T],
+    sums: &'a mut [Lanes; T],
+}
+
+impl<const T: usize> WithSimd for Chain<'_, T> {
+    type Output = ();
+
+    #[inline(always)] // into a function that is compiled for those vectors
+    fn with_simd<S: Simd>(self, _: S) {
+        let at =
+            |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
+        let mut sums = *self.sums;
+        for start in (0..STARTS).step_by(LANES) {
+            let x = at(self.first, start);
+            let mut y = at(self.middle, start);
+            for tau in 0..T {
+                let z = at(self.last[tau], start);
+                for lane in 0..LANES {
+                    let h = half_difference(x[lane], y[lane], z[lane], self.correction[tau]);
+                    sums[tau][lane] += h * h;
+                }
+                y = z;
             }
-            y = z;
         }
+        *self.sums = sums;
     }
 }
 

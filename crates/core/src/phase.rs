@@ -153,9 +153,10 @@ impl PhaseBuilder {
             let (part, tail) = rest.split_at(to_border.min(rest.len()));
             let mut running = self.running;
             self.phase.values.extend(part.iter().map(|&y| {
-                let (difference, error) = two_sum(y, -slope);
-                running.add(difference);
-                running.lo += error;
+                let (difference, before) = two_sum(y, -slope);
+                let (hi, after) = two_sum(running.hi, difference);
+                // One addition to `lo` a sample: each waits for the one before.
+                running = Sum { hi, lo: running.lo + (before + after) };
                 running.value()
             }));
             if part.len() == to_border {

@@ -116,7 +116,7 @@ mod tests {
             }
             values
         };
-        let (a, b) = (column(100_000), column(100_000));
+        let (a, b) = (column(20_000), column(20_000));
         let path = std::env::temp_dir().join(format!("sigmatau-formats-{}.csv", std::process::id()));
         for (gzip, delimiter, reader) in [
             (false, b',', Delimiter::Byte(b',')),

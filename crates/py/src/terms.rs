@@ -55,7 +55,9 @@ pub fn term_psd<'py>(
     let form: Box<dyn Fn(f64) -> f64> = match (term, tau0) {
         ("quantization", Some(tau0)) => Box::new(move |f| psd::quantization_sampled(c, tau0, f)),
         ("quantization", None) => {
-            return Err(PyValueError::new_err("the spectrum of quantization noise needs the sample interval tau0"));
+            return Err(PyValueError::new_err(
+                "the spectrum of quantization noise needs the sample interval tau0",
+            ));
         }
         ("random_walk", _) => Box::new(move |_| psd::random_walk(c)),
         ("bias_instability", Some(tau0)) => Box::new(move |f| psd::bias_instability_sampled(c, tau0, f)),

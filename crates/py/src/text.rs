@@ -50,7 +50,9 @@ pub fn write_text(
 fn one_byte(delimiter: &str) -> PyResult<u8> {
     match delimiter.as_bytes() {
         [byte] => Ok(*byte),
-        _ => Err(PyValueError::new_err(format!("the delimiter must be one ASCII character, not {delimiter:?}"))),
+        _ => Err(PyValueError::new_err(format!(
+            "the delimiter must be one ASCII character, not {delimiter:?}"
+        ))),
     }
 }
 
@@ -58,7 +60,9 @@ fn one_byte(delimiter: &str) -> PyResult<u8> {
 fn refused(error: Refused) -> PyErr {
     let message = error.to_string();
     let fields = match error {
-        Refused::Ragged { line, row, got, expected } => ("ragged", line, row, 0, String::new(), got, expected),
+        Refused::Ragged { line, row, got, expected } => {
+            ("ragged", line, row, 0, String::new(), got, expected)
+        }
         Refused::NotANumber { line, row, column, text } => ("not_a_number", line, row, column, text, 0, 0),
         Refused::NonFinite { line, row, column, text } => ("non_finite", line, row, column, text, 0, 0),
         Refused::TooLong { line } => ("too_long", line, 0, 0, String::new(), 0, 0),

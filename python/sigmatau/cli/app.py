@@ -6,7 +6,7 @@ from cyclopts import App
 
 from sigmatau import __version__
 
-__all__ = ["app"]
+__all__ = ["EXAMPLES", "app"]
 
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing."
@@ -32,6 +32,9 @@ sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s"
         "sigmatau demo --output demo",
     ),
 }
+
+EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
+"""Command lines of the help pages; the tests run them."""
 
 app = App(
     name="sigmatau",

@@ -101,7 +101,7 @@ def read(
         If the file cannot be read or used: missing, empty, damaged, of an unknown format; a row of another length; a word
         among the numbers; time going backwards. Its children are `NonFiniteError` for a NaN and `RecordTooShortError`.
     """
-    name = os.fspath(path)
+    name = os.fsdecode(path)
     options = assemble.Options.check(rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset)
     try:
         file = _regular(name)

@@ -1,0 +1,107 @@
+"""What the README claims is run: its Python, its model, its command lines; its table is the demo's real output."""
+
+import re
+import shlex
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from sigmatau import NoiseModel, analyze, read
+from sigmatau.cli import main
+from sigmatau.cli.app import EXAMPLES
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+
+
+def commands():
+    lines = [line for block in blocks("sh") for line in block.splitlines()]
+    lines += [line for examples in EXAMPLES.values() for line in examples.splitlines()]
+    return sorted({line.split("   ")[0].strip() for line in lines if line.startswith("sigmatau ")})
+
+
+def test_python(capsys):
+    (code,) = blocks("python")
+    exec(compile(code, "README.md", "exec"), {})
+    assert "angle random walk" in capsys.readouterr().out
+
+
+def test_model():
+    import tomllib
+
+    (text,) = blocks("toml")
+    assert set(NoiseModel.from_dict(tomllib.loads(text)).channels) == {"gyro_x", "accel_x"}
+
+
+def test_the_table_is_the_demos(tmp_path, capsys):
+    assert main(["demo", "--output", str(tmp_path / "demo")]) == 0
+    out = capsys.readouterr().out
+    (shown,) = blocks("text")
+    assert shown == out
+
+
+def test_links():
+    for page in [ROOT / "README.md", *ROOT.glob("docs/**/*.md")]:
+        for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+            if not target.startswith("https://"):
+                assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def _write_logs(folder):
+    """The files that the examples name, with what the text says of them."""
+    y = np.random.default_rng(1).standard_normal((400, 6))
+    t = np.arange(400) / 100
+    names = [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]
+
+    def table(name, columns, header, delimiter=","):
+        np.savetxt(folder / name, columns, delimiter=delimiter, header=header, comments="", fmt="%.9g")
+
+    table(
+        "static.csv",
+        np.column_stack([t, y]),
+        "time [s]," + ",".join(f"{n} [{'deg/s' if n.startswith('g') else 'g'}]" for n in names),
+    )
+    np.savetxt(folder / "imu.txt", np.column_stack([t, y]))
+    for name in ("log.csv", "daq.csv", "counts.csv"):
+        wanted = names if name == "log.csv" else names[:3]
+        table(name, y[:, : len(wanted)], ",".join(wanted))
+    for name in ("rlg.csv", "laser_gyro.csv"):
+        table(name, np.column_stack([t, y]), "time [s]," + ",".join(names))
+    np.savetxt(folder / "phase.txt", np.cumsum(y[:, 0]))
+    (folder / "imu.toml").write_text(blocks("toml")[0])
+
+
+@pytest.mark.parametrize("command", commands())
+def test_command_lines(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    _write_logs(tmp_path)
+    command = command.replace("--hours 2", "--hours 0.01")
+    argv = shlex.split(command, comments=True)[1:]
+    assert main(argv) == 0, capsys.readouterr().err
+    for written in re.findall(r"(?:--plot|--json|-o) (\S+)", command):
+        assert (tmp_path / written).stat().st_size > 0
+
+
+def test_study_page_is_of_the_packages_rules():
+    """docs/study/read-off.md marks the rules that are in force; a changed rule asks for ``make study``."""
+    from sigmatau.readoff import RULES
+
+    page = (ROOT / "docs" / "study" / "read-off.md").read_text(encoding="utf-8")
+    marked = re.findall(r"^\| \*\*(\w+)\*\* \| ([\d.]+) \| ([\d.]+) \| (\d+) \| ([\d.]+) ", page, flags=re.MULTILINE)
+    assert {m[0]: tuple(map(float, m[1:4])) for m in marked} == {
+        term: (rule.tolerance, rule.slope_error, rule.span) for term, rule in RULES.items()
+    }
+    assert all(float(m[4]) <= 5 for m in marked)
+
+
+def test_record_prints_itself(tmp_path):
+    _write_logs(tmp_path)
+    record = read(tmp_path / "static.csv")
+    assert repr(record).startswith("Record of 2 streams\n  gyro: gyro_x, gyro_y, gyro_z [rad/s], 400 samples at 100 Hz")
+    assert repr(analyze(record)).startswith(
+        "gyro: 3 channels, 400 samples at 100 Hz (time stamps in column 'time [s]'), 4 s"
+    )

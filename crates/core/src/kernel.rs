@@ -49,7 +49,8 @@ struct Chain<'a, const T: usize> {
 impl<const T: usize> WithSimd for Chain<'_, T> {
     type Output = ();
 
-    #[inline(always)] // into a function that is compiled for those vectors
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
     fn with_simd<S: Simd>(self, _: S) {
         let at =
             |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
@@ -57,11 +58,11 @@ impl<const T: usize> WithSimd for Chain<'_, T> {
         for start in (0..STARTS).step_by(LANES) {
             let x = at(self.first, start);
             let mut y = at(self.middle, start);
-            for tau in 0..T {
-                let z = at(self.last[tau], start);
+            for ((sum, window), correction) in sums.iter_mut().zip(self.last).zip(self.correction) {
+                let z = at(window, start);
                 for lane in 0..LANES {
-                    let h = half_difference(x[lane], y[lane], z[lane], self.correction[tau]);
-                    sums[tau][lane] += h * h;
+                    let h = half_difference(x[lane], y[lane], z[lane], correction);
+                    sum[lane] += h * h;
                 }
                 y = z;
             }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, allan, read_off, simulate
+from sigmatau import NoiseModel, OptionError, Record, allan, read_off, simulate
 from sigmatau.allan import DeviationCurve, cluster_sizes
 from sigmatau.readoff import RULES
 from sigmatau.terms import TERMS, avar
@@ -159,3 +159,25 @@ def test_rules_can_be_changed():
     curve = exact({"random_walk": 1e-4})
     assert len(read_off(curve, rules={})) == 0
     assert list(read_off(curve, rules={"random_walk": RULES["random_walk"]})) == ["random_walk"]
+
+
+def test_a_dense_grid_reads_like_a_sparse_one():
+    """Every τ of a record would be a search over 10⁸ regions; it is thinned."""
+    rng = np.random.default_rng(seed_of("dense grid"))
+    record = Record.from_arrays(rate=10, gyro_x=rng.standard_normal(40_000))
+    dense = read_off(allan(record, taus=np.arange(1, 20_001) / 10)["gyro_x"])["random_walk"]
+    sparse = read_off(allan(record, taus="quarter")["gyro_x"])["random_walk"]
+    assert dense.value == pytest.approx(sparse.value, rel=0.01)
+    assert dense.tau_max == pytest.approx(sparse.tau_max, rel=0.2)
+
+
+def test_coefficient_in_another_unit():
+    c = read_off(exact({"random_walk": to_si(0.3, "deg/sqrt(h)")}))["random_walk"]
+    assert c.to("deg/√h") == pytest.approx(0.3)
+    with pytest.raises(OptionError, match="does not fit"):
+        c.to("deg/h")
+
+
+def test_notebooks_show_what_is_printed():
+    found = read_off(exact({"random_walk": 1e-4}))
+    assert found._repr_html_().startswith("<pre>x: read off")

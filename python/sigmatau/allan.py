@@ -19,10 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.record import Record, Stream
+from sigmatau.results import Printed
 from sigmatau.uncertainty import percentage_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan", "cluster_sizes"]
 
@@ -36,7 +38,7 @@ _SEEDS: Mapping[str, tuple[int, ...]] = {"octave": (4,), "half": (4, 6), "quarte
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DeviationCurve:
+class DeviationCurve(Printed):
     """Allan deviation of one channel against averaging time.
 
     Attributes
@@ -117,7 +119,7 @@ class DeviationCurve:
         return "\n".join([head, *rows])
 
 
-class Curves(Mapping[str, DeviationCurve]):
+class Curves(Mapping[str, DeviationCurve], Printed):
     """Curves by channel: an immutable mapping in the record's order."""
 
     __slots__ = ("_curves",)
@@ -136,6 +138,16 @@ class Curves(Mapping[str, DeviationCurve]):
 
     def __len__(self) -> int:
         return len(self._curves)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Each curve as plain columns, by channel."""
+        return {channel: curve.to_dict() for channel, curve in self._curves.items()}
+
+    def plot(self) -> Figure:
+        """Draw all curves with their error bands, one panel a stream."""
+        from sigmatau.plot.curves import draw_analysis
+
+        return draw_analysis(self._curves, {channel: {} for channel in self._curves})
 
     def __repr__(self) -> str:
         return "\n".join(repr(curve) for curve in self._curves.values())

@@ -13,7 +13,7 @@ from sigmatau.allan import Counting, Curves, Overlap, TauGrid, allan
 from sigmatau.errors import DataError
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record, Stream
-from sigmatau.results import Finding, seconds
+from sigmatau.results import Finding, Printed, seconds
 from sigmatau.terms import TERMS
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ SCHEMA = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Analysis:
+class Analysis(Printed):
     """What a record shows.
 
     Attributes

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels, terms, units
 from sigmatau.errors import DataError, OptionError
 from sigmatau.record import MIN_SAMPLES, Columns, Grid, Provenance, Record, Stream, Transform, stream_name
+from sigmatau.results import Printed
 
 __all__ = ["NoiseModel", "simulate"]
 
@@ -35,7 +36,7 @@ _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseModel:
+class NoiseModel(Printed):
     """Coefficients of the five terms, in SI, by channel.
 
     Attributes

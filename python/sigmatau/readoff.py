@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.allan import DeviationCurve
-from sigmatau.results import seconds, value_error_text
+from sigmatau.results import Printed, seconds, value_error_text
 from sigmatau.terms import TERMS, Term, coefficient_unit, display_units
+from sigmatau.units import find
 
 __all__ = ["LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
 
@@ -64,6 +65,7 @@ RULES: Mapping[str, Rule] = {
 # A bend away from the line that five terms cannot make (their sum is convex in the log-log plot) must exceed the noise.
 _BEND = 0.1
 _SIGMAS = 2.5
+_PER_OCTAVE = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +97,10 @@ class Coefficient:
     slope: float
     percentage: float
 
+    def to(self, unit: str) -> float:
+        """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
+        return self.value / find(unit, si=self.unit).factor
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "value": self.value,
@@ -116,7 +122,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, slots=True)
-class ReadOff(Mapping[str, Coefficient]):
+class ReadOff(Mapping[str, Coefficient], Printed):
     """Coefficients of one channel, read off: a mapping from term to `Coefficient`; terms without a region are absent."""
 
     channel: str
@@ -184,6 +190,8 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     rules : mapping of str to Rule
         By term; terms that it lacks are not sought.
 
+    A grid of more than 8 averaging times an octave is thinned to 8.
+
     Returns
     -------
     ReadOff
@@ -193,145 +201,120 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     The line is fitted by least squares in log σ with the weights 1/(δ² + (tolerance/5)²), δ by eq. (26): the first part is
     the noise, the second keeps the shortest, most exact points from deciding alone while neighbouring terms bend them.
     """
-    adev, error = curve.adev, curve.error
-    usable = (error <= LARGEST_ERROR) & (adev > 0)
-    lt, ls, delta = np.log(curve.tau[usable]), np.log(adev[usable]), error[usable]
-    octave_slope, octave_error = _octave_slopes(lt, ls, delta)
+    points = _Points.of(curve)
     coefficients, refused = {}, []
-    for name, term in TERMS.items():
-        if name not in rules:
-            continue
-        rule = rules[name]
-        near = np.abs(octave_slope - term.slope) <= rule.tolerance + 2 * octave_error
-        found = _longest(lt, ls, delta, near, slope=term.slope, rule=rule)
+    for name, rule in rules.items():
+        term = TERMS[name]
+        found = points.longest(term.slope, rule)
         if found is None:
             continue
         i, j, slope = found
-        height = _height(lt, ls, delta, i, j, term.slope, rule.tolerance)
-        region = (float(np.exp(lt[i])), float(np.exp(lt[j])))
-        reason = _bend(lt, ls, delta, i, j, height, term)
+        height = points.height(i, j, term.slope, rule.tolerance)
+        region = (float(np.exp(points.lt[i])), float(np.exp(points.lt[j])))
+        reason = points.bend(i, j, height, term)
         if reason is not None:
             refused.append(Refusal(term=name, tau_min=region[0], tau_max=region[1], reason=reason))
             continue
         at = 0.0 if term.read_at is None else term.slope * math.log(term.read_at)
         value = math.exp(height + at) / term.level
+        delta = float(points.delta[j])
         coefficients[name] = Coefficient(
             term=name,
             value=value,
-            error=value * float(delta[j]),
+            error=value * delta,
             unit=coefficient_unit(name, curve.quantity, curve.unit),
             tau_min=region[0],
             tau_max=region[1],
             slope=slope,
-            percentage=float(delta[j]),
+            percentage=delta,
         )
     return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
 
 
-def _octave_slopes(
-    lt: NDArray[np.float64], ls: NDArray[np.float64], delta: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Slope over about an octave round each point, and its standard error by eq. (26)."""
-    n = len(lt)
-    slope, error = np.full(n, np.nan), np.full(n, np.inf)
-    half = 0.5 * math.log(2) * 1.01
-    for k in range(n):
-        i = int(np.searchsorted(lt, lt[k] - half))
-        j = int(np.searchsorted(lt, lt[k] + half, side="right")) - 1
-        i, j = (max(k - 1, 0), min(k + 1, n - 1)) if j - i < 1 else (i, j)
-        if j > i:
-            slope[k] = (ls[j] - ls[i]) / (lt[j] - lt[i])
-            error[k] = math.hypot(delta[i], delta[j]) / (lt[j] - lt[i])
-    return slope, error
+@dataclass(frozen=True, slots=True)
+class _Points:
+    """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included."""
 
+    lt: NDArray[np.float64]
+    ls: NDArray[np.float64]
+    delta: NDArray[np.float64]
 
-def _longest(
-    lt: NDArray[np.float64],
-    ls: NDArray[np.float64],
-    delta: NDArray[np.float64],
-    near: NDArray[np.bool_],
-    *,
-    slope: float,
-    rule: Rule,
-) -> tuple[int, int, float] | None:
-    """The longest admissible region: first and last index and fitted slope; of equals, the shorter averaging times."""
-    best: tuple[int, int, float] | None = None
-    longest = math.log(rule.span) - 1e-9
-    for i in range(len(lt)):
-        for j in range(i + 1, len(lt)):
-            if not near[j] or not near[i]:
-                break
-            length = lt[j] - lt[i]
-            if length <= longest + (1e-9 if best else 0) or math.hypot(delta[i], delta[j]) / length > rule.slope_error:
-                continue
-            weights = 1 / np.sqrt(delta[i : j + 1] ** 2 + (rule.tolerance / 5) ** 2)
-            fitted = float(np.polyfit(lt[i : j + 1], ls[i : j + 1], 1, w=weights)[0])
-            if (
-                abs(fitted - slope) <= rule.tolerance
-                and _straight(lt, ls, delta, i, j, rule.tolerance)
-                and _on_line(lt, ls, delta, i, j, slope, rule.tolerance)
-            ):
-                best, longest = (i, j, fitted), length
-    return best
+    @classmethod
+    def of(cls, curve: DeviationCurve) -> _Points:
+        usable = (curve.error <= LARGEST_ERROR) & (curve.avar > 0)
+        lt, ls, delta = np.log(curve.tau[usable]), np.log(curve.adev[usable]), curve.error[usable]
+        # Neighbours on a dense grid say the same thing again; the search is over all pairs.
+        bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
+        kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
+        return cls(lt[kept], ls[kept], delta[kept])
 
+    def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Slope over about an octave round each point, and its standard error by eq. (26)."""
+        n = len(self.lt)
+        slope, error = np.full(n, np.nan), np.full(n, np.inf)
+        half = 0.5 * math.log(2) * 1.01
+        for k in range(n):
+            i = int(np.searchsorted(self.lt, self.lt[k] - half))
+            j = int(np.searchsorted(self.lt, self.lt[k] + half, side="right")) - 1
+            i, j = (max(k - 1, 0), min(k + 1, n - 1)) if j - i < 1 else (i, j)
+            if j > i:
+                slope[k] = (self.ls[j] - self.ls[i]) / (self.lt[j] - self.lt[i])
+                error[k] = math.hypot(self.delta[i], self.delta[j]) / (self.lt[j] - self.lt[i])
+        return slope, error
 
-def _straight(
-    lt: NDArray[np.float64], ls: NDArray[np.float64], delta: NDArray[np.float64], i: int, j: int, tolerance: float
-) -> bool:
-    """Whether the slopes of the two halves agree."""
-    k = int(np.argmin(np.abs(lt[i : j + 1] - (lt[i] + lt[j]) / 2))) + i
-    if not i < k < j:
-        return True
-    first, second = lt[k] - lt[i], lt[j] - lt[k]
-    change = (ls[j] - ls[k]) / second - (ls[k] - ls[i]) / first
-    error = math.hypot(delta[i] / first, delta[k] * (1 / first + 1 / second), delta[j] / second)
-    return bool(abs(change) <= 2 * tolerance + error)
+    def longest(self, slope: float, rule: Rule) -> tuple[int, int, float] | None:
+        """The longest region of a slope: first and last point and fitted slope; of equals, the one at shorter τ."""
+        octave_slope, octave_error = self.octave_slopes()
+        near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
+        best: tuple[int, int, float] | None = None
+        longest = math.log(rule.span) - 1e-9
+        for i in range(len(self.lt)):
+            for j in range(i, len(self.lt)):
+                if not near[j]:
+                    break
+                length = self.lt[j] - self.lt[i]
+                if length <= longest + (1e-9 if best else 0):
+                    continue
+                if math.hypot(self.delta[i], self.delta[j]) / length > rule.slope_error:
+                    continue
+                weights = 1 / np.sqrt(self.delta[i : j + 1] ** 2 + (rule.tolerance / 5) ** 2)
+                fitted = float(np.polyfit(self.lt[i : j + 1], self.ls[i : j + 1], 1, w=weights)[0])
+                if (
+                    abs(fitted - slope) <= rule.tolerance
+                    and self.straight(i, j, rule.tolerance)
+                    and self.on_line(i, j, slope, rule.tolerance)
+                ):
+                    best, longest = (i, j, fitted), length
+        return best
 
+    def straight(self, i: int, j: int, tolerance: float) -> bool:
+        """Whether the slopes of the two halves agree."""
+        lt, ls, delta = self.lt, self.ls, self.delta
+        k = int(np.argmin(np.abs(lt[i : j + 1] - (lt[i] + lt[j]) / 2))) + i
+        if not i < k < j:
+            return True
+        first, second = lt[k] - lt[i], lt[j] - lt[k]
+        change = (ls[j] - ls[k]) / second - (ls[k] - ls[i]) / first
+        error = math.hypot(delta[i] / first, delta[k] * (1 / first + 1 / second), delta[j] / second)
+        return bool(abs(change) <= 2 * tolerance + error)
 
-def _height(
-    lt: NDArray[np.float64],
-    ls: NDArray[np.float64],
-    delta: NDArray[np.float64],
-    i: int,
-    j: int,
-    slope: float,
-    tolerance: float,
-) -> float:
-    """Log σ at τ = 1 s of the line of the given slope, fitted to points i … j."""
-    weights = 1 / (delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
-    return float(np.average(ls[i : j + 1] - slope * lt[i : j + 1], weights=weights))
+    def height(self, i: int, j: int, slope: float, tolerance: float) -> float:
+        """Log σ at τ = 1 s of the line of the given slope, fitted to the points."""
+        weights = 1 / (self.delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
+        return float(np.average(self.ls[i : j + 1] - slope * self.lt[i : j + 1], weights=weights))
 
+    def on_line(self, i: int, j: int, slope: float, tolerance: float) -> bool:
+        """Whether every point lies on the line, but for its noise and the tolerance in log σ."""
+        off = self.ls[i : j + 1] - slope * self.lt[i : j + 1] - self.height(i, j, slope, tolerance)
+        return bool((np.abs(off) <= tolerance + _SIGMAS * self.delta[i : j + 1]).all())
 
-def _on_line(
-    lt: NDArray[np.float64],
-    ls: NDArray[np.float64],
-    delta: NDArray[np.float64],
-    i: int,
-    j: int,
-    slope: float,
-    tolerance: float,
-) -> bool:
-    """Whether every point of the region lies on the line, but for its noise and the tolerance in log σ."""
-    height = _height(lt, ls, delta, i, j, slope, tolerance)
-    off = np.abs(ls[i : j + 1] - slope * lt[i : j + 1] - height)
-    return bool((off <= tolerance + _SIGMAS * delta[i : j + 1]).all())
-
-
-def _bend(
-    lt: NDArray[np.float64],
-    ls: NDArray[np.float64],
-    delta: NDArray[np.float64],
-    i: int,
-    j: int,
-    height: float,
-    term: Term,
-) -> str | None:
-    """Why this region is not the term's, if the curve lies below the region's line before or after it."""
-    if term.name == "random_walk":
-        return None  # a filter before it and anything after it leave white noise white
-    below = height + term.slope * lt - ls > _SIGMAS * delta + _BEND
-    if below[:i].any():
-        return "the curve rises into it: a filter, a line or correlated noise"
-    if below[j + 1 :].any():
-        return "the curve falls below it later: a filter, a line or correlated noise"
-    return None
+    def bend(self, i: int, j: int, height: float, term: Term) -> str | None:
+        """Why the region is not the term's, if the curve lies below the region's line before or after it."""
+        if term.name == "random_walk":
+            return None  # a filter before it and anything after it leave white noise white
+        below = height + term.slope * self.lt - self.ls > _SIGMAS * self.delta + _BEND
+        if below[:i].any():
+            return "the curve rises into it: a filter, a line or correlated noise"
+        if below[j + 1 :].any():
+            return "the curve falls below it later: a filter, a line or correlated noise"
+        return None

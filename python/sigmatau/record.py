@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.results import Finding, Printed
 
 __all__ = ["QUANTITIES", "Columns", "Grid", "InputKind", "Provenance", "Record", "Stream", "Transform"]
 
@@ -204,7 +205,7 @@ class Stream:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Record:
+class Record(Printed):
     """A static record: streams and where they came from.
 
     Attributes
@@ -217,7 +218,7 @@ class Record:
 
     streams: tuple[Stream, ...]
     provenance: Provenance = Provenance()
-    findings: tuple[Any, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import html
 import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = ["Finding", "Severity", "seconds", "value_error_text"]
+__all__ = ["Finding", "Printed", "Severity", "seconds", "value_error_text"]
 
 Severity = Literal["info", "warning", "error"]
+
+
+class Printed:
+    """A result that shows in a notebook what it prints."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(repr(self))}</pre>"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

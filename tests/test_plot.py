@@ -1,0 +1,45 @@
+"""Figures: what is on them."""
+
+import numpy as np
+import pytest
+
+from sigmatau import Record, allan, analyze
+from sigmatau.errors import OptionError
+
+
+@pytest.fixture(scope="module")
+def record():
+    y = np.random.default_rng(4).standard_normal((20_000, 3))
+    return Record.from_arrays(rate=100, gyro=y * 1e-3, accel=y * 1e-2, volts=y[:, 0], unit={"volts": "V"})
+
+
+def test_panels_and_labels(record):
+    figure = analyze(record).plot()
+    titles = {ax.get_title(): ax for ax in figure.axes if ax.get_visible()}
+    assert list(titles) == ["Gyroscopes", "Accelerometers", "volts"]
+    gyro = titles["Gyroscopes"]
+    assert gyro.get_ylabel() == "Allan deviation σ(τ) [deg/h]"
+    assert titles["Accelerometers"].get_ylabel() == "Allan deviation σ(τ) [µg]"
+    assert titles["volts"].get_ylabel() == "Allan deviation σ(τ) [V]"
+    assert "angle random walk" in {text.get_text() for text in gyro.texts}
+    assert {"gyro_x", "gyro_y", "gyro_z"} <= {text.get_text() for text in gyro.get_legend().get_texts()}
+
+
+def test_the_line_passes_through_its_coefficient(record):
+    analysis = analyze(record)
+    (ax,) = [a for a in analysis.plot().axes if a.get_title() == "volts"]
+    dashed = next(line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) == 2)
+    x, y = (np.log(v) for v in dashed.get_data())
+    slope = (y[1] - y[0]) / (x[1] - x[0])
+    assert slope == pytest.approx(-0.5)
+    assert np.exp(y[0] - slope * x[0]) == pytest.approx(analysis.read_off["volts"]["random_walk"].value)
+
+
+def test_curves_alone(record):
+    curves = allan(record)
+    assert len(curves.plot().axes) == 4
+    ax = curves["gyro_x"].plot(unit="deg/s")
+    assert ax.get_ylabel().endswith("[deg/s]")
+    assert ax.lines[0].get_ydata()[0] == pytest.approx(np.rad2deg(curves["gyro_x"].adev[0]))
+    with pytest.raises(OptionError, match="does not fit"):
+        curves["gyro_x"].plot(unit="g")

@@ -105,3 +105,13 @@ def test_record_prints_itself(tmp_path):
     assert repr(analyze(record)).startswith(
         "gyro: 3 channels, 400 samples at 100 Hz (time stamps in column 'time [s]'), 4 s"
     )
+
+
+def test_one_version():
+    import tomllib
+
+    from sigmatau import __version__
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    crates = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]["version"]
+    assert project == crates == __version__

@@ -7,16 +7,16 @@
 Importing the package loads NumPy and nothing heavier; matplotlib is imported when something is drawn.
 """
 
-__version__ = "0.1.0"
-
+from sigmatau._version import __version__
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.io import read
 from sigmatau.model import NoiseModel, simulate
 from sigmatau.readoff import ReadOff, read_off
-from sigmatau.record import Record, Stream
+from sigmatau.record import Record
 from sigmatau.results import Finding
+from sigmatau.streams import Stream
 from sigmatau.uncertainty import percentage_error
 
 __all__ = [

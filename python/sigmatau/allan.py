@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.record import Record, Stream
+from sigmatau.record import Record
 from sigmatau.results import Printed
+from sigmatau.streams import Stream
 from sigmatau.uncertainty import percentage_error
 
 if TYPE_CHECKING:

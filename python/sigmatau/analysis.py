@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from sigmatau import __version__
+from sigmatau._version import __version__
 from sigmatau.allan import Counting, Curves, Overlap, TauGrid, allan
 from sigmatau.errors import DataError
 from sigmatau.readoff import ReadOff, read_off
-from sigmatau.record import Provenance, Record, Stream
+from sigmatau.record import Provenance, Record
 from sigmatau.results import Finding, Printed, seconds
+from sigmatau.streams import Stream
 from sigmatau.terms import TERMS
 
 if TYPE_CHECKING:

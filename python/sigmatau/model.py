@@ -25,8 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels, terms, units
 from sigmatau.errors import DataError, OptionError
-from sigmatau.record import MIN_SAMPLES, Columns, Grid, Provenance, Record, Stream, Transform, stream_name
+from sigmatau.record import MIN_SAMPLES, Provenance, Record, stream_name
 from sigmatau.results import Printed
+from sigmatau.streams import Columns, Grid, Stream, Transform
 
 __all__ = ["NoiseModel", "simulate"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cyclopts import App
 
-from sigmatau import __version__
+from sigmatau._version import __version__
 
 __all__ = ["EXAMPLES", "app"]
 

@@ -17,7 +17,8 @@ from pathlib import Path
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble, npy, text
 from sigmatau.io.read.table import HEAD, Format, Head
-from sigmatau.record import InputKind, Record
+from sigmatau.record import Record
+from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 

@@ -17,8 +17,9 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice, choose, recognise, unit_of
 from sigmatau.io.read.table import Table
-from sigmatau.record import MIN_SAMPLES, QUANTITIES, InputKind, Provenance, Record, make_stream, stream_name
+from sigmatau.record import MIN_SAMPLES, QUANTITIES, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
+from sigmatau.streams import InputKind
 
 __all__ = ["Options", "assemble"]
 

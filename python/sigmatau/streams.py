@@ -1,0 +1,155 @@
+"""Streams: the channels of one sensor on one uniform grid, read as rates in SI whatever the log held.
+
+Rates, increments, accumulated angle or velocity; counts, volts or any unit: a `Transform` turns them into rates when they
+are read. Samples are reached through `Stream.chunks` or `Stream.column`, so that a record need not fit in memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CHUNK", "Columns", "Grid", "InputKind", "Stream", "Transform"]
+
+InputKind = Literal["rate", "increments", "accumulated"]
+
+CHUNK = 1 << 16
+"""Samples read together where nothing else is asked for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """A uniform grid in time.
+
+    Attributes
+    ----------
+    n : int
+        Number of rate samples.
+    tau0 : float
+        Sample interval. [s]
+    start : float
+        Time of the first sample in the log's own clock, after whole-second epochs have been taken off. [s]
+    source : str
+        How `tau0` was found, in words for the reader of a report.
+    """
+
+    n: int
+    tau0: float
+    start: float = 0.0
+    source: str = "given"
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate. [Hz]"""
+        return 1.0 / self.tau0
+
+    @property
+    def duration(self) -> float:
+        """Length of the record, n·tau0. [s]"""
+        return self.n * self.tau0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transform:
+    """From the number in the log to a rate in SI: ``(raw - offset) * scale * factor``, then the step that `kind` asks for.
+
+    `scale` and `offset` turn counts or volts into the stated unit, `factor` that unit into SI. Increments are divided by
+    the sample interval; accumulated values are differenced first.
+    """
+
+    scale: float = 1.0
+    offset: float = 0.0
+    factor: float = 1.0
+    kind: InputKind = "rate"
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read."""
+
+    raw: tuple[NDArray[Any], ...]
+    transforms: tuple[Transform, ...]
+    tau0: float
+
+    def __len__(self) -> int:
+        lost = 1 if self.transforms[0].kind == "accumulated" else 0
+        return max(len(self.raw[0]) - lost, 0)
+
+    def read(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
+        """Rates of one channel in SI, samples `start` to `stop`; shape (stop - start,)."""
+        t = self.transforms[channel]
+        more = 1 if t.kind == "accumulated" else 0
+        x = np.asarray(self.raw[channel][start : stop + more], dtype=np.float64)
+        if t.kind == "accumulated":
+            x = np.diff(x)  # an offset would cancel here
+        elif t.offset:
+            x = x - t.offset
+        factor = t.scale * t.factor
+        if t.kind != "rate":
+            factor /= self.tau0
+        return x if factor == 1.0 else x * factor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stream:
+    """Channels of one sensor on one grid.
+
+    Attributes
+    ----------
+    name : str
+        ``"gyro"``, ``"accel"``, or the name of another signal.
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    unit : str
+        Unit of the rates, SI: ``"rad/s"``, ``"m/s^2"``; for a signal, its own unit.
+    channels : tuple of str
+        Names of the channels, e.g. ``("gyro_x", "gyro_y", "gyro_z")``.
+    grid : Grid
+    samples : Columns
+    mask : ndarray of bool, shape (n, n_channels), or None
+        True where a sample is missing; None if none is.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    channels: tuple[str, ...]
+    grid: Grid
+    samples: Columns = field(repr=False)
+    mask: NDArray[np.bool_] | None = field(default=None, repr=False)
+
+    def column(self, channel: str) -> NDArray[np.float64]:
+        """All rates of one channel in SI, shape (n,); NaN where samples are missing."""
+        return self.samples.read(self.channels.index(channel), 0, self.grid.n)
+
+    def chunks(self, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
+        """The rates in SI in consecutive pieces of shape (≤ size, n_channels); may be called again and again."""
+        for start in range(0, self.grid.n, size):
+            stop = min(start + size, self.grid.n)
+            yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
+
+    def cut(self, start: int, stop: int) -> Stream:
+        """Samples `start` to `stop` as a stream of its own."""
+        more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
+        raw = tuple(r[start : stop + more] for r in self.samples.raw)
+        grid = replace(self.grid, n=stop - start, start=self.grid.start + start * self.grid.tau0)
+        mask = None if self.mask is None else self.mask[start:stop]
+        return replace(
+            self,
+            samples=replace(self.samples, raw=raw),
+            grid=grid,
+            mask=mask if mask is not None and mask.any() else None,
+        )
+
+    def longest_run(self) -> Stream:
+        """The longest run of samples in which no channel misses one."""
+        if self.mask is None:
+            return self
+        bad = np.flatnonzero(self.mask.any(axis=1))
+        edges = np.concatenate(([-1], bad, [self.grid.n]))
+        k = int(np.argmax(np.diff(edges)))
+        return self.cut(int(edges[k]) + 1, int(edges[k + 1]))

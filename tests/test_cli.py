@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import os
 import subprocess
 import sys
 from importlib import resources
@@ -185,6 +186,43 @@ def test_bad_input(name, tmp_path, monkeypatch, capsys):
     assert err.startswith("sigmatau: ")
     assert any(word in err for word in words) if name == "cut gzip" else all(word in err for word in words), err
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_the_log_is_never_overwritten(log, tmp_path, capsys):
+    before = log.read_bytes()
+    for option in ("--json", "--plot"):
+        name = log if option == "--json" else tmp_path / "log.png"
+        if option == "--plot":
+            name.hardlink_to(log)
+        code, out, err = run("analyze", log, "--rate", 100, option, name, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert "is the log itself" in err
+    assert log.read_bytes() == before
+
+
+def test_two_outputs_of_one_name(log, tmp_path, capsys):
+    path = tmp_path / "a.png"
+    code, _, err = run("analyze", log, "--rate", 100, "--plot", path, "--json", path, capsys=capsys)
+    assert code == 2
+    assert "both name" in err
+
+
+def test_scale_as_a_fraction(tmp_path, log, capsys):
+    args = ["analyze", log, "--rate", 100, "--json", "-", "--scale"]
+    one, other = (
+        json.loads(run(*args, f"gyro={s}", capsys=capsys)[1])["channels"]["gyro_x"]["curve"]["adev"]
+        for s in ("1/8", "0.125")
+    )
+    assert one == other
+    assert run(*args, "gyro=1/0", capsys=capsys)[0] == 2
+
+
+def test_a_terminal_without_unicode(log):
+    done = subprocess.run(
+        [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],
+        capture_output=True, text=True, check=True, env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )  # fmt: skip
+    assert "deg/?h" in done.stdout
 
 
 class TestSimulate:

@@ -114,6 +114,8 @@ def analyze(
     -----
     A channel that never changes is left out with a finding; the others are analysed.
     """
+    if not isinstance(record, Record):
+        raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}")
     findings: list[Finding] = list(record.findings)
     curves = {}
     for stream in record.streams:
@@ -134,6 +136,12 @@ def analyze(
     )
 
 
+_LEGEND = (
+    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
+    "no confidence interval, and blind to the bias where terms meet. A term not listed has no stretch of its slope here.",
+)
+
+
 def table(read_off: Mapping[str, ReadOff]) -> str:
     """The coefficients as aligned text, channel by channel, in the paper's form and the field's units."""
     rows: list[tuple[str, str, str, str]] = []
@@ -150,7 +158,7 @@ def table(read_off: Mapping[str, ReadOff]) -> str:
                 rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
                 first = ""
             if TERMS[name].look_alikes:
-                notes[TERMS[name].label("signal")] = TERMS[name].look_alikes
+                notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(result.quantity))
         for refusal in result.refused:
             label = f"no {TERMS[refusal.term].label(result.quantity)}"
             rows.append(
@@ -159,11 +167,8 @@ def table(read_off: Mapping[str, ReadOff]) -> str:
             first = ""
     widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
     lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
-    lines += [
-        "",
-        "± is the paper's eq. (26) at the longest τ of each region: a rule of thumb, not a confidence interval.",
-    ]
-    lines += [f"{term.capitalize()}: the same slope is made by {others}." for term, others in notes.items()]
+    lines += ["", *_LEGEND]
+    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
     return "\n".join(lines)
 
 

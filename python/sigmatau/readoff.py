@@ -210,7 +210,7 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
             continue
         i, j, slope = found
         height = points.height(i, j, term.slope, rule.tolerance)
-        region = (float(np.exp(points.lt[i])), float(np.exp(points.lt[j])))
+        region = (float(points.tau[i]), float(points.tau[j]))
         reason = points.bend(i, j, height, term)
         if reason is not None:
             refused.append(Refusal(term=name, tau_min=region[0], tau_max=region[1], reason=reason))
@@ -235,6 +235,7 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 class _Points:
     """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included."""
 
+    tau: NDArray[np.float64]
     lt: NDArray[np.float64]
     ls: NDArray[np.float64]
     delta: NDArray[np.float64]
@@ -242,11 +243,12 @@ class _Points:
     @classmethod
     def of(cls, curve: DeviationCurve) -> _Points:
         usable = (curve.error <= LARGEST_ERROR) & (curve.avar > 0)
-        lt, ls, delta = np.log(curve.tau[usable]), np.log(curve.adev[usable]), curve.error[usable]
+        tau, delta = curve.tau[usable], curve.error[usable]
+        lt, ls = np.log(tau), np.log(curve.adev[usable])
         # Neighbours on a dense grid say the same thing again; the search is over all pairs.
         bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
         kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
-        return cls(lt[kept], ls[kept], delta[kept])
+        return cls(tau[kept], lt[kept], ls[kept], delta[kept])
 
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Slope over about an octave round each point, and its standard error by eq. (26)."""
@@ -314,7 +316,7 @@ class _Points:
             return None  # a filter before it and anything after it leave white noise white
         below = height + term.slope * self.lt - self.ls > _SIGMAS * self.delta + _BEND
         if below[:i].any():
-            return "the curve rises into it: a filter, a line or correlated noise"
+            return "the curve rises into it (a filter, a line, correlated noise)"
         if below[j + 1 :].any():
-            return "the curve falls below it later: a filter, a line or correlated noise"
+            return "the curve falls below it later (a filter, a line, correlated noise)"
         return None

@@ -139,6 +139,8 @@ class Record(Printed):
         """
         if not (np.isfinite(rate) and rate > 0):
             raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+        if unit is not None and not isinstance(unit, Mapping):
+            raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
         for name, values in channels.items():
             array = np.asarray(values, dtype=np.float64).view()

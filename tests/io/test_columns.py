@@ -3,6 +3,7 @@
 import pytest
 
 from sigmatau.errors import OptionError
+from sigmatau.io import read
 from sigmatau.io.read.columns import Column, choose, recognise, unit_of
 
 RECOGNISED = {
@@ -218,3 +219,27 @@ def test_refused(columns, asked, words):
     assert len(message) < 800
     for word in words:
         assert word in message
+
+
+def test_increments_by_name_are_not_taken_for_rates(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("delta_theta_x [arcsec],dv_z [m/s]\n" + "1.5,2.5\n2.5,1.0\n" * 4)
+    with pytest.raises(OptionError, match="holds increments by its name: say --input increments"):
+        read(path, rate=10)
+    record = read(path, rate=10, input="increments")
+    assert record.channels == ("gyro_x", "accel_z")
+
+
+def test_everything_missing_is_asked_for_at_once(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x,accel_x\n" + "1.5,2.5\n2.5,1.0\n" * 4)
+    with pytest.raises(OptionError, match=r"say e\.g\. --unit gyro=deg/s --unit accel=g --rate HZ"):
+        read(path)
+
+
+def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("timestamp,gyro_x [deg/s]\n" + "2026-01-01T00:00:00Z,2.5\n2026-01-01T00:00:01Z,1.0\n" * 4)
+    record = read(path, rate=10)
+    assert record.streams[0].grid.n == 8
+    assert any("are no numbers and not used" in note for note in record.provenance.conversions)

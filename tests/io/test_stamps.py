@@ -145,3 +145,24 @@ def test_nanoseconds_in_text_stay_exact(tmp_path):
     path = log(tmp_path, "t [ns]", [start, start + 2, start + 1, start + 3])  # the same double, all four
     with pytest.raises(DataError, match=f"line 4: time goes backwards .* from {start + 2} to {start + 1};"):
         read(path)
+
+
+def test_an_implausible_rate_is_told():
+    """Seconds in a column that says microseconds."""
+    (finding,) = fit(np.arange(1000) / 200.0, second=1e-6).findings
+    assert finding.code == "implausible_rate"
+    assert "2e+08 Hz" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("stamps_of", "unit"),
+    [
+        (1_700_000_000_000_000_000 + 5_000_000 * np.arange(100), "ns"),  # our time, 200 Hz; as us it would be 0.2 Hz
+        (np.arange(100) * 10.0, "ms"),
+        (np.arange(100) / 200.0, "s"),
+        (5_000 * np.arange(100), "us"),
+    ],
+)
+def test_the_unit_offered_is_the_likeliest(stamps_of, unit):
+    error = stamps.without_unit(stamps_of, np.diff(stamps_of).astype(float), "'t'")
+    assert f"say e.g. --unit time={unit}," in str(error)

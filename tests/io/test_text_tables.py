@@ -37,7 +37,7 @@ def expected(column, factor):
     return np.array([float(row[column]) for row in ROWS]) * factor
 
 
-def check(record, rate=100.0):
+def check(record, rate=100.0, findings=()):
     deg, g = np.pi / 180, 9.80665
     assert record.channels == ("gyro_x", "gyro_y", "accel_z")
     np.testing.assert_array_equal(record.stream_of("gyro_x").column("gyro_x"), expected(1, deg))
@@ -46,7 +46,7 @@ def check(record, rate=100.0):
     # 4e-16: the last digit of 4/0.04 and of the sum of four intervals
     assert [s.grid.rate for s in record.streams] == pytest.approx([rate, rate], rel=1e-14)
     assert record.provenance.rows == 5
-    assert record.findings == ()
+    assert tuple((f.code, f.channel) for f in record.findings) == findings
 
 
 DIALECTS = {
@@ -140,7 +140,7 @@ def test_provenance_says_what_was_done(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("# preface\n" + with_header(["time [s]", "wx [deg/s]", "gyro_y [rad/s]", "accel_z [g]"]))
     record = read(path, unit={"gyro_y": "deg/s"})
-    check(record)
+    check(record, findings=(("unit_overruled", "gyro_y"),))
     p = record.provenance
     assert p.path == str(path)
     assert p.format == "text"

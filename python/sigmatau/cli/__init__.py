@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -22,6 +23,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     from sigmatau.cli.app import app
     from sigmatau.errors import DataError, OptionError
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without √ gets a ?, not a traceback
     try:
         result = app(
             sys.argv[1:] if argv is None else list(argv),

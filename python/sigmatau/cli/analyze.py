@@ -53,7 +53,7 @@ def analyze_command(
     input
         What the columns hold: rates, increments per sample, or accumulated angle and velocity.
     scale
-        Counts or volts to the unit, gyro=0.01: value = (reading - offset) × scale.
+        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
     offset
         Reading at zero, in counts or volts: gyro=2048.
     taus
@@ -74,6 +74,7 @@ def analyze_command(
     as_text = json is not None and str(json) == "-"
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(None if as_text else json, (), "json")
+    _refuse_same(log, plot=plot, json=None if as_text else json)
     averaging = _taus(taus)
     with working(f"reading {log}", quiet=quiet):
         record = read(
@@ -119,6 +120,15 @@ def write_json(analysis: Analysis, path: Path) -> None:
 
 def _json_text(analysis: Analysis) -> str:
     return json.dumps(analysis.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
+    """No output may take the place of the log or of another output."""
+    for option, path in (("plot", plot), ("json", json)):
+        if path is not None and path.exists() and log.exists() and path.samefile(log):
+            raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
+    if plot is not None and plot == json:
+        raise OptionError(f"--plot and --json both name {plot}; name two files", option="json")
 
 
 def _taus(text: str) -> str | list[float]:

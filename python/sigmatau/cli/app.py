@@ -25,7 +25,7 @@ sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s"
     ),
     "simulate": (
         "Simulate a sensor at rest from its noise model, and write the log.",
-        "sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o static.csv",
+        "sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o simulated.csv",
     ),
     "demo": (
         "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",

@@ -6,6 +6,7 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
@@ -28,12 +29,12 @@ def key_values(values: Sequence[str], option: str, example: str) -> dict[str, st
 
 
 def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, float]:
-    """``["gyro=0.01"]`` as a dictionary of finite numbers."""
+    """``["gyro=0.01", "accel=1/16384"]`` as a dictionary of finite numbers."""
     result = {}
     for key, value in key_values(values, option, example).items():
         try:
-            number = float(value)
-        except ValueError:
+            number = float(Fraction(value)) if "/" in value else float(value)
+        except (ValueError, ZeroDivisionError, OverflowError):
             number = math.nan
         if not math.isfinite(number):
             raise OptionError(f"--{option} {key}={value}: {value!r} is no number, e.g. {example}", option=option)

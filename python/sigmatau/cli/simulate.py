@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from sigmatau.cli.options import check_output, say, working
+from sigmatau.errors import OptionError
 from sigmatau.io.write import RECORD_ENDINGS, write_record
 from sigmatau.model import NoiseModel, simulate
 
@@ -42,6 +43,8 @@ def simulate_command(
         Nothing on standard error but errors.
     """
     check_output(output, RECORD_ENDINGS, "output")
+    if output.exists() and model.exists() and output.samefile(model):
+        raise OptionError(f"--output {output} is the model itself; name another file", option="output")
     noise = NoiseModel.read(model)
     with working(f"simulating {hours:g} h", quiet=quiet):
         record = simulate(noise, duration=hours * 3600, rate=rate, rng=seed)

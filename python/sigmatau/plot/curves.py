@@ -114,7 +114,9 @@ def draw_analysis(curves: Mapping[str, CurveLike], read_off: Mapping[str, Mappin
                 _draw_line(ax, curve, name, coefficient, colour, named)
         ax.set_title(_TITLES.get(key, key))
         ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="line read off, ● where it is read")
-        ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="eq. (26), one standard error")
+        ax.fill_between(
+            [], [], [], color="0.6", alpha=0.35, linewidth=0, label="1σ by eq. (26) of El-Sheimy et al. 2008"
+        )
         ax.legend(fontsize=8, loc="best")
     return figure
 
@@ -158,7 +160,7 @@ def _free_place(
     low: float, high: float, named: list[tuple[float, float]], at: Callable[[float], float]
 ) -> float | None:
     """A τ inside the region at which a label covers no earlier one; None if there is none."""
-    for share in (0.5, 0.3, 0.7, 0.1, 0.9):
+    for share in (0.5, 0.35, 0.65):
         x = low + share * (high - low)
         y = math.log10(at(10**x))
         if all(abs(x - u) > 0.9 or abs(y - v) > 0.12 for u, v in named):

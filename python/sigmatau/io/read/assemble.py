@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeGuard, cast, get_args
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
-from sigmatau.io.read.columns import Choice, choose, recognise, unit_of
+from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
 from sigmatau.io.read.table import Table
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
@@ -88,7 +88,9 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
     """
     choice = choose(table.columns, options.channels)
     _check_keys(choice, options)
-    unit, notes = _units(table, choice, options)
+    _check_kind(table, choice, options)
+    choice = _without_text_stamps(table, choice, options)
+    unit, notes, overruled = _units(table, choice, options)
 
     wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
     raw = table.load(wanted, choice.time)
@@ -135,7 +137,7 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
             ),
             ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
         ),
-        findings=findings,
+        findings=(*overruled, *findings),
     )
 
 
@@ -190,11 +192,33 @@ def _check_keys(choice: Choice, options: Options) -> None:
             raise OptionError(f"--{name} {key}=…: no such channel is read; channels: {channels}", option=name)
 
 
-def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[str]]:
+def _check_kind(table: Table, choice: Choice, options: Options) -> None:
+    if options.input == "rate":
+        for channel, index in choice.channels.items():
+            if stream_name(channel) in _SI and holds_increments(table.columns[index]):
+                raise OptionError(
+                    f"column {table.label(index)} holds increments by its name: say --input increments", option="input"
+                )
+
+
+def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choice:
+    """Without a time column that holds dates or words, if a rate is given and nobody asked for that column."""
+    if choice.time is None or options.rate is None or "time" in options.channels:
+        return choice
+    try:
+        float(table.columns[choice.time].first or 0)
+    except ValueError:
+        note = f"time stamps in column {table.label(choice.time)} are no numbers and not used"
+        return replace(choice, time=None, notes=(*choice.notes, note))
+    return choice
+
+
+def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[str], list[Finding]]:
     """Unit of each channel, as spelled by the user or the file, and what there is to say about it."""
     recognised = recognise(table.columns)
     unit: dict[str, str] = {}
     notes: list[str] = []
+    overruled: list[Finding] = []
     missing: list[str] = []
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
@@ -206,6 +230,15 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         said = options.unit.get(channel, options.unit.get(stream))
         if said is not None and stated is not None and not _same(said, stated):
             notes.append(f"{channel}: in {said} as given, though the file says {stated}")
+            overruled.append(
+                Finding(
+                    code="unit_overruled",
+                    severity="warning",
+                    channel=channel,
+                    message=f"the unit given is {said}, the file says {stated}",
+                    effect="the given unit is used",
+                )
+            )
         spelled = said or stated
         if spelled is None:
             if channel != "time":
@@ -215,8 +248,15 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             _check_unit(channel, spelled, stream)
         unit[channel] = spelled
     if missing:
-        raise _ask_for_units(missing, options.input)
-    return unit, notes
+        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(choice, unit, options))
+    return unit, notes, overruled
+
+
+def _lacks_rate(choice: Choice, unit: Mapping[str, str], options: Options) -> str:
+    """What has to be said for the rate, beside the units."""
+    if options.rate is not None or (choice.time is not None and "time" in unit):
+        return ""
+    return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
 
 
 def _check_unit(channel: str, spelled: str, stream: str) -> None:
@@ -234,14 +274,16 @@ def _same(one: str, other: str) -> bool:
         return one == other
 
 
-def _ask_for_units(missing: list[str], kind: InputKind) -> OptionError:
+def _ask_for_units(missing: list[str], kind: InputKind, *, no_rate: str) -> OptionError:
     streams = list(dict.fromkeys(map(stream_name, missing)))
     examples = {"gyro": "deg/s", "accel": "g"} if kind == "rate" else {"gyro": "rad", "accel": "m/s"}
     example = " ".join(f"--unit {s}={examples.get(s, '1')}" for s in streams)
     known = [si if kind == "rate" else units.integral(si) for s, si in _SI.items() if s in streams]
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
     listed = f" (known: {table})" if table else " (any word; 1 for none)"
-    return OptionError(f"does not state the unit of {', '.join(missing)}; say e.g. {example}{listed}", option="unit")
+    return OptionError(
+        f"does not state the unit of {', '.join(missing)}; say e.g. {example}{no_rate}{listed}", option="unit"
+    )
 
 
 def _rate(

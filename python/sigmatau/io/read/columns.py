@@ -15,7 +15,7 @@ from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.table import Column, listing
 
-__all__ = ["Choice", "choose", "recognise", "unit_of"]
+__all__ = ["Choice", "choose", "holds_increments", "recognise", "unit_of"]
 
 # Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
 # words taken off the front.
@@ -35,6 +35,7 @@ _STEMS = {
         "w",
         "w_rs_s",  # EuRoC
         "g",  # see _ALONE
+        "d_?theta|delta_?theta|d_?angle|delta_?angle",  # increments, see _INCREMENTS
     ),
     "accel": (
         "accel",
@@ -48,11 +49,15 @@ _STEMS = {
         "a",  # see _ALONE
         "a_rs_s",  # EuRoC
         "f(?=_)",  # specific force, but not ``fx``
+        "d_?vel|delta_?vel|d_?velocity|delta_?velocity|dv|delta_?v",  # increments
     ),
 }
 
 # What an axis may stand before: ``xgyro`` (MAVLink).
 _AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
+
+# Names that say that a column holds increments.
+_INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
 
 # ``gx`` may be gravity and ``az`` an azimuth, unless the other two axes are there as well.
 _ALONE = re.compile(r"^[ag]_?[xyz]$")
@@ -97,6 +102,8 @@ _WITH_UNIT = {
     r"gyro_rad_([xyz])": ("gyro", "rad/s"),  # PX4, sensor_combined: "in rad/s"
     r"time_?us(?:ec)?": ("time", "us"),  # ArduPilot TimeUS, MAVLink time_usec
     r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
+    r"millis": ("time", "ms"),  # Arduino's millis()
+    r"micros": ("time", "us"),
 }
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
@@ -160,6 +167,11 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
                 break
         found.append(match)
     return found
+
+
+def holds_increments(column: Column) -> bool:
+    """Whether the name of a column says that it holds increments."""
+    return _INCREMENTS.match(_key(unit_of(column)[0])) is not None
 
 
 def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:

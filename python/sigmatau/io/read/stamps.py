@@ -20,6 +20,8 @@ _RARE = 1000  # one interval in so many may be a gap
 _LONG = 20.0  # times as long as all the intervals that are not rare
 _LATE = 1.5  # sample intervals without a sample
 _AGREE = 1e-3  # relative difference of two rates that are the same
+_PLAUSIBLE = (0.01, 1e5)  # sampling rates of inertial sensors. [Hz]
+_OURS = (6e8, 4e9)  # 1989 to 2096, counted from 1970. [s]
 _EPOCH = 1e8  # a clock beyond this counts from long ago. [s]
 
 
@@ -125,8 +127,20 @@ def fit(
         notes = (f"{int(whole)} s taken off the time stamps",)
     if len(kept) < n:
         source += f", {n - len(kept)} gap{'s' if n - len(kept) > 1 else ''} left out"
-    return Fit(
-        rate=rate, start=start, source=source, notes=notes, findings=_irregular(intervals, interval, second, where)
+    findings = (*_implausible(rate), *_irregular(intervals, interval, second, where))
+    return Fit(rate=rate, start=start, source=source, notes=notes, findings=findings)
+
+
+def _implausible(rate: float) -> tuple[Finding, ...]:
+    if _PLAUSIBLE[0] <= rate <= _PLAUSIBLE[1]:
+        return ()
+    return (
+        Finding(
+            code="implausible_rate",
+            severity="warning",
+            message=f"the time stamps say {rate:.6g} Hz",
+            effect="no usual rate of a sensor: check the unit of the stamps, --unit time=s|ms|us|ns, or give --rate HZ",
+        ),
     )
 
 
@@ -151,7 +165,10 @@ def _irregular(
                 f"{count} of {len(intervals)} intervals between time stamps are longer than {_LATE:g} sample intervals;"
                 f" the longest, {longest:.6g} s, ends on {where(row + 1)}"
             ),
-            effect=f"samples are analysed as if evenly spaced by {tau0:.6g} s; samples lost there bend the curve",
+            effect=(
+                f"samples are analysed as if evenly spaced by {tau0:.6g} s, which is right if the stamps alone are late;"
+                " if samples were lost, they bend the curve"
+            ),
         ),
     )
 
@@ -166,8 +183,8 @@ def mismatch(given: float, found: Fit) -> tuple[Finding, ...]:
             severity="warning",
             message=f"the rate given is {given:.6g} Hz, the time stamps say {found.rate:.6g} Hz",
             effect=(
-                "the given rate is used; if it is wrong, averaging times are wrong by the same factor"
-                " and so are all coefficients"
+                f"the given rate is used; if it is wrong, averaging times are off by {found.rate / given:.4g}, a random walk"
+                " by the root of that, a rate random walk by its inverse root"
             ),
         ),
     )
@@ -177,10 +194,16 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
     """The question for the unit of the stamps, with the rate that each unit would make."""
     mean = float(intervals.sum()) / len(intervals)
     rates = [(symbol, 1 / (mean * units.find(symbol).factor)) for symbol in ("s", "ms", "us", "ns")]
-    likely = [(symbol, rate) for symbol, rate in rates if 0.01 <= rate <= 1e5] or rates
+    likely = [(symbol, rate) for symbol, rate in rates if _PLAUSIBLE[0] <= rate <= _PLAUSIBLE[1]] or rates
     offered = ", ".join(f"as {symbol} {float(f'{rate:.4g}'):g} Hz" for symbol, rate in likely)
+    # A clock that counts from 1970 has one unit in which it shows a year of our time; else a rate near 100 Hz is likeliest.
+    first = float(stamps[0])
+    example = min(
+        likely,
+        key=lambda row: (not _OURS[0] <= first * units.find(row[0]).factor <= _OURS[1], abs(math.log(row[1] / 100))),
+    )
     return OptionError(
         f"the unit of the time stamps in column {name} is not stated ({stamps[0]}, {stamps[1]} …: {offered});"
-        f" say e.g. --unit time={likely[0][0]}, or give --rate HZ",
+        f" say e.g. --unit time={example[0]}, or give --rate HZ",
         option="unit",
     )

@@ -108,7 +108,12 @@ pub fn largest_cluster(samples: usize, overlap: Overlap, counting: Counting) -> 
     }
 }
 
-fn check_sizes(samples: usize, m: &[usize], overlap: Overlap, counting: Counting) -> Result<(), Error> {
+pub(crate) fn check_sizes(
+    samples: usize,
+    m: &[usize],
+    overlap: Overlap,
+    counting: Counting,
+) -> Result<(), Error> {
     let largest = largest_cluster(samples, overlap, counting);
     if largest == 0 {
         let need = if (overlap, counting) == (Overlap::Full, Counting::Paper) { 3 } else { 2 };

@@ -8,6 +8,7 @@
 pub mod allan;
 pub mod bandlimited;
 pub mod compensated;
+pub mod covariance;
 pub mod error;
 mod flicker;
 pub mod generate;

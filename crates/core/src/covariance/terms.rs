@@ -1,0 +1,246 @@
+//! What a noise term puts into the covariance of two second differences of the phase.
+
+use super::flicker::flicker;
+use crate::error::Error;
+
+/// A noise term as the covariance of the Allan variances sees it.
+///
+/// Let s(l) be the generalised autocovariance of its phase at a lag of l samples, with τ₀ = 1 and a coefficient of 1.
+/// The second differences x(k) − 2x(k + n) + x(k + 2n) and, with m for n, those of another cluster size have the
+/// covariance C(u) = δₙ²δₘ² s(u), δₙ² s(u) = s(u + n) − 2s(u) + s(u − n), where u is the lag of their centres.
+/// What a constant or a parabola adds to s is nothing to C.
+///
+/// The terms of IEEE 952 and the Gauss–Markov process are [`Component`]s. A filter, or any noise whose differences are
+/// stationary, needs [`Term::covariance`] only.
+pub trait Term: Sync {
+    /// The power of τ₀ that C goes with when the coefficient stays; 2 for a term given by its variance.
+    fn interval_power(&self) -> i32;
+
+    /// C(u), for `n` ≤ `m` and `u` ≥ 0, to all digits: it must not be the difference of large numbers.
+    ///
+    /// `u` is an integer next to the kinks at 0, `m` − `n`, `n`, `m` and `m` + `n`, and any real number elsewhere.
+    /// Between kinks C must be analytic, as smooth as the distance from them is large; but see [`Term::memory`].
+    fn covariance(&self, n: f64, m: f64, u: f64) -> f64;
+
+    /// So many lags on either side of every kink are integers, and need not be smooth.
+    fn memory(&self) -> usize {
+        0
+    }
+}
+
+/// The terms with a closed form.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Component {
+    /// White noise on the phase; the coefficient is Q².
+    Quantization,
+    /// White noise on the rate; the coefficient is N².
+    RandomWalk,
+    /// Discrete flicker noise, see [`crate::terms::bias_instability_avar`]; the coefficient is B².
+    BiasInstability,
+    /// Random walk of the samples, see [`crate::terms::rate_random_walk_avar_sampled`]; the coefficient is K².
+    RateRandomWalk,
+    /// First-order Gauss–Markov process, sampled; the coefficient is its variance.
+    GaussMarkov {
+        /// Correlation time in samples.
+        tc: f64,
+    },
+}
+
+impl Component {
+    pub(super) fn check(self) -> Result<(), Error> {
+        match self {
+            // Its square and that of its reciprocal have to be numbers.
+            Self::GaussMarkov { tc } if !(1e-100..=1e100).contains(&tc) => {
+                Err(Error::Parameter { name: "tc", value: tc })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Term for Component {
+    fn interval_power(&self) -> i32 {
+        match self {
+            Self::Quantization => 0,
+            Self::RandomWalk => 1,
+            Self::BiasInstability | Self::GaussMarkov { .. } => 2,
+            Self::RateRandomWalk => 3,
+        }
+    }
+
+    fn covariance(&self, n: f64, m: f64, u: f64) -> f64 {
+        match *self {
+            Self::Quantization => spikes(n, m, u),
+            Self::RandomWalk => triangles(n, m, u),
+            Self::BiasInstability => flicker(n, m, u),
+            Self::RateRandomWalk => cubics(n, m, u) + triangles(n, m, u) / 6.0,
+            Self::GaussMarkov { tc } => exponentials(n, m, u, 1.0 / tc),
+        }
+    }
+}
+
+/// s(0) = 1, and 0 elsewhere: what is left are the kinks themselves.
+fn spikes(n: f64, m: f64, u: f64) -> f64 {
+    // Both are integers if they are near.
+    let at = |kink: f64| if (u - kink).abs() < 0.5 { 1.0 } else { 0.0 };
+    4.0 * at(0.0) - 2.0 * (at(n) + at(m)) + at(m - n) + at(m + n) + at(n - m)
+}
+
+/// s(l) = −|l| / 2, whose second difference is a triangle of height n: −(n − |l|)₊.
+fn triangles(n: f64, m: f64, u: f64) -> f64 {
+    2.0 * positive(n - u) - positive(n - (u - m).abs())
+}
+
+/// s(l) = |l|³ / 12, whose second difference is n² |l| / 2 + (n − |l|)₊³ / 6.
+fn cubics(n: f64, m: f64, u: f64) -> f64 {
+    let cube = |x: f64| x * x * x;
+    n * n * positive(m - u) - cube(positive(n - u)) / 3.0 + cube(positive(n - (u - m).abs())) / 6.0
+}
+
+fn positive(x: f64) -> f64 {
+    x.max(0.0)
+}
+
+/// s(l) = −½ |l| coth(a / 2) − e^(−a|l|) / (4 sinh²(a / 2)), of the autocovariance e^(−a|l|) of the samples.
+fn exponentials(n: f64, m: f64, u: f64, a: f64) -> f64 {
+    let loss = -(-a).exp_m1();
+    // 1 / (4 sinh²(a / 2)), coth(a / 2) and, for slow decay only, 4 sinh²(an / 2).
+    let scale = (-a).exp() / (loss * loss);
+    let coth = (2.0 - loss) / loss;
+    let squared = |n: f64| 4.0 * (0.5 * a * n).sinh().powi(2);
+    let decay = |x: f64| (-a * x).exp();
+    if a * n > 1.0 {
+        let second = |x: f64| decay(x + n) - 2.0 * decay(x) + decay((x - n).abs());
+        let difference = second(u + m) - 2.0 * second(u) + second((u - m).abs());
+        return coth * triangles(n, m, u) - scale * difference;
+    }
+    // The second difference of e^(−a|l|) is 4 sinh²(an / 2) e^(−a|l|) − 2 sinh(a (n − |l|)₊), and the linear part of
+    // the sine cancels the triangles: what is left over is as small as a³.
+    let bends = 2.0 * sine_excess(a, positive(n - (u - m).abs())) - 4.0 * sine_excess(a, positive(n - u));
+    let walk = if a * m > 1.0 {
+        2.0 * decay(u) - decay(u + m) - decay((u - m).abs())
+    } else {
+        2.0 * (a * positive(m - u)).sinh() - squared(m) * decay(u)
+    };
+    scale * (bends + squared(n) * walk)
+}
+
+/// sinh(ay) − y sinh a, for 0 ≤ ay ≤ 1 and a ≤ 1.
+fn sine_excess(a: f64, y: f64) -> f64 {
+    // Σ aʲ (yʲ − y) / j!, j = 3, 5 …
+    let (steps, whole) = (a * a, (a * y) * (a * y));
+    let (mut one, mut all, mut sum) = (a * y, a * y, 0.0);
+    for j in 1..=9 {
+        let next = f64::from(2 * j) * f64::from(2 * j + 1);
+        one *= steps / next;
+        all *= whole / next;
+        sum += all - one;
+    }
+    sum
+}
+
+#[cfg(test)]
+#[allow(clippy::unreadable_literal, clippy::excessive_precision)] // Digits as they were computed.
+mod tests {
+    use super::*;
+
+    fn assert_relative(component: Component, (n, m, u): (f64, f64, f64), expected: f64, tolerance: f64) {
+        let got = component.covariance(n, m, u);
+        let close = (got - expected).abs() <= tolerance * expected.abs();
+        assert!(close, "{component:?}, n {n}, m {m}, u {u}: {got} instead of {expected}");
+    }
+
+    // Computed with 90 digits from the autocovariances: n, m, u and C for a coefficient of 1.
+    const WALK: [(f64, f64, f64, f64); 7] = [
+        (1.0, 1.0, 0.0, 1.0),
+        (1.0, 524288.0, 0.0, 524288.0),
+        (1.0, 524288.0, 524288.0, 0.0),
+        (181.0, 262144.0, 100.0, 8584646364.0),
+        (181.0, 262144.0, 262294.5, 4723.6875),
+        (262144.0, 262144.0, 262147.0, 3002296673501180.0),
+        (262144.0, 262144.0, 524287.0, 0.0),
+    ];
+
+    #[test]
+    fn random_walk_is_exact() {
+        for (n, m, u, expected) in WALK {
+            assert_relative(Component::RateRandomWalk, (n, m, u), expected, 1e-15);
+        }
+    }
+
+    // With the correlation time in front.
+    const GAUSS_MARKOV: [(f64, f64, f64, f64, f64); 53] = [
+        (0.05, 1.0, 1.0, 0.0, 1.9999999958776927551),
+        (0.05, 10.0, 1000.0, 995.0, -5.0000000206115362669),
+        (0.05, 999.0, 1000.0, 1.0, 1996.0000082260641241),
+        (0.05, 999.0, 1001.0, 1998.0, -2.0000000082446145067),
+        (0.05, 1.0, 524288.0, 524288.0, -1.0),
+        (0.05, 181.0, 262144.0, 262294.5, -30.500000125730371228),
+        (0.05, 262144.0, 262144.0, 262147.0, -262141.00108062574571),
+        (1.0, 1.0, 1.0, 0.0, 1.2642411176571153568),
+        (1.0, 1.0, 1.0, 20.5, -1.3578676245868176452e-9),
+        (1.0, 10.0, 1000.0, 995.0, -10.813563900448223511),
+        (1.0, 999.0, 1000.0, 1.0, 4316.8509530571488485),
+        (1.0, 999.0, 1001.0, 1998.0, -4.4525064491178874893),
+        (1.0, 1.0, 524288.0, 524288.0, -1.0),
+        (1.0, 181.0, 262144.0, 262294.5, -66.000579119028964142),
+        (1.0, 262144.0, 262144.0, 262147.0, -567260.72848030747919),
+        (30.0, 1.0, 1.0, 0.0, 0.065567799035988195918),
+        (30.0, 1.0, 1.0, 20.5, -0.0005610864834237040172),
+        (30.0, 10.0, 1000.0, 995.0, -84.091813414467295327),
+        (30.0, 10.0, 1000.0, 1300.5, -0.0045060318373387133656),
+        (30.0, 999.0, 1000.0, 1.0, 114547.63810602554928),
+        (30.0, 999.0, 1001.0, 1998.0, -961.88944284923894851),
+        (30.0, 1.0, 524288.0, 524288.0, -1.0),
+        (30.0, 181.0, 262144.0, 262294.5, -2143.8458891499366677),
+        (30.0, 262144.0, 262144.0, 262147.0, -15726659.198811151372),
+        (1000.0, 1.0, 1.0, 0.0, 0.0019990003332500166639),
+        (1000.0, 1.0, 1.0, 20.5, -9.7970877811691192886e-7),
+        (1000.0, 10.0, 1000.0, 995.0, -39.118247432411873769),
+        (1000.0, 10.0, 1000.0, 1300.5, -29.586794949130692269),
+        (1000.0, 999.0, 1000.0, 1.0, 671564.35887246797133),
+        (1000.0, 999.0, 1001.0, 1998.0, -159980.63237500863178),
+        (1000.0, 1.0, 524288.0, 524288.0, -1.0),
+        (1000.0, 181.0, 262144.0, 262294.5, -28251.136081525365157),
+        (1000.0, 262144.0, 262144.0, 262147.0, -520294026.04048726181),
+        (262144.0, 1.0, 1.0, 0.0, 7.6293799793532753326e-6),
+        (262144.0, 1.0, 1.0, 20.5, -1.455077729427879582e-11),
+        (262144.0, 10.0, 1000.0, 995.0, 0.0025176047664634750904),
+        (262144.0, 10.0, 1000.0, 1300.5, -0.0014479919314747223119),
+        (262144.0, 999.0, 1000.0, 1.0, 5064.1315270980153675),
+        (262144.0, 999.0, 1001.0, 1998.0, -14.441424059105082324),
+        (262144.0, 1.0, 524288.0, 524288.0, -0.74764507241550879651),
+        (262144.0, 181.0, 262144.0, 262294.5, -13082.973682253125546),
+        (262144.0, 262144.0, 262144.0, 262147.0, -5745600186.066174172),
+        (262144.0, 262144.0, 262144.0, 1048576.0, -1484877209.5468916082),
+        (1e9, 1.0, 1.0, 0.0, 1.9999999990000000003e-9),
+        (1e9, 1.0, 1.0, 20.5, -9.9999997950000021021e-19),
+        (1e9, 10.0, 1000.0, 995.0, 1.0399000000994999546e-6),
+        (1e9, 10.0, 1000.0, 1300.5, -9.9999869950092899123e-11),
+        (1e9, 999.0, 1000.0, 1.0, 1.3313310039994655014),
+        (1e9, 999.0, 1001.0, 1998.0, -9.9799600200715866076e-7),
+        (1e9, 1.0, 524288.0, 524288.0, -2.7473383582144291878e-7),
+        (1e9, 181.0, 262144.0, 262294.5, -0.0022412809841409295427),
+        (1e9, 262144.0, 262144.0, 262147.0, 5999872.2388885291345),
+        (1e9, 262144.0, 262144.0, 1048576.0, -4717.4173719834930236),
+    ];
+
+    #[test]
+    fn gauss_markov_keeps_its_digits_for_fast_and_slow_decay() {
+        for (tc, n, m, u, expected) in GAUSS_MARKOV {
+            assert_relative(Component::GaussMarkov { tc }, (n, m, u), expected, 1e-13);
+        }
+    }
+
+    #[test]
+    fn gauss_markov_is_continuous_where_its_forms_change() {
+        for (n, m, u) in [(500.0, 500.0, 20.0), (500.0, 800.0, 3.0), (20.0, 500.0, 0.0), (20.0, 500.0, 500.0)]
+        {
+            for at in [n, m] {
+                let value = |tc: f64| Component::GaussMarkov { tc }.covariance(n, m, u);
+                let (below, above) = (value(at * (1.0 - 1e-12)), value(at * (1.0 + 1e-12)));
+                assert!((below / above - 1.0).abs() < 1e-11, "n {n}, m {m}, u {u}, tc {at}");
+            }
+        }
+    }
+}

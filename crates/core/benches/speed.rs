@@ -1,8 +1,9 @@
-//! Time for the phase and for the Allan variance at octaves; the least of several runs.
+//! Time for the phase, for the Allan variance at octaves, and for its covariance; the least of several runs.
 //!
 //! `cargo bench -p sigmatau-core [-- SAMPLES]`
 
 use sigmatau_core::allan::{Counting, Overlap, allan_variance, allan_variances, largest_cluster};
+use sigmatau_core::covariance::{Component, Gamma};
 use sigmatau_core::generate::{Coefficients, simulate};
 use sigmatau_core::phase::Phase;
 use std::hint::black_box;
@@ -40,7 +41,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         });
         println!("{} axes of {AXIS_SAMPLES}, {threads} threads, phase and octaves: {ms:.1} ms", axes.len());
     }
+
+    let m = half_octaves(1 << 20);
+    let linear = [
+        Component::Quantization,
+        Component::RandomWalk,
+        Component::BiasInstability,
+        Component::RateRandomWalk,
+    ];
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let ms = least_ms(|| pool.install(|| drop(black_box(Gamma::new(1 << 20, &m, &linear)))));
+        println!("covariance of {} half octaves, 4 terms, {threads} threads: {ms:.1} ms", m.len());
+    }
     Ok(())
+}
+
+fn half_octaves(n: usize) -> Vec<usize> {
+    let sizes = (0..).map(|k| 2f64.powf(0.5 * f64::from(k)) as usize);
+    let mut m: Vec<usize> = sizes.take_while(|&m| 2 * m <= n).collect();
+    m.dedup();
+    m
 }
 
 fn octaves(n: usize) -> Vec<usize> {

@@ -118,6 +118,42 @@ CUTOFF = {
 MIXTURE = {"quantization": 1.63, "random_walk": 1.0, "bias_instability": 0.188, "rate_random_walk": 0.0125}
 MIXTURE_AVAR = {1: 8.993278814234559, 10: 0.19598996628862178, 100: 0.03160455651271644}
 
+# Equivalent degrees of freedom at 1000 samples, by cluster size; exact sums with 40 digits.
+EDF_SIZES = [1, 2, 10, 100, 333, 499]
+EDF = {
+    "quantization": [514.0360545969611, 513.2723830287731, 507.1731225296443, 440.2065180102916, 333.231606730452, 3.0],
+    "random_walk": [
+        666.2222963951936,
+        570.2045030833214,
+        146.0723257314158,
+        12.813267782600164,
+        2.6772507268484245,
+        1.0053605555705096,
+    ],
+    "bias_instability": [
+        809.9231886971629,
+        591.5347484880655,
+        116.39222419688984,
+        9.925601492610287,
+        1.8324758496335547,
+        1.0000843437495888,
+    ],
+    "rate_random_walk": [
+        999.0,
+        513.0074834418098,
+        91.75477375281,
+        7.757153217468789,
+        1.4069539594532092,
+        1.0000160481766733,
+    ],
+}
+# Covariance of the Allan variances of MIXTURE at 1000 samples, m = 1, 10, 100.
+MIXTURE_COVARIANCE = [
+    [0.30450618033361493, 0.0016306529023233335, 1.6340276333352965e-05],
+    [0.0016306529023233335, 0.0002727642295393753, 6.810532983437638e-06],
+    [1.6340276333352965e-05, 6.810532983437638e-06, 0.0001667685702885789],
+]
+
 # The paper's printed values and errors (Tables II and IV): value, ±, samples in the record, cluster size of eq. (26), and
 # whether δ was rounded to 0.1 % before it was multiplied. No single rule of rounding gives all cells.
 PLUS_MINUS = {

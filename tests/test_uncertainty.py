@@ -1,9 +1,11 @@
 """Eq. (26) and the paper's ±."""
 
+import numpy as np
 import pytest
 
 import known
-from sigmatau import percentage_error
+from sigmatau import NoiseModel, allan, percentage_error, simulate
+from sigmatau.uncertainty import avar_covariance, degrees_of_freedom
 
 
 @pytest.mark.parametrize(
@@ -37,3 +39,54 @@ def test_plus_minus_of_the_tables(cell):
 def test_wrong_sizes():
     with pytest.raises(ValueError, match="1 … 99"):
         percentage_error(100, [100])
+
+
+@pytest.mark.parametrize("term", known.EDF)
+@pytest.mark.parametrize("tau0", [1.0, 0.01])
+def test_degrees_of_freedom(term, tau0):
+    got = degrees_of_freedom({term: 3e-4}, n=1000, m=known.EDF_SIZES, tau0=tau0)
+    assert got == pytest.approx(known.EDF[term], rel=1e-10)
+
+
+def test_covariance_of_a_mixture():
+    got = avar_covariance(known.MIXTURE, n=1000, m=[1, 10, 100], tau0=1.0)
+    assert got == pytest.approx(np.array(known.MIXTURE_COVARIANCE), rel=1e-10)
+
+
+def test_a_ramp_alone_does_not_scatter():
+    assert avar_covariance({"rate_ramp": 1e-3}, n=100, m=[1, 10], tau0=0.1) == pytest.approx(np.zeros((2, 2)))
+
+
+def test_scatter_of_simulated_records():
+    """Variances and correlations of 600 records with all terms and a ramp, each within 4.5 standard errors."""
+    coefficients = {
+        "quantization": 1e-2,
+        "random_walk": 5e-3,
+        "bias_instability": 8e-3,
+        "rate_random_walk": 4e-3,
+        "rate_ramp": 1e-3,
+    }
+    model, records = NoiseModel(channels={"gyro_x": coefficients}), 600
+    rng = np.random.default_rng(known.seed_of("scatter of simulated records"))
+    curves = [
+        allan(simulate(model, duration=40.96, rate=25, rng=rng), taus="octave", threads=1)["gyro_x"]
+        for _ in range(records)
+    ]
+    m = curves[0].m[:8]
+    expected = avar_covariance(coefficients, n=1024, m=m, tau0=0.04)
+    got = np.cov(np.array([c.avar[:8] for c in curves]).T)
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    # The variance of a variance is 2/(n-1) for Gaussian data and more for the skewed AVAR: kurtosis 12/edf at the longest τ.
+    kurtosis = 12 / degrees_of_freedom(coefficients, n=1024, m=m, tau0=0.04)
+    error = np.sqrt((2 + np.maximum.outer(kurtosis, kurtosis)) / records) * scale
+    assert (np.abs(got - expected) <= 4.5 * error).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"coefficients": {"arw": 1.0}}, "unknown term 'arw'"), ({"m": [51]}, "1 … 50"), ({"tau0": -1.0}, "tau0")],
+)
+def test_wrong_arguments(change, words):
+    arguments = {"coefficients": {"random_walk": 1.0}, "n": 100, "m": [1], "tau0": 1.0} | change
+    with pytest.raises(ValueError, match=words):
+        avar_covariance(arguments.pop("coefficients"), **arguments)

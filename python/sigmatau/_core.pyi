@@ -8,6 +8,7 @@ __all__ = [
     "TextError",
     "allan_variances",
     "band_limited_avar",
+    "covariance_tensors",
     "gauss_markov_avar",
     "read_text",
     "simulate",
@@ -26,6 +27,7 @@ class TextError(ValueError): ...
 def allan_variances(
     columns: list[_Floats], m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[list[_Floats], _Ints]: ...
+def covariance_tensors(n: int, m: _Ints, tau0: float) -> tuple[_Floats, _Floats]: ...
 def term_avar(
     term: str, coefficient: float, m: _Ints, tau0: float, cutoff: float | None, averaged: bool
 ) -> _Floats: ...

@@ -18,6 +18,7 @@ __all__ = [
     "TextReadError",
     "allan_variances",
     "band_limited_avar",
+    "covariance_tensors",
     "gauss_markov_avar",
     "read_text",
     "simulate",
@@ -139,6 +140,22 @@ def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLik
     `shape` is ``"first_order"``, ``"butterworth2"`` or ``"brick_wall"``; `corner` in Hz.
     """
     return _core.band_limited_avar(random_walk, shape, corner, _sizes(m), tau0)
+
+
+def covariance_tensors(n: int, m: NDArray[np.int64], tau0: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What the covariance of the overlapped Allan variances is made of; see `sigmatau.uncertainty.avar_covariance`.
+
+    Returns
+    -------
+    noise : ndarray, shape (4, 4, n_tau, n_tau)
+        Contracted with the squared coefficients twice; terms in the order quantization, random walk, bias instability,
+        rate random walk.
+    ramp : ndarray, shape (4, n_tau, n_tau)
+        Contracted with the squared coefficients once, times the ramp squared.
+    """
+    noise, ramp = _core.covariance_tensors(n, np.ascontiguousarray(m, dtype=np.int64), tau0)
+    k = len(m)
+    return noise.reshape(4, 4, k, k), ramp.reshape(4, k, k)
 
 
 def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:

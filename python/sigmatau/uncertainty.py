@@ -8,10 +8,16 @@ References
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["percentage_error"]
+from sigmatau import _kernels
+from sigmatau.terms import avar
+
+__all__ = ["avar_covariance", "degrees_of_freedom", "percentage_error"]
 
 
 def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
@@ -48,3 +54,85 @@ def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     if sizes.size and (sizes.min() < 1 or sizes.max() >= n):
         raise ValueError(f"`m` must lie in 1 … {n - 1} (below the {n} samples of the record)")
     return np.asarray(1 / np.sqrt(2 * (n / sizes - 1)))
+
+
+_LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
+
+
+def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+    """Exact covariance of the overlapped Allan variances of a record with the given noise.
+
+    For Gaussian noise, with the finite length of the record and its ends accounted for: the sum over all lags of the
+    squared covariance of second differences of the phase (Isserlis' theorem), of which the flicker part is summed by
+    quadrature to 1e-11 and all others in closed form.
+
+    Parameters
+    ----------
+    coefficients : mapping of str to float
+        Terms as in `sigmatau.terms.TERMS`, in SI; terms that are absent are zero.
+    n : int
+        Rate samples in the record.
+    m : array_like of int, shape (n_tau,)
+        Cluster sizes in samples, each at most n/2.
+    tau0 : float
+        Sample interval. [s]
+
+    Returns
+    -------
+    ndarray, shape (n_tau, n_tau)
+        [(unit of the rate)⁴]
+
+    Raises
+    ------
+    ValueError
+        For an unknown term, a size that leaves no pair, a tau0 that is not positive.
+
+    References
+    ----------
+    C. A. Greenhall, W. J. Riley, "Uncertainty of stability variances based on finite differences," Proc. 35th PTTI,
+    2003, for the single variance; the covariance of two is the same sum over both.
+    """
+    unknown = set(coefficients) - {*_LINEAR, "rate_ramp"}
+    if unknown:
+        raise ValueError(f"unknown term {min(unknown)!r}; terms: {', '.join((*_LINEAR, 'rate_ramp'))}")
+    sizes = np.atleast_1d(np.asarray(m))
+    if sizes.size and (sizes.min() < 1 or 2 * sizes.max() > n):
+        raise ValueError(f"`m` must lie in 1 … {n // 2} (half of the {n} samples of the record)")
+    noise, ramp = _tensors(n, tuple(int(size) for size in sizes), float(tau0))
+    theta = np.array([coefficients.get(term, 0.0) ** 2 for term in _LINEAR])
+    drift = coefficients.get("rate_ramp", 0.0) ** 2
+    return np.asarray(np.einsum("p,q,pqij->ij", theta, theta, noise) + drift * np.einsum("p,pij->ij", theta, ramp))
+
+
+def degrees_of_freedom(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+    """Equivalent degrees of freedom of each overlapped Allan variance, 2·AVAR²/Var, exact for the given noise.
+
+    They are those of the χ² distribution with the same mean and variance, from which the interval of a deviation follows:
+    σ·√(edf/χ²). Parameters, errors and source are those of `avar_covariance`.
+
+    Returns
+    -------
+    ndarray, shape (n_tau,)
+
+    Examples
+    --------
+    White noise, 1000 samples:
+
+    >>> degrees_of_freedom({"random_walk": 1.0}, n=1000, m=[1, 10, 100], tau0=1.0).round(2)
+    array([666.22, 146.07,  12.81])
+    """
+    sizes = np.atleast_1d(np.asarray(m))
+    expected = np.zeros(sizes.shape)
+    for term, value in coefficients.items():
+        expected += avar(term, value, m=sizes, tau0=tau0)
+    variance = np.diag(avar_covariance(coefficients, n=n, m=sizes, tau0=tau0))
+    return np.asarray(2 * expected**2 / variance)
+
+
+@functools.lru_cache(maxsize=8)
+def _tensors(n: int, m: tuple[int, ...], tau0: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The tensors of a grid, kept: they depend on no datum, so that all axes and steps of a fit share them."""
+    noise, ramp = _kernels.covariance_tensors(n, np.array(m, dtype=np.int64), tau0)
+    noise.setflags(write=False)
+    ramp.setflags(write=False)
+    return noise, ramp

@@ -6,6 +6,7 @@
 use pyo3::prelude::*;
 
 mod allan;
+mod covariance;
 mod generate;
 mod terms;
 mod text;
@@ -14,6 +15,8 @@ mod text;
 mod _core {
     #[pymodule_export]
     use crate::allan::{NonFinite, allan_variances};
+    #[pymodule_export]
+    use crate::covariance::covariance_tensors;
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]

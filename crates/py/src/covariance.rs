@@ -1,0 +1,30 @@
+//! The exact covariance of Allan variances, as tensors that Python contracts with its coefficients.
+
+use crate::allan::{sizes, value_error};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use sigmatau_core::covariance::{Component, Gamma};
+
+/// Components in the order of the tensors' first indices.
+const COMPONENTS: [Component; 4] =
+    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
+
+type Tensors<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+#[pyfunction]
+pub fn covariance_tensors<'py>(
+    py: Python<'py>,
+    n: usize,
+    m: PyReadonlyArray1<'py, i64>,
+    tau0: f64,
+) -> PyResult<Tensors<'py>> {
+    let sizes = sizes(&m)?;
+    let gamma = py
+        .detach(|| Gamma::new(n, &sizes, &COMPONENTS)?.at_interval(tau0))
+        .map_err(|error| value_error(&error))?;
+    let terms = 0..COMPONENTS.len();
+    let pairs = terms.clone().flat_map(|p| terms.clone().map(move |q| (p, q)));
+    let noise: Vec<f64> = pairs.flat_map(|(p, q)| gamma.noise_part(p, q)).collect();
+    let ramp: Vec<f64> = terms.flat_map(|p| gamma.ramp_part(p)).collect();
+    Ok((noise.into_pyarray(py), ramp.into_pyarray(py)))
+}

@@ -29,7 +29,7 @@ bench: build ## speed, against other packages
 	@.venv/bin/python benches/run.py
 
 study: build ## Monte Carlo of the statistics
-	@.venv/bin/python studies/run.py
+	@.venv/bin/python -m studies.run
 
 lock: ## newest versions into requirements/
 	@scripts/lock.sh

@@ -95,7 +95,8 @@ def dominated(case: str) -> dict[str, float]:
 
 def main() -> None:
     """Run the study and write docs/study/read-off.md."""
-    results = run("read_off", {case: (cell, (case,)) for case in CASES})
+    settings = repr((RECORDS, TRIED, RULES, CASES))
+    results = run("read_off", {case: (cell, (case,)) for case in CASES}, settings=settings)
     ruled = {case: dominated(case) for case in CASES}
     lines = [_HEAD.format(records=RECORDS, cases=len(CASES))]
     for term in TERMS:

@@ -20,7 +20,9 @@ def seed_of(name: str) -> int:
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
 
 
-def run(study: str, cells: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...]]]) -> dict[str, Any]:
+def run(
+    study: str, cells: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...]]], *, settings: str
+) -> dict[str, Any]:
     """Compute every cell that is not in the cache and return all by name.
 
     Parameters
@@ -29,10 +31,13 @@ def run(study: str, cells: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...
         Names the cache.
     cells : mapping
         Name to ``(function, arguments)``; the function is called as ``function(seed, *arguments)`` in a worker process
-        and returns something that JSON can hold. Delete ``.study`` to begin anew.
+        and returns something that JSON can hold.
+    settings : str
+        All that the results depend on beside a cell's name and the code; other settings have another cache. After a
+        change of the code delete ``.study``.
     """
     CACHE.mkdir(exist_ok=True)
-    cache = CACHE / f"{study}.json"
+    cache = CACHE / f"{study}-{seed_of(settings):014x}.json"
     done: dict[str, Any] = json.loads(cache.read_text()) if cache.exists() else {}
     left = [name for name in cells if name not in done]
     started = time.monotonic()

@@ -56,6 +56,16 @@ CASES: dict[str, tuple[float, float, str, dict[str, float]]] = {
         _si(random_walk="0.1 deg/sqrt(h)", rate_random_walk="300 deg/h/sqrt(h)"),
     ),
     "N and R": (100, 7200, "gyro", _si(random_walk="0.3 deg/sqrt(h)", rate_ramp="30 deg/h^2")),
+    "Q and B": (100, 7200, "gyro", _si(quantization="1 arcsec", bias_instability="0.036 deg/h")),
+    "Q and larger B": (100, 7200, "gyro", _si(quantization="1 arcsec", bias_instability="0.1 deg/h")),
+    "B and R": (100, 7200, "gyro", _si(bias_instability="10 deg/h", rate_ramp="470 deg/h^2")),
+    "N and larger R": (100, 7200, "gyro", _si(random_walk="0.3 deg/sqrt(h)", rate_ramp="424 deg/h^2")),
+    "N and larger K, no B": (
+        100,
+        7200,
+        "gyro",
+        _si(random_walk="0.3 deg/sqrt(h)", rate_random_walk="85 deg/h/sqrt(h)"),
+    ),
 }
 
 

@@ -177,6 +177,16 @@ class TestGrids:
             allan(record(np.zeros(100)), taus=taus)
 
 
+@pytest.mark.parametrize("n", [4, 64, 96, 1000])
+@pytest.mark.parametrize("grid", ["octave", "half", "quarter"])
+def test_paper_counting_on_every_grid(n, grid):
+    """One term fewer: at m = n/2 none is left, and the grid ends before it."""
+    y = np.random.default_rng(n).standard_normal(n)
+    curve = allan(record(y), taus=grid, counting="paper")["y"]
+    assert (curve.n_pairs == n - 2 * curve.m).all()
+    assert curve.n_pairs.min() >= 1
+
+
 class TestBadData:
     def test_missing_sample(self):
         y = np.zeros(100)
@@ -203,6 +213,30 @@ class TestBadData:
         with pytest.raises(OptionError, match="positive"):
             record(np.zeros(10), rate)
 
+    @pytest.mark.parametrize(
+        ("change", "words"),
+        [
+            ({"input": "rates"}, "`input` must be one of"),
+            ({"unit": {"gyros": "deg/s"}}, "no channel; channels: gyro, gyro_x"),
+            ({"gyro": np.zeros((10, 3))}, "given twice"),
+            ({"y": np.zeros(10, dtype=complex)}, "complex128"),
+            ({"y": np.zeros(10, dtype="datetime64[s]")}, "datetime64"),
+            ({"y": ["a", "b", "c", "d"]}, "want real numbers"),
+            ({"rate": "10"}, "positive number"),
+        ],
+    )
+    def test_arrays_that_are_not_what_they_should_be(self, change, words):
+        with pytest.raises((DataError, OptionError), match=words):
+            Record.from_arrays(**({"rate": 1.0, "gyro_x": np.zeros(10)} | change))
+
+    def test_masked_values_are_missing(self):
+        y = np.ma.masked_array(np.arange(10.0), mask=[False] * 9 + [True])
+        assert Record.from_arrays(rate=1, y=y).streams[0].mask.sum() == 1
+
+    def test_no_record(self):
+        with pytest.raises(TypeError, match="must be a Record"):
+            allan(np.zeros(100))
+
     def test_shapes(self):
         with pytest.raises(DataError, match="unequal"):
             Record.from_arrays(rate=1, gyro_x=np.zeros(10), gyro_y=np.zeros(11))
@@ -211,7 +245,7 @@ class TestBadData:
         with pytest.raises(DataError, match="no channel"):
             Record.from_arrays(rate=1)
 
-    @pytest.mark.parametrize("option", [{"overlap": "half"}, {"counting": "nist"}, {"threads": 0}])
+    @pytest.mark.parametrize("option", [{"overlap": "half"}, {"counting": "nist"}, {"threads": 0}, {"threads": 10**30}])
     def test_options(self, option):
         with pytest.raises(OptionError, match=next(iter(option))):
             allan(record(np.zeros(10)), **option)
@@ -230,6 +264,13 @@ def test_chunks_are_the_columns_and_can_be_had_again():
     pieces = np.concatenate(list(theta.chunks(64)))
     assert np.array_equal(pieces, np.stack([theta.column(c) for c in theta.channels], axis=1))
     assert pieces.shape == (999, 3)
+
+
+def test_results_compare_by_identity():
+    a, b = (allan(record(np.arange(10.0)))["y"] for _ in range(2))
+    assert a == a
+    assert a != b
+    assert len({a, b}) == 2
 
 
 def test_results_are_frozen():

@@ -103,6 +103,15 @@ class TestAnalyze:
         assert "gyro_y" in out
         assert err.startswith("error: gyro_x: every one of 400 samples is")
 
+    def test_an_even_growth_is_a_constant_rate(self, tmp_path, capsys):
+        """Accumulated angle of a constant rate: what is left is rounding."""
+        path = tmp_path / "c.txt"
+        np.savetxt(path, np.cumsum(np.full(20_000, 0.1)), fmt="%.17g")
+        args = ["--rate", 10, "--channels", "gyro_x=1", "--unit", "gyro=deg", "--input", "accumulated"]
+        code, _, err = run("analyze", path, *args, capsys=capsys)
+        assert code == 1
+        assert "no channel is left" in err
+
     def test_only_constant_channels(self, tmp_path, capsys):
         path = tmp_path / "c.csv"
         path.write_text("gyro_x [deg/s]\n" + "1\n" * 50)

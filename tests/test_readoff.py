@@ -121,6 +121,25 @@ def test_hump_is_refused_with_its_reason():
     assert "not rate random walk" in repr(found)
 
 
+@pytest.mark.parametrize("grid", ["octave", "half", "quarter"])
+@pytest.mark.parametrize(
+    "mixture",
+    [
+        {"quantization": to_si(1, "arcsec"), "bias_instability": to_si(0.036, "deg/h")},
+        {"quantization": to_si(1, "arcsec"), "bias_instability": to_si(0.1, "deg/h")},
+        {"bias_instability": to_si(10, "deg/h"), "rate_ramp": to_si(470, "deg/h^2")},
+        {"random_walk": to_si(0.3, "deg/sqrt(h)"), "rate_ramp": to_si(424, "deg/h^2")},
+        {"random_walk": to_si(0.3, "deg/sqrt(h)"), "rate_random_walk": to_si(85, "deg/h/sqrt(h)")},
+        {"quantization": to_si(25, "arcsec"), "rate_random_walk": to_si(120, "deg/h/sqrt(h)")},
+    ],
+)
+def test_where_two_terms_cross_there_is_no_third(mixture, grid):
+    """A crossing has every slope in between, for a while; on the mean curve nothing but the two may be read."""
+    found = read_off(exact(mixture, grid=grid))
+    assert set(found) <= set(mixture)
+    assert len(found) >= 1
+
+
 # Cases of docs/study/read-off.md in small: the terms that the record holds; anything else read off is invented.
 CASES = {
     "quantization": {"quantization": 1e-5},

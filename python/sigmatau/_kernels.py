@@ -29,6 +29,9 @@ __all__ = [
 ]
 
 
+_MOST_THREADS = 1024
+
+
 class TextReadError(Exception):
     """A text table that cannot be read: where, and what was there.
 
@@ -80,8 +83,8 @@ def allan_variances(
         raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
     if counting not in ("standard", "paper"):
         raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
-    if threads is not None and threads < 1:
-        raise OptionError(f"`threads` must be at least 1, not {threads!r}", option="threads")
+    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
+        raise OptionError(f"`threads` must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
     arrays = [_contiguous(column, name) for column, name in zip(columns, names, strict=True)]
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     n = len(arrays[0])

@@ -38,7 +38,7 @@ TauGrid = Literal["octave", "half", "quarter"]
 _SEEDS: Mapping[str, tuple[int, ...]] = {"octave": (4,), "half": (4, 6), "quarter": (4, 5, 6, 7)}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DeviationCurve(Printed):
     """Allan deviation of one channel against averaging time.
 
@@ -76,8 +76,10 @@ class DeviationCurve(Printed):
     counting: Counting = "standard"
 
     def __post_init__(self) -> None:
-        for array in (self.m, self.tau, self.avar, self.n_pairs):
+        for name in ("m", "tau", "avar", "n_pairs"):
+            array = np.asarray(getattr(self, name)).view()
             array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     @property
     def adev(self) -> NDArray[np.float64]:
@@ -200,10 +202,14 @@ def allan(
     .. [1] :doi:`10.1109/TIM.2007.908635`
     .. [2] NIST Special Publication 1065, eq. (11).
     """
+    if not isinstance(record, Record):
+        raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
         _refuse_missing(stream)
-        sizes = cluster_sizes(taus, n=stream.grid.n, tau0=stream.grid.tau0)
+        # The paper's counting leaves one term less, and at m = n/2 none.
+        terms_lost = 1 if counting == "paper" and overlap == "full" else 0
+        sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
         columns = [stream.column(channel) for channel in stream.channels]
         variances, pairs = _kernels.allan_variances(
             columns, sizes, overlap=overlap, counting=counting, threads=threads, names=stream.channels

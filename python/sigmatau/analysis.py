@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ SCHEMA = 1
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Analysis(Printed):
     """What a record shows.
 
@@ -121,7 +122,7 @@ def analyze(
     for stream in record.streams:
         found = allan(Record(streams=(stream,)), taus=taus, overlap=overlap, counting=counting, threads=threads)
         for channel, curve in found.items():
-            if (curve.avar > 0).any():
+            if curve.adev.max() > _rounding(stream, channel):
                 curves[channel] = curve
             else:
                 findings.append(_constant(stream, channel))
@@ -170,6 +171,16 @@ def table(read_off: Mapping[str, ReadOff]) -> str:
     lines += ["", *_LEGEND]
     lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
     return "\n".join(lines)
+
+
+def _rounding(stream: Stream, channel: str) -> float:
+    """A deviation that rounding alone may leave of a channel that never changes, or only grows evenly."""
+    k = stream.channels.index(channel)
+    raw, t = stream.samples.raw[k], stream.samples.transforms[k]
+    largest = max(abs(float(raw[0])), abs(float(raw[-1]))) * abs(t.scale * t.factor)
+    if t.kind != "rate":
+        largest /= stream.grid.tau0
+    return 4 * sys.float_info.epsilon * largest
 
 
 def _constant(stream: Stream, channel: str) -> Finding:

@@ -156,8 +156,8 @@ def simulate(model: NoiseModel, *, duration: float, rate: float, rng: int | np.r
         )
     if isinstance(rng, np.random.Generator):
         seed = int(rng.integers(1 << 63))
-    elif isinstance(rng, int) and not isinstance(rng, bool) and 0 <= rng < 1 << 64:
-        seed = rng
+    elif isinstance(rng, int | np.integer) and not isinstance(rng, bool) and 0 <= rng < 1 << 64:
+        seed = int(rng)
     else:
         raise OptionError(f"the seed must be an integer from 0 to 2^64 - 1, not {rng!r}", option="seed")
     by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}

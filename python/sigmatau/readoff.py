@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from sigmatau.allan import DeviationCurve
 from sigmatau.results import Printed, seconds, value_error_text
-from sigmatau.terms import TERMS, Term, coefficient_unit, display_units
+from sigmatau.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.units import find
 
 __all__ = ["LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
@@ -51,7 +51,7 @@ class Rule:
     span: float = 4.0
 
 
-# Set by Monte Carlo so that no term is reported in more than 5 % of the records of any case that does not contain it:
+# Set by Monte Carlo so that in none of 20 cases an absent term is reported in more than 5 % of the records:
 # studies/read_off.py, results in docs/study/read-off.md. The plateau is judged more strictly, because the valley between a
 # random walk and a rate random walk looks like one; the rising terms less, because little else rises.
 RULES: Mapping[str, Rule] = {
@@ -66,6 +66,9 @@ RULES: Mapping[str, Rule] = {
 _BEND = 0.1
 _SIGMAS = 2.5
 _PER_OCTAVE = 8
+# What a term must add to a fit of all the others, in squared errors an octave; errors below 2 % do not count.
+_GAIN = 4.0
+_FLOOR = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,7 +185,8 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     - the longest averaging time is at least `span` times the shortest, and eq. (26) gives at most 35 %.
 
     A flat or rising region below which the curve bends down again, or a falling one of slope −1 that begins with a bend
-    down, is refused with the reason: five terms cannot make such a curve; a filter, a line or correlated noise can.
+    down, is refused with the reason: five terms cannot make such a curve; a filter, a line or correlated noise can. So is a
+    region that the other terms together make as well, such as the crossing of two.
 
     Parameters
     ----------
@@ -211,7 +215,7 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
         i, j, slope = found
         height = points.height(i, j, term.slope, rule.tolerance)
         region = (float(points.tau[i]), float(points.tau[j]))
-        reason = points.bend(i, j, height, term)
+        reason = points.bend(i, j, height, term) or points.explained(i, j, term)
         if reason is not None:
             refused.append(Refusal(term=name, tau_min=region[0], tau_max=region[1], reason=reason))
             continue
@@ -235,6 +239,8 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 class _Points:
     """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included."""
 
+    m: NDArray[np.int64]
+    tau0: float
     tau: NDArray[np.float64]
     lt: NDArray[np.float64]
     ls: NDArray[np.float64]
@@ -248,7 +254,7 @@ class _Points:
         # Neighbours on a dense grid say the same thing again; the search is over all pairs.
         bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
         kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
-        return cls(tau[kept], lt[kept], ls[kept], delta[kept])
+        return cls(curve.m[usable][kept], curve.tau0, tau[kept], lt[kept], ls[kept], delta[kept])
 
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Slope over about an octave round each point, and its standard error by eq. (26)."""
@@ -320,3 +326,34 @@ class _Points:
         if below[j + 1 :].any():
             return "the curve falls below it later (a filter, a line, correlated noise)"
         return None
+
+    def explained(self, i: int, j: int, term: Term) -> str | None:
+        """Why the region is not the term's, if the other terms together make it as well: the crossing of two lines.
+
+        Over the region and a factor of 8 on either side the variances are fitted by all terms and by all but this one,
+        with weights from δ; the term must lower the misfit by more than `_GAIN` for each octave's worth of points.
+        """
+        near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
+        m, variance = self.m[near], np.exp(2 * self.ls[near])
+        weight = 1 / (2 * variance * np.hypot(self.delta[near], _FLOOR))
+        columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
+        others = [column for name, column in columns.items() if name != term.name]
+        per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
+        gain = (_misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)) / per_octave
+        return None if gain > _GAIN else "other terms together make the same"
+
+
+def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:
+    """Least sum of squares of ``target`` less a combination of the columns with no negative coefficient.
+
+    With five columns the best of all subsets whose plain solution is positive is found at once.
+    """
+    design = np.stack([column / np.linalg.norm(column) for column in columns], axis=1)
+    best = float(target @ target)
+    for subset in range(1, 1 << len(columns)):
+        part = design[:, [k for k in range(len(columns)) if subset >> k & 1]]
+        solution = np.linalg.lstsq(part, target)[0]
+        if (solution >= 0).all():
+            rest = target - part @ solution
+            best = min(best, float(rest @ rest))
+    return best

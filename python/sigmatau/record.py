@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -64,7 +64,7 @@ class Provenance:
         }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Record(Printed):
     """A static record: streams and where they came from.
 
@@ -137,13 +137,15 @@ class Record(Printed):
         DataError
             For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
         """
-        if not (np.isfinite(rate) and rate > 0):
+        if not (isinstance(rate, int | float | np.integer | np.floating) and np.isfinite(rate) and rate > 0):
             raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
+        if input not in get_args(InputKind):
+            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
         for name, values in channels.items():
-            array = np.asarray(values, dtype=np.float64).view()
+            array = _real(name, values).view()
             array.setflags(write=False)
             stream = stream_name(name)
             if array.ndim == 2 and array.shape[1] == 3:
@@ -152,9 +154,18 @@ class Record(Printed):
                 columns = {name: array}
             else:
                 raise DataError(f"`{name}` has shape {array.shape}; want (n,) or (n, 3)")
-            by_stream.setdefault(stream, {}).update(columns)
+            twice = set(by_stream.setdefault(stream, {})) & set(columns)
+            if twice:
+                raise DataError(f"`{min(twice)}` is given twice, by itself and in an array of three")
+            by_stream[stream].update(columns)
         if not by_stream:
             raise DataError("no channel was given; give at least one array, e.g. gyro_x=…")
+        known = {*by_stream, *(channel for columns in by_stream.values() for channel in columns)}
+        for key in unit or {}:
+            if key not in known:
+                raise OptionError(
+                    f"`unit` names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
+                )
         streams = [
             make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input)
             for name, columns in by_stream.items()
@@ -163,6 +174,19 @@ class Record(Printed):
             streams=tuple(streams),
             provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values())),
         )
+
+
+def _real(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Numbers as float64, masked ones as NaN."""
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    array = np.asarray(values)
+    if array.dtype.kind not in "buifO":
+        raise DataError(f"`{name}` holds {array.dtype} values; want real numbers")
+    try:
+        return np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise DataError(f"`{name}` holds what is no number") from None
 
 
 def stream_name(channel: str) -> str:

@@ -67,7 +67,7 @@ class Transform:
     kind: InputKind = "rate"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Columns:
     """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read."""
 
@@ -94,7 +94,7 @@ class Columns:
         return x if factor == 1.0 else x * factor
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Stream:
     """Channels of one sensor on one grid.
 

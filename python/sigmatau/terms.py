@@ -229,6 +229,10 @@ def avar(
         raise ValueError(f"unknown term {term!r}; terms: {', '.join(TERMS)}")
     if not (math.isfinite(tau0) and tau0 > 0):
         raise ValueError(f"`tau0` must be a positive number of seconds, not {tau0!r}")
+    if cutoff is not None and not (math.isfinite(cutoff) and cutoff > 0):
+        raise ValueError(f"`cutoff` must be a positive number of hertz, not {cutoff!r}")
+    if not math.isfinite(coefficient):
+        raise ValueError(f"the coefficient must be a finite number, not {coefficient!r}")
     if sizes.size and sizes.min() < 1:
         raise ValueError(f"`m` must be at least 1 sample, got {sizes.min()}")
     return _kernels.term_avar(term, float(coefficient), sizes, float(tau0), cutoff=cutoff, averaged=averaged)

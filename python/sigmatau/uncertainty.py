@@ -9,6 +9,7 @@ References
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -51,7 +52,7 @@ def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     array([0.0501, 0.4082])
     """
     sizes = np.atleast_1d(np.asarray(m, dtype=float))
-    if sizes.size and (sizes.min() < 1 or sizes.max() >= n):
+    if sizes.size and not (sizes.min() >= 1 and sizes.max() < n):
         raise ValueError(f"`m` must lie in 1 … {n - 1} (below the {n} samples of the record)")
     return np.asarray(1 / np.sqrt(2 * (n / sizes - 1)))
 
@@ -95,8 +96,12 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
     unknown = set(coefficients) - {*_LINEAR, "rate_ramp"}
     if unknown:
         raise ValueError(f"unknown term {min(unknown)!r}; terms: {', '.join((*_LINEAR, 'rate_ramp'))}")
+    if not all(map(math.isfinite, coefficients.values())):
+        raise ValueError(f"coefficients must be finite numbers, got {dict(coefficients)}")
     sizes = np.atleast_1d(np.asarray(m))
-    if sizes.size and (sizes.min() < 1 or 2 * sizes.max() > n):
+    if sizes.ndim != 1 or (sizes != np.rint(sizes)).any():
+        raise ValueError("`m` must be a list of whole numbers of samples")
+    if sizes.size and (sizes.min() < 1 or sizes.max() > n / 2):
         raise ValueError(f"`m` must lie in 1 … {n // 2} (half of the {n} samples of the record)")
     noise, ramp = _tensors(n, tuple(int(size) for size in sizes), float(tau0))
     theta = np.array([coefficients.get(term, 0.0) ** 2 for term in _LINEAR])

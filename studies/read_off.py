@@ -14,7 +14,7 @@ import numpy as np
 
 from sigmatau.allan import allan
 from sigmatau.model import NoiseModel, simulate
-from sigmatau.readoff import RULES, Rule, read_off
+from sigmatau.readoff import GAIN, RULES, Rule, read_off
 from sigmatau.terms import TERMS, avar
 from sigmatau.units import to_si
 from studies.runner import run
@@ -105,7 +105,7 @@ def dominated(case: str) -> dict[str, float]:
 
 def main() -> None:
     """Run the study and write docs/study/read-off.md."""
-    settings = repr((RECORDS, TRIED, RULES, CASES))
+    settings = repr((RECORDS, TRIED, RULES, CASES, GAIN))
     results = run("read_off", {case: (cell, (case,)) for case in CASES}, settings=settings)
     ruled = {case: dominated(case) for case in CASES}
     lines = [_HEAD.format(records=RECORDS, cases=len(CASES))]

@@ -26,7 +26,7 @@ from sigmatau.results import Printed, seconds, value_error_text
 from sigmatau.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.units import find
 
-__all__ = ["LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
+__all__ = ["GAIN", "LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
 
 LARGEST_ERROR = 0.35
 """Averaging times with a larger error by eq. (26) are not used: those beyond a fifth of the record."""
@@ -66,9 +66,10 @@ RULES: Mapping[str, Rule] = {
 _BEND = 0.1
 _SIGMAS = 2.5
 _PER_OCTAVE = 8
-# What a term must add to a fit of all the others, in squared errors an octave; errors below 2 % do not count.
-_GAIN = 4.0
 _FLOOR = 0.02
+
+GAIN = 6.0
+"""What a region's term must add to a fit of all the other terms, in squared errors by δ (at least 2 %) an octave."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -331,7 +332,7 @@ class _Points:
         """Why the region is not the term's, if the other terms together make it as well: the crossing of two lines.
 
         Over the region and a factor of 8 on either side the variances are fitted by all terms and by all but this one,
-        with weights from δ; the term must lower the misfit by more than `_GAIN` for each octave's worth of points.
+        with weights from δ; the term must lower the misfit by more than `GAIN` for each octave's worth of points.
         """
         near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
         m, variance = self.m[near], np.exp(2 * self.ls[near])
@@ -340,7 +341,7 @@ class _Points:
         others = [column for name, column in columns.items() if name != term.name]
         per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
         gain = (_misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)) / per_octave
-        return None if gain > _GAIN else "other terms together make the same"
+        return None if gain > GAIN else "other terms together make the same"
 
 
 def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:

@@ -160,7 +160,7 @@ class Record(Printed):
             by_stream[stream].update(columns)
         if not by_stream:
             raise DataError("no channel was given; give at least one array, e.g. gyro_x=…")
-        known = {*by_stream, *(channel for columns in by_stream.values() for channel in columns)}
+        known = dict.fromkeys([*by_stream, *(channel for columns in by_stream.values() for channel in columns)])
         for key in unit or {}:
             if key not in known:
                 raise OptionError(

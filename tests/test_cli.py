@@ -165,6 +165,9 @@ BAD = {
     "wrong column": (table().encode(), ["--rate", "100", "--channels", "gyro_x=omega"], 2, ["omega", "gyro_y"]),
     "directory": (None, ["--rate", "100"], 1, ["directory"]),
     "cut gzip": (_gz(table(4000))[:20000], ["--rate", "100"], 1, ["gzip", "compressed"]),
+    "one column twice": (table().encode(), ["--rate", "100", "--channels", "gyro_x=1,gyro_y=1"], 2, ["column 1", "twice"]),
+    "too large": (_with(18, "1.0,1e300,2.0").encode(), ["--rate", "100"], 1, ["gyro_y", "index 17", "too large"]),
+    "output no file": (table().encode(), ["--rate", "100", "--plot", "pipe.png"], 1, ["pipe.png", "no regular file"]),
     "unknown option": (table().encode(), ["--ratte", "100"], 2, ["ratte"]),
     "rate no number": (table().encode(), ["--rate", "fast"], 2, ["fast"]),
     "rate zero": (table().encode(), ["--rate", "0"], 2, ["rate"]),
@@ -188,13 +191,15 @@ def test_bad_input(name, tmp_path, monkeypatch, capsys):
     else:
         path.write_bytes(content)
     outputs = [] if "--plot" in options else ["--plot", "out.png"]
+    if name == "output no file":
+        os.mkfifo("pipe.png")
     got, out, err = run("analyze", path, *options, *outputs, "--json", "out.json", capsys=capsys)
     assert got == code, err
     assert out == ""
     assert len(err.splitlines()) == 1, err
     assert err.startswith("sigmatau: ")
     assert any(word in err for word in words) if name == "cut gzip" else all(word in err for word in words), err
-    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    assert {p.name for p in tmp_path.iterdir()} - {"pipe.png"} == {path.name}
 
 
 def test_the_log_is_never_overwritten(log, tmp_path, capsys):
@@ -224,6 +229,17 @@ def test_scale_as_a_fraction(tmp_path, log, capsys):
     )
     assert one == other
     assert run(*args, "gyro=1/0", capsys=capsys)[0] == 2
+
+
+def test_full_disk(log):
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(
+            [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr.startswith("sigmatau: standard output cannot be written")
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_a_terminal_without_unicode(log):

@@ -99,8 +99,9 @@ def allan_variances(
     except _core.NonFinite as error:
         channel, index = error.args[1], error.args[2]
         name = names[channel]
+        value = float(arrays[channel][index])
         raise NonFiniteError(
-            f"`{name}` has a non-finite sample at index {index}; cut it out first, see `Record.longest_run`",
+            f"`{name}` is {value:g} in SI at index {index}: not finite, or too large to be squared; cut it out first",
             channel=name,
             index=index,
         ) from None

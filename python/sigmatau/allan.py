@@ -248,7 +248,7 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
         raise OptionError("`taus` must be a list of averaging times in s", option="taus")
     bad = times[~(np.isfinite(times) & (times > 0))]
     if bad.size:
-        raise OptionError(f"averaging times must be positive, got {bad[0]!r}", option="taus")
+        raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")
     sizes_of = np.rint(times / tau0)
     if sizes_of.min() < 1:
         raise OptionError(

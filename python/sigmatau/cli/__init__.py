@@ -48,6 +48,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our output has gone (`sigmatau … | head`): nothing to say, and nobody to say it to.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        # Files name themselves in a DataError; what is left is standard output, on a full disk for instance.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
 
 

@@ -50,6 +50,8 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
         raise OptionError(f"--{option} {path}: the name must end in {', '.join(endings)}", option=option)
     if path.is_dir():
         raise DataError(f"{path}: is a directory; give the name of a file")
+    if path.exists() and not path.is_file():
+        raise DataError(f"{path}: is no regular file, and would be replaced; give the name of a file")
     if not path.parent.is_dir():
         raise DataError(f"{path}: there is no directory {path.parent}")
 

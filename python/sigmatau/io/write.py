@@ -32,6 +32,8 @@ def atomic(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     if target.is_dir():
         raise DataError(f"{target}: is a directory; give the name of a file")
+    if target.exists() and not target.is_file():
+        raise DataError(f"{target}: is no regular file, and would be replaced; give the name of a file")
     if not target.parent.is_dir():
         raise DataError(f"{target}: there is no directory {target.parent}")
     # The ending stays, because writers choose a format by it.

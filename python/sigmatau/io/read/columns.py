@@ -195,6 +195,11 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
         notes: tuple[str, ...] = ()
         if time is None:
             time, notes = _time(columns, found, taken=set(named.values()), strict=False)
+        sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
+        for channel, index in sensors.items():
+            twin = next(other for other, where in sensors.items() if where == index)
+            if twin != channel:
+                raise OptionError(f"column {index + 1} is given twice, for {twin} and for {channel}", option="channels")
         if named:
             return Choice(channels=_ordered(named), time=time, notes=notes)
     else:

@@ -70,13 +70,15 @@ def allan_variances(
     counting: str,
     threads: int | None,
     names: Sequence[str],
-) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
+) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.int64]]:
     """Allan variances of several channels of one length; see `sigmatau.allan.allan`.
 
     Returns
     -------
     variances : list of ndarray, shape (n_tau,)
         By channel.
+    ramps : list of ndarray, shape (n_tau,)
+        Mean of all the overlapping second differences of the phase over m²: change of the rate per sample, by channel.
     pairs : ndarray of int, shape (n_tau,)
     """
     if overlap not in ("full", "none"):
@@ -95,7 +97,7 @@ def allan_variances(
             f"{n} samples do not make two clusters of {int(m.max()) if m.size else 0}", need=2 * int(m.max()), got=n
         )
     try:
-        variances, pairs = _core.allan_variances(arrays, sizes, overlap == "full", counting == "paper", threads or 0)
+        variances, ramps, pairs = _core.allan_variances(arrays, sizes, overlap == "full", counting == "paper", threads or 0)
     except _core.NonFinite as error:
         channel, index = error.args[1], error.args[2]
         name = names[channel]
@@ -105,7 +107,7 @@ def allan_variances(
             channel=name,
             index=index,
         ) from None
-    return variances, pairs
+    return variances, ramps, pairs
 
 
 def term_avar(
@@ -146,20 +148,23 @@ def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLik
     return _core.band_limited_avar(random_walk, shape, corner, _sizes(m), tau0)
 
 
-def covariance_tensors(n: int, m: NDArray[np.int64], tau0: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def covariance_tensors(
+    n: int, m: NDArray[np.int64], tau0: float, *, correlation_times: Sequence[float] = ()
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What the covariance of the overlapped Allan variances is made of; see `sigmatau.uncertainty.avar_covariance`.
 
     Returns
     -------
-    noise : ndarray, shape (4, 4, n_tau, n_tau)
+    noise : ndarray, shape (n_terms, n_terms, n_tau, n_tau)
         Contracted with the squared coefficients twice; terms in the order quantization, random walk, bias instability,
-        rate random walk.
-    ramp : ndarray, shape (4, n_tau, n_tau)
+        rate random walk, then a Gauss-Markov process, given by its variance, for each of the `correlation_times`. [s]
+    ramp : ndarray, shape (n_terms, n_tau, n_tau)
         Contracted with the squared coefficients once, times the ramp squared.
     """
-    noise, ramp = _core.covariance_tensors(n, np.ascontiguousarray(m, dtype=np.int64), tau0)
-    k = len(m)
-    return noise.reshape(4, 4, k, k), ramp.reshape(4, k, k)
+    times = [float(time) for time in correlation_times]
+    noise, ramp = _core.covariance_tensors(n, np.ascontiguousarray(m, dtype=np.int64), tau0, times)
+    k, terms = len(m), 4 + len(times)
+    return noise.reshape(terms, terms, k, k), ramp.reshape(terms, k, k)
 
 
 def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:

@@ -31,11 +31,16 @@ __all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan"
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
-TauGrid = Literal["octave", "half", "quarter"]
+TauGrid = Literal["octave", "half", "quarter", "eighth"]
 
-# First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j. Such grids are
-# chains (2m of one size is m of another), which the kernel can share work along.
-_SEEDS: Mapping[str, tuple[int, ...]] = {"octave": (4,), "half": (4, 6), "quarter": (4, 5, 6, 7)}
+# First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j, and so on. Such
+# grids are chains (2m of one size is m of another), which the kernel can share work along.
+_SEEDS: Mapping[str, tuple[int, ...]] = {
+    "octave": (8,),
+    "half": (8, 12),
+    "quarter": (8, 10, 12, 14),
+    "eighth": tuple(range(8, 16)),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -55,6 +60,9 @@ class DeviationCurve(Printed):
         Allan variance. [unit²]
     n_pairs : ndarray of int, shape (n_tau,)
         Number of squared differences averaged.
+    ramp : ndarray, shape (n_tau,)
+        Mean of all overlapping second differences of the phase, over tau²: the ramp of the rate as seen at this averaging
+        time, with its sign. [unit/s]
     n : int
         Rate samples in the record.
     tau0 : float
@@ -70,13 +78,14 @@ class DeviationCurve(Printed):
     tau: NDArray[np.float64]
     avar: NDArray[np.float64]
     n_pairs: NDArray[np.int64]
+    ramp: NDArray[np.float64]
     n: int
     tau0: float
     overlap: Overlap = "full"
     counting: Counting = "standard"
 
     def __post_init__(self) -> None:
-        for name in ("m", "tau", "avar", "n_pairs"):
+        for name in ("m", "tau", "avar", "n_pairs", "ramp"):
             array = np.asarray(getattr(self, name)).view()
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -173,7 +182,7 @@ def allan(
     ----------
     record : Record
         Static data, no sample missing.
-    taus : {"octave", "half", "quarter"} or array_like, shape (n_tau,)
+    taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
         Grid of averaging times from one sample up to half the record, or the times themselves, rounded to whole samples
         (the result holds the times after rounding). [s]
     overlap : {"full", "none"}
@@ -211,10 +220,10 @@ def allan(
         terms_lost = 1 if counting == "paper" and overlap == "full" else 0
         sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
         columns = [stream.column(channel) for channel in stream.channels]
-        variances, pairs = _kernels.allan_variances(
+        variances, ramps, pairs = _kernels.allan_variances(
             columns, sizes, overlap=overlap, counting=counting, threads=threads, names=stream.channels
         )
-        for channel, avar in zip(stream.channels, variances, strict=True):
+        for channel, avar, ramp in zip(stream.channels, variances, ramps, strict=True):
             curves[channel] = DeviationCurve(
                 channel=channel,
                 quantity=stream.quantity,
@@ -223,6 +232,7 @@ def allan(
                 tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
                 avar=avar,
                 n_pairs=pairs,
+                ramp=ramp / stream.grid.tau0,
                 n=stream.grid.n,
                 tau0=stream.grid.tau0,
                 overlap=overlap,
@@ -241,7 +251,7 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
             raise OptionError(f"unknown grid of τ {taus!r}; grids: {', '.join(_SEEDS)}, or times in s", option="taus")
         seeds = _SEEDS[taus]
         sizes = {seed << j for seed in seeds for j in range(largest.bit_length())}
-        sizes |= {size // 4 for size in sizes if size % 4 == 0} | {size // 2 for size in sizes if size % 2 == 0}
+        sizes |= {size // step for size in sizes for step in (2, 4, 8) if size % step == 0}
         return np.array(sorted(size for size in sizes if size <= largest), dtype=np.int64)
     times = np.atleast_1d(np.asarray(taus, dtype=float))
     if times.ndim != 1 or times.size == 0:

@@ -7,6 +7,7 @@ use crate::compensated::Sum;
 use crate::error::Error;
 use crate::kernel::{self, CHAIN, STARTS, Window};
 use crate::phase::{BLOCK, Phase};
+use crate::trend::Trend;
 use rayon::prelude::*;
 
 /// Which clusters are compared.
@@ -39,6 +40,8 @@ pub struct Estimate {
     pub avar: f64,
     /// Number of squared differences averaged.
     pub pairs: usize,
+    /// Mean of all the overlapping differences over m²: the change of the rate per sample, with its sign.
+    pub ramp: f64,
 }
 
 /// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
@@ -56,10 +59,13 @@ pub fn allan_variance(
     counting: Counting,
 ) -> Result<Vec<Estimate>, Error> {
     check_sizes(phase.samples(), m, overlap, counting)?;
-    Ok(match overlap {
+    let mut estimates = match overlap {
         Overlap::Full => overlapping(phase, m, counting),
         Overlap::None => m.par_iter().map(|&m| disjoint(phase, m)).collect(),
-    })
+    };
+    let trend = Trend::new(phase);
+    estimates.par_iter_mut().for_each(|estimate| estimate.ramp = trend.ramp(estimate.m));
+    Ok(estimates)
 }
 
 /// Allan variances of several rate records, such as the axes of a unit; one result for each, in their order.
@@ -139,7 +145,7 @@ fn disjoint(phase: &Phase, m: usize) -> Estimate {
 fn estimate(m: usize, pairs: usize, sum_of_squares: f64) -> Estimate {
     let size = m as f64;
     let avar = sum_of_squares / (2.0 * size * size * pairs as f64);
-    Estimate { m, avar, pairs }
+    Estimate { m, avar, pairs, ramp: 0.0 }
 }
 
 fn overlapping(phase: &Phase, m: &[usize], counting: Counting) -> Vec<Estimate> {

@@ -17,3 +17,4 @@ pub mod phase;
 pub mod psd;
 pub mod special;
 pub mod terms;
+mod trend;

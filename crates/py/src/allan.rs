@@ -3,12 +3,14 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use sigmatau_core::allan::{self, Counting, Overlap};
+use sigmatau_core::allan::{self, Counting, Estimate, Overlap};
 use sigmatau_core::error::Error;
 
 pyo3::create_exception!(sigmatau._core, NonFinite, PyValueError);
 
-type Variances<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Bound<'py, PyArray1<i64>>);
+type Arrays<'py> = Vec<Bound<'py, PyArray1<f64>>>;
+/// Variances and ramps by channel, and pairs.
+type Variances<'py> = (Arrays<'py>, Arrays<'py>, Bound<'py, PyArray1<i64>>);
 
 #[pyfunction]
 pub fn allan_variances<'py>(
@@ -28,11 +30,10 @@ pub fn allan_variances<'py>(
         .detach(|| allan::allan_variances(&columns, &sizes, overlap, counting, threads))
         .map_err(|error| wrong(&columns, error))?;
     let pairs: Vec<i64> = channels.first().into_iter().flatten().map(|e| e.pairs as i64).collect();
-    let variances = channels
-        .into_iter()
-        .map(|estimates| estimates.iter().map(|e| e.avar).collect::<Vec<_>>().into_pyarray(py))
-        .collect();
-    Ok((variances, pairs.into_pyarray(py)))
+    let by_channel = |of: fn(&Estimate) -> f64| -> Arrays<'py> {
+        channels.iter().map(|c| c.iter().map(of).collect::<Vec<_>>().into_pyarray(py)).collect()
+    };
+    Ok((by_channel(|e| e.avar), by_channel(|e| e.ramp), pairs.into_pyarray(py)))
 }
 
 /// Cluster sizes as the core takes them; `_kernels` has checked that they are positive.

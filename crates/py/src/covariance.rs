@@ -5,8 +5,8 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sigmatau_core::covariance::{Component, Gamma};
 
-/// Components in the order of the tensors' first indices.
-const COMPONENTS: [Component; 4] =
+/// The first components, in the order of the tensors' first indices; Gauss-Markov processes come after them.
+const LINEAR: [Component; 4] =
     [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
 
 type Tensors<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
@@ -17,12 +17,16 @@ pub fn covariance_tensors<'py>(
     n: usize,
     m: PyReadonlyArray1<'py, i64>,
     tau0: f64,
+    correlation_times: Vec<f64>,
 ) -> PyResult<Tensors<'py>> {
     let sizes = sizes(&m)?;
+    // In samples, as the core has them.
+    let processes = correlation_times.iter().map(|time| Component::GaussMarkov { tc: time / tau0 });
+    let components: Vec<Component> = LINEAR.into_iter().chain(processes).collect();
     let gamma = py
-        .detach(|| Gamma::new(n, &sizes, &COMPONENTS)?.at_interval(tau0))
+        .detach(|| Gamma::new(n, &sizes, &components)?.at_interval(tau0))
         .map_err(|error| value_error(&error))?;
-    let terms = 0..COMPONENTS.len();
+    let terms = 0..components.len();
     let pairs = terms.clone().flat_map(|p| terms.clone().map(move |q| (p, q)));
     let noise: Vec<f64> = pairs.flat_map(|(p, q)| gamma.noise_part(p, q)).collect();
     let ramp: Vec<f64> = terms.flat_map(|p| gamma.ramp_part(p)).collect();

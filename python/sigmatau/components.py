@@ -1,0 +1,205 @@
+"""What the expected Allan variances, their covariance and their skewness are made of, term by term.
+
+Everything here depends on the record's length, the cluster sizes and the shapes of the terms, not on any datum: it is
+computed once and shared by all axes, all steps of a fit and all files of a run. Units are samples: the sample interval is
+1, and a squared coefficient θ is that for this interval.
+
+The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p, q), exact for finite records
+(`sigmatau.uncertainty.avar_covariance`). For the third cumulant of a weighted sum of Allan variances the record is taken as
+if the discrete cosine transform made its modes independent, which is exact for white noise plus a random walk: with the
+spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
+2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+
+__all__ = ["LINEAR", "Components", "components", "power_of_interval"]
+
+Floats = NDArray[np.float64]
+
+LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
+"""Terms whose squared coefficients the Allan variance is linear in; the ramp is none: it is no noise."""
+
+_POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_random_walk": 3}
+
+# Modes taken one by one, and how many stand for all others.
+_LOW_MODES = 512
+_HIGH_MODES = 400
+
+
+def power_of_interval(name: str) -> int:
+    """θ in samples is θ in SI times tau0^(p − 2); p by term, 2 for all that are given by a variance."""
+    return _POWERS.get(name, 2)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Components:
+    """Terms at the cluster sizes `m` of a record of `n` samples.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if there is one.
+    n : int
+    m : ndarray of int, shape (n_tau,)
+    design : ndarray, shape (n_tau, n_terms)
+        Expected Allan variance for θ = 1.
+    noise : ndarray, shape (n_terms·(n_terms+1)/2, n_tau, n_tau)
+        Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together.
+    slopes : ndarray, shape (n_terms, n_tau, n_tau)
+        Covariance, for θ = 1, of the ramps as the mean second differences show them.
+    spectra : ndarray, shape (n_terms, n_modes)
+        Power of a mode for θ = 1, over n.
+    gains : ndarray, shape (n_tau, n_modes)
+    modes : ndarray, shape (n_modes,)
+        How many modes each stands for.
+    """
+
+    names: tuple[str, ...]
+    n: int
+    m: NDArray[np.int64]
+    design: Floats
+    noise: Floats
+    slopes: Floats
+    spectra: Floats
+    gains: Floats
+    modes: Floats
+
+    def from_index(self, first: int) -> Self:
+        """The same without the shortest `first` averaging times."""
+        return replace(
+            self,
+            m=self.m[first:],
+            design=self.design[first:],
+            noise=np.ascontiguousarray(self.noise[:, first:, first:]),
+            slopes=self.slopes[:, first:, first:],
+            gains=self.gains[first:],
+        )
+
+    def without_ramp(self, weights: Floats) -> Self:
+        """The components of Allan variances from which a ramp was removed, see `remove_ramp`.
+
+        The ramp is Σ weights·ramp(m), so that its own variance v and its covariance with every ramp(m) are known. With
+        r(k) for what is left of a second difference, the variance is that of the mean of r²; r is taken as independent
+        of the ramp, which is exact where the covariance of the ramp and a second difference is the same all along.
+        """
+        v = np.einsum("i,pij,j->p", weights, self.slopes, weights)
+        squares = self.m.astype(float) ** 2
+        size = np.outer(squares, squares)
+        noise = self.noise.copy()
+        for k, (p, q) in enumerate(_pairs(len(self.names))):
+            both = v[p] * self.slopes[q] + v[q] * self.slopes[p] - v[p] * v[q]
+            noise[k] -= size * (0.5 * both if p == q else both)
+        return replace(self, design=self.design - 0.5 * squares[:, None] * v, noise=noise)
+
+    def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
+        """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
+        squares = self.m.astype(float) ** 2
+        return avar - ramp * squares * (ramps - 0.5 * ramp)
+
+    def skewness(self, weights: Floats, theta: Floats) -> tuple[float, float]:
+        """Skewness and variance of Σ weights·AVAR by independent modes."""
+        parts = (weights @ self.gains) * (theta @ self.spectra)
+        squares = self.modes * parts * parts
+        variance = 2 * float(squares.sum())
+        return 8 * float(squares @ parts) / variance**1.5, variance
+
+
+@functools.lru_cache(maxsize=32)
+def components(
+    n: int, m: tuple[int, ...], *, correlation_time: float | None = None, frequency: float | None = None
+) -> Components:
+    """The four linear terms and at most one more.
+
+    Parameters
+    ----------
+    n : int
+        Samples in the record.
+    m : tuple of int
+        Cluster sizes, increasing, at most n/2.
+    correlation_time : float, optional
+        Of a Gauss-Markov process, given by its variance. [samples]
+    frequency : float, optional
+        Of a sinusoid of random phase, given by its squared amplitude. [cycles per sample]
+    """
+    if frequency is not None:
+        return _with_sinusoid(components(n, m), frequency)
+    sizes = np.array(m, dtype=np.int64)
+    times = () if correlation_time is None else (correlation_time,)
+    tensors, drifts = _kernels.covariance_tensors(n, sizes, 1.0, correlation_times=times)
+    names: tuple[str, ...] = LINEAR
+    columns = [_kernels.term_avar(name, 1.0, sizes, 1.0) for name in LINEAR]
+    angle, modes = _modes(n)
+    sine = np.sin(angle / 2)
+    spectra = [4 * sine**2, np.ones_like(sine), 0.5 / sine, 0.25 / sine**2]
+    if correlation_time is not None:
+        names = (*LINEAR, "gauss_markov")
+        columns.append(_kernels.gauss_markov_avar(1.0, correlation_time, sizes, 1.0))
+        decay = -math.expm1(-1 / correlation_time)
+        spectra.append(decay * (2 - decay) / (decay**2 + 4 * (1 - decay) * sine**2))
+    order = range(len(names))
+    squares = sizes.astype(float) ** 2
+    result = Components(
+        names=names,
+        n=n,
+        m=sizes,
+        design=np.column_stack(columns),
+        noise=np.array([(1 if p == q else 2) * tensors[p, q] for p, q in _pairs(len(names))]),
+        slopes=np.array([drifts[p] / np.outer(squares, squares) for p in order]),
+        spectra=np.array(spectra) / n,
+        gains=2 * np.sin(np.outer(sizes, angle) / 2) ** 4 / np.outer(squares, sine**2),
+        modes=modes,
+    )
+    for array in (result.design, result.noise, result.slopes, result.spectra, result.gains):
+        array.setflags(write=False)
+    return result
+
+
+def _with_sinusoid(linear: Components, frequency: float) -> Components:
+    """A line is no noise; it shows in the covariance only through the noise at its frequency.
+
+    The squared amplitude that a record of n samples shows has the variance 8A²S(f)/n, S two-sided, and every Allan
+    variance moves with it.
+    """
+    column = _kernels.sinusoid_avar(1.0, frequency, linear.m, 1.0)
+    sine = math.sin(math.pi * frequency)
+    densities = (4 * sine**2, 1.0, 0.5 / sine, 0.25 / sine**2)
+    outer = np.outer(column, column)
+    zero = np.zeros_like(outer)
+    matrices = iter(linear.noise)
+    terms = len(LINEAR)
+    noise = [
+        next(matrices) if q < terms else (8 / linear.n * densities[p] * outer if p < terms else zero)
+        for p, q in _pairs(terms + 1)
+    ]
+    return replace(
+        linear,
+        names=(*LINEAR, "sinusoid"),
+        design=np.column_stack([linear.design, column]),
+        noise=np.array(noise),
+        slopes=np.concatenate([linear.slopes, zero[None]]),
+        spectra=np.vstack([linear.spectra, np.zeros_like(linear.spectra[:1])]),
+    )
+
+
+def _pairs(terms: int) -> list[tuple[int, int]]:
+    return [(p, q) for p in range(terms) for q in range(p, terms)]
+
+
+def _modes(n: int) -> tuple[Floats, Floats]:
+    """Angles π k/n of modes of the discrete cosine transform, and how many modes each stands for."""
+    low = np.arange(1, min(_LOW_MODES, n - 1) + 1)
+    high = np.round(np.geomspace(_LOW_MODES + 1, n - 1, _HIGH_MODES)) if n - 1 > _LOW_MODES else np.empty(0)
+    k = np.unique(np.concatenate([low, high]))
+    edges = np.concatenate([[0.5], (k[1:] + k[:-1]) / 2, [n - 0.5]])
+    return np.pi * k / n, np.diff(edges)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from studies import read_off
+from studies import coverage, efficiency, intervals, read_off, robustness
 
 
 def main() -> None:
     """Run all studies."""
-    read_off.main()
+    for study in (read_off, intervals, robustness, efficiency, coverage):
+        study.main()
 
 
 if __name__ == "__main__":

@@ -44,6 +44,8 @@ def run(
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         futures = {pool.submit(cells[name][0], seed_of(name), *cells[name][1]): name for name in left}
         for k, future in enumerate(as_completed(futures), 1):
+            if future.exception() is not None:
+                pool.shutdown(cancel_futures=True)
             done[futures[future]] = future.result()
             temporary = cache.with_suffix(".tmp")
             temporary.write_text(json.dumps(done))

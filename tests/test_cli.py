@@ -39,8 +39,9 @@ class TestAnalyze:
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
         code, out, err = run("analyze", log, "--rate", 100, "--plot", figure, "--json", result, capsys=capsys)
         assert (code, err) == (0, "")
-        assert "gyro_x   angle random walk" in out
-        assert "accel_z  velocity random walk" in out
+        assert "gyro_x                      generalised least squares, τ from 0.01 s to 1.28 s, p = " in out
+        assert "  velocity random walk" in out
+        assert "95 % interval" in out
         assert "eq. (26)" in out
         assert figure.read_bytes().startswith(b"\x89PNG")
         content = json.loads(result.read_text())

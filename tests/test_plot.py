@@ -14,7 +14,7 @@ def record():
 
 
 def test_panels_and_labels(record):
-    figure = analyze(record).plot()
+    figure = analyze(record, method="read-off").plot()
     titles = {ax.get_title(): ax for ax in figure.axes if ax.get_visible()}
     assert list(titles) == ["Gyroscopes", "Accelerometers", "volts"]
     gyro = titles["Gyroscopes"]
@@ -26,7 +26,7 @@ def test_panels_and_labels(record):
 
 
 def test_the_line_passes_through_its_coefficient(record):
-    analysis = analyze(record)
+    analysis = analyze(record, method="read-off")
     (ax,) = [a for a in analysis.plot().axes if a.get_title() == "volts"]
     dashed = next(line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) == 2)
     x, y = (np.log(v) for v in dashed.get_data())
@@ -43,3 +43,28 @@ def test_curves_alone(record):
     assert ax.lines[0].get_ydata()[0] == pytest.approx(np.rad2deg(curves["gyro_x"].adev[0]))
     with pytest.raises(OptionError, match="does not fit"):
         curves["gyro_x"].plot(unit="g")
+
+
+def test_the_fitted_model_is_drawn_through_the_curve(record):
+    analysis = analyze(record)
+    (ax,) = [a for a in analysis.plot().axes if a.get_title() == "volts"]
+    (curve,) = [line for line in ax.lines if line.get_label() == "volts"]
+    model = next(line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2)
+    x, y = model.get_data()
+    assert x.tolist() == curve.get_xdata().tolist()
+    assert np.abs(np.log(y[:10] / curve.get_ydata()[:10])).max() < 0.05
+    band = ax.collections[0]
+    low, high = analysis.curves["volts"].interval()
+    vertices = band.get_paths()[0].vertices[:, 1]
+    assert vertices.min() == pytest.approx(min(low), rel=1e-6)
+    assert "χ²" in " ".join(t.get_text() for t in ax.get_legend().get_texts())
+
+
+def test_a_model_without_intervals_is_dotted(record):
+    t = np.arange(2**17) / 100
+    y = np.random.default_rng(3).standard_normal(2**17) + np.sin(0.3 * t) + np.sin(2 * t)
+    analysis = analyze(Record.from_arrays(rate=100, gyro_x=y))
+    assert analysis.fits["gyro_x"].verdict == "descriptive"
+    (ax,) = analysis.plot().axes
+    assert not [line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]
+    assert [line for line in ax.lines if line.get_linestyle() == ":" and len(line.get_xdata()) > 2]

@@ -24,6 +24,7 @@ def exact(coefficients, *, rate=100.0, n=720_000, grid="octave", quantity="angul
         tau=m / rate,
         avar=values,
         n_pairs=n + 1 - 2 * m,
+        ramp=np.zeros(len(m)),
         n=n,
         tau0=1 / rate,
     )
@@ -96,6 +97,7 @@ def test_low_pass_at_the_short_end_is_not_read():
     values = _kernels.band_limited_avar(1e-4, "butterworth2", 3.0, base.m, base.tau0)
     curve = DeviationCurve(
         channel="x", quantity="angular_rate", unit="rad/s", m=base.m, tau=base.tau, avar=values, n_pairs=base.n_pairs,
+        ramp=base.ramp,
         n=base.n, tau0=base.tau0,
     )  # fmt: skip
     found = read_off(curve)
@@ -112,7 +114,7 @@ def test_hump_is_refused_with_its_reason():
     hump = _kernels.gauss_markov_avar(1e-3, 20.0, base.m, base.tau0)
     curve = DeviationCurve(
         channel="x", quantity="angular_rate", unit="rad/s", m=base.m, tau=base.tau, avar=base.avar + hump,
-        n_pairs=base.n_pairs, n=base.n, tau0=base.tau0,
+        n_pairs=base.n_pairs, n=base.n, tau0=base.tau0, ramp=base.ramp,
     )  # fmt: skip
     found = read_off(curve)
     assert "rate_random_walk" not in found

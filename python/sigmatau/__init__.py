@@ -11,8 +11,10 @@ from sigmatau._version import __version__
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.fitting import NoiseFit, fit
 from sigmatau.io import read
 from sigmatau.model import NoiseModel, simulate
+from sigmatau.planning import detectable
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Record
 from sigmatau.results import Finding
@@ -25,6 +27,7 @@ __all__ = [
     "DataError",
     "DeviationCurve",
     "Finding",
+    "NoiseFit",
     "NoiseModel",
     "NonFiniteError",
     "OptionError",
@@ -35,6 +38,8 @@ __all__ = [
     "__version__",
     "allan",
     "analyze",
+    "detectable",
+    "fit",
     "percentage_error",
     "read",
     "read_off",

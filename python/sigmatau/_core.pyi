@@ -1,9 +1,12 @@
 # The compiled core as Python sees it; crates/py/src/lib.rs is the other side, mypy.stubtest holds the two together.
 
+from typing import Self, final
+
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "Factor",
     "NonFinite",
     "TextError",
     "allan_variances",
@@ -20,6 +23,12 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
+
+@final
+class Factor:
+    def __new__(cls, covariance: _Floats, order: int) -> Self: ...
+    def whiten(self, columns: _Floats) -> _Floats: ...
+    def unwhiten(self, weights: _Floats) -> _Floats: ...
 
 class NonFinite(ValueError): ...
 class TextError(ValueError): ...

@@ -15,6 +15,7 @@ from sigmatau import _core
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 
 __all__ = [
+    "Factor",
     "TextReadError",
     "allan_variances",
     "band_limited_avar",
@@ -62,6 +63,36 @@ class TextReadError(Exception):
         self.expected = expected
 
 
+class Factor:
+    """A covariance matrix taken apart, so that correlated errors can be made independent ones.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+
+    Raises
+    ------
+    FloatingPointError
+        If a variance is not positive, or the matrix is not positive definite to rounding.
+    """
+
+    __slots__ = ("_factor",)
+
+    def __init__(self, covariance: NDArray[np.float64]) -> None:
+        try:
+            self._factor = _core.Factor(np.ravel(covariance), len(covariance))
+        except ValueError as error:
+            raise FloatingPointError(str(error)) from None
+
+    def whiten(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Columns, shape (n, k) or (n,), whose errors have this covariance, with independent errors of variance 1."""
+        return self._factor.whiten(np.ravel(columns)).reshape(columns.shape)
+
+    def unwhiten(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Weights on the data, shape (n,), that give the same sum as `weights` on the whitened data."""
+        return self._factor.unwhiten(np.ascontiguousarray(weights))
+
+
 def allan_variances(
     columns: Sequence[ArrayLike],
     m: NDArray[np.int64],
@@ -97,7 +128,9 @@ def allan_variances(
             f"{n} samples do not make two clusters of {int(m.max()) if m.size else 0}", need=2 * int(m.max()), got=n
         )
     try:
-        variances, ramps, pairs = _core.allan_variances(arrays, sizes, overlap == "full", counting == "paper", threads or 0)
+        variances, ramps, pairs = _core.allan_variances(
+            arrays, sizes, overlap == "full", counting == "paper", threads or 0
+        )
     except _core.NonFinite as error:
         channel, index = error.args[1], error.args[2]
         name = names[channel]

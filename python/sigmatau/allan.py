@@ -21,13 +21,13 @@ from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.record import Record
 from sigmatau.results import Printed
 from sigmatau.streams import Stream
-from sigmatau.uncertainty import percentage_error
+from sigmatau.uncertainty import chi2_factors, percentage_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan", "cluster_sizes"]
+__all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan", "channel_curve", "cluster_sizes"]
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
@@ -69,6 +69,8 @@ class DeviationCurve(Printed):
         Sample interval. [s]
     overlap : {"full", "none"}
     counting : {"standard", "paper"}
+    edf : ndarray or None, shape (n_tau,)
+        Equivalent degrees of freedom of each variance for the noise that was fitted; None if nothing was.
     """
 
     channel: str
@@ -83,9 +85,12 @@ class DeviationCurve(Printed):
     tau0: float
     overlap: Overlap = "full"
     counting: Counting = "standard"
+    edf: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("m", "tau", "avar", "n_pairs", "ramp"):
+        for name in ("m", "tau", "avar", "n_pairs", "ramp", "edf"):
+            if getattr(self, name) is None:
+                continue
             array = np.asarray(getattr(self, name)).view()
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -100,16 +105,42 @@ class DeviationCurve(Printed):
         """Relative standard error of `adev` by the paper's eq. (26); see `sigmatau.uncertainty.percentage_error`."""
         return percentage_error(self.n, self.m)
 
+    def interval(self, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Between which deviations the true one lies; by χ² with `edf`, or if there are none by eq. (26).
+
+        Parameters
+        ----------
+        level : float
+            Probability that the interval holds. Eq. (26) knows one standard error only, and the level is not used.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_tau,)
+            [unit]
+        """
+        if self.edf is None:
+            return self.adev * np.maximum(1 - self.error, 0), self.adev * (1 + self.error)
+        low, high = chi2_factors(self.edf, level=level)
+        return self.adev * low, self.adev * high
+
+    @property
+    def interval_text(self) -> str:
+        """What `interval` gives, in words."""
+        if self.edf is None:
+            return "eq. (26), one standard error"
+        return "95 % by χ², degrees of freedom of the fitted noise"
+
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
-        adev, error = self.adev, self.error
+        low, high = self.interval()
         return {
             "m": self.m.tolist(),
             "tau_s": self.tau.tolist(),
-            "adev": adev.tolist(),
-            "low": (adev * np.maximum(1 - error, 0)).tolist(),
-            "high": (adev * (1 + error)).tolist(),
-            "interval": "eq. (26), one standard error",
+            "adev": self.adev.tolist(),
+            "low": low.tolist(),
+            "high": high.tolist(),
+            "interval": self.interval_text,
+            **({} if self.edf is None else {"edf": self.edf.tolist()}),
             "n_pairs": self.n_pairs.tolist(),
             "estimator": "overlapped" if self.overlap == "full" else "non-overlapped",
             "counting": self.counting,
@@ -117,18 +148,19 @@ class DeviationCurve(Printed):
         }
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
-        """Draw the curve with its error band by eq. (26); returns the axes."""
+        """Draw the curve with its band, see `interval`; returns the axes."""
         from sigmatau.plot.curves import draw_curve
 
         return draw_curve(self, ax=ax, unit=unit)
 
     def __repr__(self) -> str:
         head = f"{self.channel}: Allan deviation, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"
+        low, high = self.interval()
         rows = [
-            f"  {t:12.6g} s  {s:.6g}  ± {100 * e:.2g} %"
-            for t, s, e in zip(self.tau, self.adev, self.error, strict=True)
+            f"  {t:12.6g} s  {s:.6g}  [{a:.6g}, {b:.6g}]"
+            for t, s, a, b in zip(self.tau, self.adev, low, high, strict=True)
         ]
-        return "\n".join([head, *rows])
+        return "\n".join([head, f"  [ ]: {self.interval_text}", *rows])
 
 
 class Curves(Mapping[str, DeviationCurve], Printed):
@@ -216,29 +248,57 @@ def allan(
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
         _refuse_missing(stream)
-        # The paper's counting leaves one term less, and at m = n/2 none.
-        terms_lost = 1 if counting == "paper" and overlap == "full" else 0
-        sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
-        columns = [stream.column(channel) for channel in stream.channels]
-        variances, ramps, pairs = _kernels.allan_variances(
-            columns, sizes, overlap=overlap, counting=counting, threads=threads, names=stream.channels
-        )
-        for channel, avar, ramp in zip(stream.channels, variances, ramps, strict=True):
-            curves[channel] = DeviationCurve(
-                channel=channel,
-                quantity=stream.quantity,
-                unit=stream.unit,
-                m=sizes,
-                tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
-                avar=avar,
-                n_pairs=pairs,
-                ramp=ramp / stream.grid.tau0,
-                n=stream.grid.n,
-                tau0=stream.grid.tau0,
-                overlap=overlap,
-                counting=counting,
-            )
+        chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
+        curves.update(chosen)
     return Curves(curves)
+
+
+def channel_curve(
+    record: Record,
+    channel: str,
+    *,
+    taus: TauGrid | ArrayLike,
+    counting: Counting = "standard",
+    threads: int | None = None,
+) -> DeviationCurve:
+    """Overlapped Allan variance of one channel of a record without gaps; see `allan`."""
+    stream = next(stream for stream in record.streams if channel in stream.channels)
+    return _of_stream(stream, (channel,), taus, overlap="full", counting=counting, threads=threads)[channel]
+
+
+def _of_stream(
+    stream: Stream,
+    channels: tuple[str, ...],
+    taus: TauGrid | ArrayLike,
+    *,
+    overlap: Overlap,
+    counting: Counting,
+    threads: int | None,
+) -> dict[str, DeviationCurve]:
+    # The paper's counting leaves one term less, and at m = n/2 none.
+    terms_lost = 1 if counting == "paper" and overlap == "full" else 0
+    sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
+    columns = [stream.column(channel) for channel in channels]
+    variances, ramps, pairs = _kernels.allan_variances(
+        columns, sizes, overlap=overlap, counting=counting, threads=threads, names=channels
+    )
+    return {
+        channel: DeviationCurve(
+            channel=channel,
+            quantity=stream.quantity,
+            unit=stream.unit,
+            m=sizes,
+            tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
+            avar=avar,
+            n_pairs=pairs,
+            ramp=ramp / stream.grid.tau0,
+            n=stream.grid.n,
+            tau0=stream.grid.tau0,
+            overlap=overlap,
+            counting=counting,
+        )
+        for channel, avar, ramp in zip(channels, variances, ramps, strict=True)
+    }
 
 
 def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[np.int64]:

@@ -4,27 +4,37 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from sigmatau._version import __version__
-from sigmatau.allan import Counting, Curves, Overlap, TauGrid, allan
-from sigmatau.errors import DataError
+from sigmatau.allan import Counting, Curves, DeviationCurve, Overlap, TauGrid, allan, channel_curve, cluster_sizes
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting import NoiseFit, fit
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
 from sigmatau.results import Finding, Printed, seconds
 from sigmatau.streams import Stream
-from sigmatau.terms import TERMS
+from sigmatau.tables import fit_table, read_off_table
+from sigmatau.terms import avar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Analysis", "analyze"]
+__all__ = ["Analysis", "Method", "analyze"]
+
+Method = Literal["gls", "read-off"]
 
 SCHEMA = 1
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
+
+
+# Quantization noise rules if it makes so much of the variance at so many samples; with nothing beside it there is nothing
+# to gain.
+_AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -38,6 +48,8 @@ class Analysis(Printed):
         What is wrong with the record, or should be known, before a number is trusted.
     curves : Curves
         Allan deviation by channel; channels that could not be analysed are absent and have a finding.
+    fits : mapping of str to NoiseFit
+        Coefficients with intervals, by channel; empty if they were only read off.
     read_off : mapping of str to ReadOff
         Coefficients by the paper's method, by channel.
     grids : mapping of str to str
@@ -47,6 +59,7 @@ class Analysis(Printed):
     source: Provenance
     findings: tuple[Finding, ...]
     curves: Curves
+    fits: Mapping[str, NoiseFit]
     read_off: Mapping[str, ReadOff]
     grids: Mapping[str, str]
 
@@ -64,20 +77,22 @@ class Analysis(Printed):
                     "samples": curve.n,
                     "curve": curve.to_dict(),
                     "read_off": self.read_off[channel].to_dict(),
+                    **({"fit": self.fits[channel].to_dict()} if channel in self.fits else {}),
                 }
                 for channel, curve in self.curves.items()
             },
         }
 
     def plot(self) -> Figure:
-        """Draw the curves of all channels with error bands and the lines that were read; one panel a stream."""
+        """Draw the curves of all channels with their bands and what was fitted or read; one panel a stream."""
         from sigmatau.plot.curves import draw_analysis
 
-        return draw_analysis(self.curves, self.read_off)
+        return draw_analysis(self.curves, self.read_off, self.fits)
 
     def summary(self) -> str:
         """The grids and the table of coefficients, as the command line prints them."""
-        return "\n".join([*self.grids.values(), "", table(self.read_off)])
+        coefficients = fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
+        return "\n".join([*self.grids.values(), "", coefficients])
 
     def __repr__(self) -> str:
         return "\n".join([self.summary(), *map(str, self.findings)])
@@ -89,9 +104,10 @@ def analyze(
     taus: TauGrid | ArrayLike = "half",
     overlap: Overlap = "full",
     counting: Counting = "standard",
+    method: Method = "gls",
     threads: int | None = None,
 ) -> Analysis:
-    """Analyse a static record: Allan curves of every channel and the coefficients that show.
+    """Analyse a static record: Allan curves of every channel, and the coefficients with their intervals.
 
     Parameters
     ----------
@@ -99,6 +115,10 @@ def analyze(
         From `sigmatau.read` or `Record.from_arrays`.
     taus, overlap, counting, threads
         See `sigmatau.allan`.
+    method : {"gls", "read-off"}
+        Fit the coefficients (`sigmatau.fit`) beside reading them off, or read off only. A fit is always made with
+        overlapping clusters on half octaves, whatever the curve has; on eighths of an octave where quantization noise
+        rules the short times, because the terms under it are then found with up to a third less variance.
 
     Returns
     -------
@@ -115,6 +135,8 @@ def analyze(
     -----
     A channel that never changes is left out with a finding; the others are analysed.
     """
+    if method not in ("gls", "read-off"):
+        raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}")
     findings: list[Finding] = list(record.findings)
@@ -128,49 +150,63 @@ def analyze(
                 findings.append(_constant(stream, channel))
     if not curves:
         raise DataError("no channel is left to analyse: " + "; ".join(f"{f.channel}: {f.message}" for f in findings))
+    fits: dict[str, NoiseFit] = {}
+    if method == "gls":
+        for channel, curve in curves.items():
+            fits[channel] = _fit(record, curve, threads)
+            if curve.overlap == "full":
+                curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
+            findings += _findings(fits[channel])
     return Analysis(
         source=record.provenance,
         findings=tuple(findings),
         curves=Curves(curves),
+        fits=fits,
         read_off={channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: _grid_text(stream) for stream in record.streams},
     )
 
 
-_LEGEND = (
-    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
-    "no confidence interval, and blind to the bias where terms meet. A term not listed has no stretch of its slope here.",
-)
+def _fit(record: Record, curve: DeviationCurve, threads: int | None) -> NoiseFit:
+    """On half octaves with overlap, whatever the curve has; on eighths where quantization rules."""
+    half = cluster_sizes("half", n=curve.n - (curve.counting == "paper"), tau0=curve.tau0)
+    if curve.overlap != "full" or not np.array_equal(half, curve.m):
+        curve = channel_curve(record, curve.channel, taus="half", counting=curve.counting, threads=threads)
+    fitted = fit(curve)
+    noise = fitted.observed.get("quantization")
+    if noise is None or fitted.verdict != "adequate" or len(fitted.observed) < _LEAST_BESIDE:
+        return fitted
+    share = avar("quantization", noise, m=_AT, tau0=curve.tau0) / fitted.avar(m=_AT)
+    if float(share[0]) < _RULES:
+        return fitted
+    return fit(channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads))
 
 
-def table(read_off: Mapping[str, ReadOff]) -> str:
-    """The coefficients as aligned text, channel by channel, in the paper's form and the field's units."""
-    rows: list[tuple[str, str, str, str]] = []
-    notes: dict[str, str] = {}
-    for channel, result in read_off.items():
-        if not result and not result.refused:
-            rows.append((channel, "no region of any term", "", ""))
-        first = channel
-        for name, c in result.items():
-            texts = result.texts(name)
-            region = f"τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s"
-            for k, (value, unit) in enumerate(texts):
-                label = TERMS[name].label(result.quantity) if k == 0 else "  ="
-                rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
-                first = ""
-            if TERMS[name].look_alikes:
-                notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(result.quantity))
-        for refusal in result.refused:
-            label = f"no {TERMS[refusal.term].label(result.quantity)}"
-            rows.append(
-                (first, label, "", f"τ {seconds(refusal.tau_min)} … {seconds(refusal.tau_max)} s: {refusal.reason}")
+def _findings(fitted: NoiseFit) -> list[Finding]:
+    if fitted.verdict == "too_short":
+        return [
+            Finding(
+                code="too_short", severity="warning", channel=fitted.channel, message=f"not fitted: {fitted.reason}"
             )
-            first = ""
-    widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
-    lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
-    lines += ["", *_LEGEND]
-    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
-    return "\n".join(lines)
+        ]
+    if fitted.verdict == "descriptive":
+        message = f"no adequate model: {fitted.reason}"
+        effect = "coefficients without intervals"
+        return [
+            Finding(
+                code="no_adequate_model", severity="warning", channel=fitted.channel, message=message, effect=effect
+            )
+        ]
+    if fitted.tau_min is not None and fitted.tau_min > 1.5 * fitted.tau0:
+        return [
+            Finding(
+                code="short_times_left_out",
+                severity="info",
+                channel=fitted.channel,
+                message=f"the model holds from τ = {seconds(fitted.tau_min)} s on: {fitted.reason}",
+            )
+        ]
+    return []
 
 
 def _rounding(stream: Stream, channel: str) -> float:

@@ -29,7 +29,7 @@ from sigmatau.record import MIN_SAMPLES, Provenance, Record, stream_name
 from sigmatau.results import Printed
 from sigmatau.streams import Columns, Grid, Stream, Transform
 
-__all__ = ["NoiseModel", "simulate"]
+__all__ = ["NoiseModel", "simulate", "value_in_si"]
 
 _QUANTITY = {"gyro": "angular_rate", "accel": "acceleration"}
 _RATE_UNIT = {"gyro": "rad/s", "accel": "m/s^2"}
@@ -223,6 +223,16 @@ def _two_sided(channel: str, table: Mapping[str, Any]) -> float:
             " (most datasheets state it one-sided)"
         )
     return 1 / math.sqrt(2) if sided == "one" else 1.0
+
+
+def value_in_si(text: str, si: str, what: str) -> float:
+    """``"0.5 deg/h"`` in the SI unit `si`; raises `OptionError` that begins with `what`."""
+    match = _VALUE.fullmatch(text)
+    if match is None:
+        raise OptionError(
+            f'{what} {text!r}: want a value with its unit, e.g. "1 {units.known(si)[-1]}"', option="value"
+        )
+    return float(match[1]) * units.find(match[2], si=si).factor
 
 
 def _value(channel: str, key: str, text: object, si: str) -> float:

@@ -7,7 +7,16 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = ["Finding", "Printed", "Severity", "seconds", "value_error_text"]
+__all__ = [
+    "Finding",
+    "Printed",
+    "Severity",
+    "duration_text",
+    "interval_texts",
+    "seconds",
+    "two_digits",
+    "value_error_text",
+]
 
 Severity = Literal["info", "warning", "error"]
 
@@ -78,3 +87,36 @@ def value_error_text(value: float, error: float) -> str:
 def seconds(value: float) -> str:
     """A time with three significant digits and never an exponent of a thousand: ``0.01``, ``40.96`` as ``41``, ``1311``."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def interval_texts(value: float, low: float | None, high: float | None) -> tuple[str, str]:
+    """``("0.5120", "[0.5050, 0.5190]")``: as many decimals as give half the interval two digits.
+
+    Without an interval the value has three digits.
+    """
+    if low is None or high is None:
+        return f"{value:.3g}", ""
+    half = (high - low) / 2
+    if not (half > 0 and math.isfinite(half)):
+        return f"{value:.4g}", f"[{low:.4g}, {high:.4g}]"
+    decimals = 1 - math.floor(math.log10(half))
+    if decimals > 9 or decimals < -6:
+        digits = min(max(2 + math.floor(math.log10(max(abs(value), half) / half)), 2), 12)
+        return f"{value:.{digits}g}", f"[{low:.{digits}g}, {high:.{digits}g}]"
+    value_text, low_text, high_text = (f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value, low, high))
+    return value_text, f"[{low_text}, {high_text}]"
+
+
+def duration_text(seconds_: float) -> str:
+    """A length of time in the unit that suits it, with two or three digits: ``40 s``, ``12 min``, ``2 h``, ``30 d``."""
+    for unit, size, least in (("years", 31557600.0, 3.0), ("d", 86400.0, 10.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
+        if seconds_ >= least * size:
+            amount = seconds_ / size
+            return f"{amount:.0f} {unit}" if amount >= 10 else f"{amount:.2g} {unit}"
+    return f"{seconds(seconds_)} s"
+
+
+def two_digits(value: float) -> str:
+    """Two significant digits, without an exponent while it is no worse to read: ``0.24``, ``21``, ``220``."""
+    text = f"{value:.2g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

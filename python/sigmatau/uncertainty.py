@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels
 from sigmatau.terms import avar
 
-__all__ = ["avar_covariance", "degrees_of_freedom", "percentage_error"]
+__all__ = ["avar_covariance", "chi2_factors", "degrees_of_freedom", "percentage_error"]
 
 
 def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
@@ -132,6 +132,44 @@ def degrees_of_freedom(coefficients: Mapping[str, float], *, n: int, m: ArrayLik
         expected += avar(term, value, m=sizes, tau0=tau0)
     variance = np.diag(avar_covariance(coefficients, n=n, m=sizes, tau0=tau0))
     return np.asarray(2 * expected**2 / variance)
+
+
+def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What a measured deviation is multiplied by for the ends of its interval: √(edf/χ²) at (1 ± level)/2.
+
+    The law of an Allan variance is taken as that of a χ² with the same mean and variance; see `degrees_of_freedom`.
+
+    Parameters
+    ----------
+    edf : array_like, shape (n_tau,)
+        Equivalent degrees of freedom, positive.
+    level : float
+        Probability of the interval.
+
+    Returns
+    -------
+    low, high : ndarray, shape (n_tau,)
+
+    Raises
+    ------
+    ValueError
+        For degrees of freedom that are not positive, a level outside 0 … 1.
+
+    References
+    ----------
+    D. A. Howe, D. W. Allan, J. A. Barnes, "Properties of signal sources and measurement methods," Proc. 35th Annual
+    Frequency Control Symposium, 1981.
+    """
+    from scipy.special import gammaincinv
+
+    freedom = np.atleast_1d(np.asarray(edf, dtype=float))
+    if not (freedom > 0).all():
+        raise ValueError(f"`edf` must be positive, got {freedom[~(freedom > 0)][0]}")
+    if not 0 < level < 1:
+        raise ValueError(f"`level` must lie between 0 and 1, not {level!r}")
+    quantiles = [2 * gammaincinv(freedom / 2, 0.5 + side * level / 2) for side in (1, -1)]
+    low, high = (np.sqrt(freedom / quantile) for quantile in quantiles)
+    return np.asarray(low), np.asarray(high)
 
 
 @functools.lru_cache(maxsize=8)

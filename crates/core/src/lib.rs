@@ -7,6 +7,7 @@
 
 pub mod allan;
 pub mod bandlimited;
+pub mod cholesky;
 pub mod compensated;
 pub mod covariance;
 pub mod error;

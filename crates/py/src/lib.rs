@@ -6,6 +6,7 @@
 use pyo3::prelude::*;
 
 mod allan;
+mod cholesky;
 mod covariance;
 mod generate;
 mod terms;
@@ -15,6 +16,8 @@ mod text;
 mod _core {
     #[pymodule_export]
     use crate::allan::{NonFinite, allan_variances};
+    #[pymodule_export]
+    use crate::cholesky::Factor;
     #[pymodule_export]
     use crate::covariance::covariance_tensors;
     #[pymodule_export]

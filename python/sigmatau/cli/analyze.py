@@ -30,6 +30,7 @@ def analyze_command(
     input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option's name
     scale: Annotated[list[str] | None, Parameter(negative=())] = None,
     offset: Annotated[list[str] | None, Parameter(negative=())] = None,
+    method: Literal["gls", "read-off"] = "gls",
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
@@ -56,8 +57,10 @@ def analyze_command(
         Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
     offset
         Reading at zero, in counts or volts: gyro=2048.
+    method
+        Fit the coefficients, with intervals (gls), or only read them off as the paper does (read-off).
     taus
-        Averaging times: octave, half or quarter octaves, or a list in seconds: 0.1,1,10.
+        Averaging times of the curve: octave, half, quarter or eighth octaves, or a list in seconds: 0.1,1,10.
     overlap
         Average all clusters (full), or only those that share no sample (none).
     counting
@@ -86,8 +89,8 @@ def analyze_command(
             scale=key_numbers(scale or [], "scale", "gyro=0.01"),
             offset=key_numbers(offset or [], "offset", "gyro=2048"),
         )
-    with working("computing Allan variances", quiet=quiet):
-        analysis = analyze(record, taus=averaging, overlap=overlap, counting=counting, threads=threads)
+    with working("computing Allan variances, fitting", quiet=quiet):
+        analysis = analyze(record, taus=averaging, overlap=overlap, counting=counting, method=method, threads=threads)
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
     if plot is not None:
@@ -132,11 +135,11 @@ def _refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
 
 
 def _taus(text: str) -> str | list[float]:
-    if text in ("octave", "half", "quarter"):
+    if text in ("octave", "half", "quarter", "eighth"):
         return text
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise OptionError(
-            f"--taus {text!r}: want octave, half, quarter, or times in s such as 0.1,1,10", option="taus"
+            f"--taus {text!r}: want octave, half, quarter, eighth, or times in s such as 0.1,1,10", option="taus"
         ) from None

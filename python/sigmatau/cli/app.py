@@ -27,6 +27,13 @@ sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s"
         "Simulate a sensor at rest from its noise model, and write the log.",
         "sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o simulated.csv",
     ),
+    "plan": (
+        "How long to record: what a record shows of one noise term, from the other terms alone.",
+        """\
+sigmatau plan imu.toml --term bias_instability --rate 100 --hours 2
+sigmatau plan imu.toml --term rate_random_walk --rate 100 --value "20 deg/h/sqrt(h)"
+sigmatau plan result.json --term bias_instability --hours 12""",
+    ),
     "demo": (
         "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",
         "sigmatau demo --output demo",

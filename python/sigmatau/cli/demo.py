@@ -1,4 +1,4 @@
-"""``sigmatau demo``: simulate the paper's tactical-grade unit, analyse the file, print what was read beside the truth."""
+"""``sigmatau demo``: simulate the paper's tactical-grade unit, analyse the file, print what was found beside the truth."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from sigmatau.errors import DataError
 from sigmatau.io import read
 from sigmatau.io.write import write_record
 from sigmatau.model import NoiseModel, simulate
-from sigmatau.results import value_error_text
 from sigmatau.terms import TERMS, display_units
 
 __all__ = ["demo_command"]
@@ -57,7 +56,7 @@ def demo_command(
         write_record(record, log)
     with working(f"reading {log}", quiet=quiet):
         record = read(log)
-    with working("computing Allan variances", quiet=quiet):
+    with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record)
     figure, result = output / "allan.png", output / "result.json"
     with working(f"drawing {figure}", quiet=quiet):
@@ -69,18 +68,18 @@ def demo_command(
 
 
 def _beside_truth(analysis: Analysis, model: NoiseModel) -> str:
-    rows = [("", "term", "truth", "read off", "unit", "off by")]
+    rows = [("", "term", "truth", "fitted", "95 % interval", "unit", "off by", "read off by")]
     for channel, truth in model.channels.items():
-        result = analysis.read_off[channel]
+        fitted, read = analysis.fits[channel], analysis.read_off[channel]
         for k, (name, value) in enumerate(truth.items()):
-            unit, factor = display_units(name, result.quantity, result.rate_unit)[0]
-            label = TERMS[name].label(result.quantity)
-            if name in result:
-                c = result[name]
-                read_text = value_error_text(c.value / factor, c.error / factor)
-                off = f"{100 * (c.value / value - 1):+.1f} %"
-            else:
-                read_text, off = "no region", ""
-            rows.append((channel if k == 0 else "", label, f"{value / factor:.5g}", read_text, unit, off))
-    widths = [max(len(row[k]) for row in rows) for k in range(6)]
+            factor = display_units(name, fitted.quantity, fitted.rate_unit)[0][1]
+            text, interval, unit = fitted.texts(name)[0]
+            found = fitted[name].value
+            off = "" if found is None else f"{100 * (found / value - 1):+.1f} %"
+            read_off = f"{100 * (read[name].value / value - 1):+.1f} %" if name in read else "no region"
+            label = TERMS[name].label(fitted.quantity)
+            rows.append(
+                (channel if k == 0 else "", label, f"{value / factor:.5g}", text, interval, unit, off, read_off)
+            )
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)

@@ -39,7 +39,22 @@ class CurveLike(Protocol):
     @property
     def adev(self) -> NDArray[np.float64]: ...
     @property
-    def error(self) -> NDArray[np.float64]: ...
+    def m(self) -> NDArray[np.int64]: ...
+    @property
+    def interval_text(self) -> str: ...
+    def interval(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+
+
+class FitLike(Protocol):
+    """What a model's curve is drawn from: see `sigmatau.fitting.noisefit.NoiseFit`."""
+
+    @property
+    def model(self) -> Mapping[str, float]: ...
+    @property
+    def tau_min(self) -> float | None: ...
+    @property
+    def verdict(self) -> str: ...
+    def avar(self, *, m: NDArray[np.int64]) -> NDArray[np.float64]: ...
 
 
 class CoefficientLike(Protocol):
@@ -54,7 +69,7 @@ class CoefficientLike(Protocol):
 
 
 def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = _COLOURS[0]) -> Axes:
-    """One curve with its error band by eq. (26).
+    """One curve with its band, see `DeviationCurve.interval`.
 
     Parameters
     ----------
@@ -71,10 +86,11 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
 
         ax = Figure(figsize=(7, 5), layout="constrained").subplots()
     shown = curve.adev > 0
-    tau, adev, error = curve.tau[shown], curve.adev[shown] / factor, curve.error[shown]
-    # Beyond δ = 1 the band has no lower edge; it is drawn to a tenth.
-    low = adev * np.maximum(1 - error, 0.1)
-    ax.fill_between(tau, low, adev * (1 + error), color=colour, alpha=0.18, linewidth=0)
+    tau, adev = curve.tau[shown], curve.adev[shown] / factor
+    low, high = (edge[shown] / factor for edge in curve.interval())
+    # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
+    low, high = np.maximum(low, 0.1 * adev), np.minimum(high, 10 * adev)
+    ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
     ax.loglog(tau, adev, color=colour, linewidth=1.6, marker="o", markersize=2.5, label=curve.channel)
     ax.set_xlabel("averaging time τ [s]")
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
@@ -90,8 +106,12 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
     return ax
 
 
-def draw_analysis(curves: Mapping[str, CurveLike], read_off: Mapping[str, Mapping[str, CoefficientLike]]) -> Figure:
-    """All channels: one panel a quantity and unit, with the lines that were read and the terms' names on them."""
+def draw_analysis(
+    curves: Mapping[str, CurveLike],
+    read_off: Mapping[str, Mapping[str, CoefficientLike]],
+    fits: Mapping[str, FitLike] | None = None,
+) -> Figure:
+    """All channels, one panel a quantity and unit, with their fitted models or, without, the lines that were read."""
     _pyplot_needed()
     from matplotlib.figure import Figure
 
@@ -110,15 +130,34 @@ def draw_analysis(curves: Mapping[str, CurveLike], read_off: Mapping[str, Mappin
         for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
             curve = curves[channel]
             draw_curve(curve, ax=ax, colour=colour)
+            if fits:
+                _draw_model(ax, curve, fits[channel], colour)
+                continue
             for name, coefficient in read_off[channel].items():
                 _draw_line(ax, curve, name, coefficient, colour, named)
         ax.set_title(_TITLES.get(key, key))
-        ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="line read off, ● where it is read")
-        ax.fill_between(
-            [], [], [], color="0.6", alpha=0.35, linewidth=0, label="1σ by eq. (26) of El-Sheimy et al. 2008"
-        )
+        what = "fitted model, dotted where it was not fitted" if fits else "line read off, ● where it is read"
+        ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label=what)
+        for text in dict.fromkeys(curves[channel].interval_text for channel in channels):
+            ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label=text)
         ax.legend(fontsize=8, loc="best")
     return figure
+
+
+def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
+    """The model's deviation; a model without intervals dotted all along."""
+    if not fitted.model or fitted.tau_min is None:
+        return
+    factor, _ = _unit(curve, None)
+    adev = np.sqrt(fitted.avar(m=curve.m)) / factor
+    used = curve.tau >= fitted.tau_min * (1 - 1e-9)
+    if fitted.verdict != "adequate":
+        used = np.zeros_like(used)
+    # The two pieces share a point.
+    before = ~used | (np.cumsum(used) == 1)
+    ax.plot(curve.tau[used], adev[used], color=colour, linestyle="--", linewidth=1.1, zorder=3)
+    if before.sum() > 1:
+        ax.plot(curve.tau[before], adev[before], color=colour, linestyle=":", linewidth=1.1, zorder=3)
 
 
 def _draw_line(

@@ -89,27 +89,39 @@ class Components:
     def without_ramp(self, weights: Floats) -> Self:
         """The components of Allan variances from which a ramp was removed, see `remove_ramp`.
 
-        The ramp is Σ weights·ramp(m), so that its own variance v and its covariance with every ramp(m) are known. With
-        r(k) for what is left of a second difference, the variance is that of the mean of r²; r is taken as independent
-        of the ramp, which is exact where the covariance of the ramp and a second difference is the same all along.
+        The ramp is Σ weights·ramp(m), so that its own variance v and its covariance c with every ramp(m) are known, and
+        with them what is left on average. For the covariance, r(k) for what is left of a second difference is taken as
+        independent of the ramp; that is so on average if the weights give the least variance (then c is v at every m).
         """
-        v = np.einsum("i,pij,j->p", weights, self.slopes, weights)
+        c = np.einsum("pij,j->ip", self.slopes, weights)
+        v = np.einsum("i,ip->p", weights, c)
         squares = self.m.astype(float) ** 2
         size = np.outer(squares, squares)
         noise = self.noise.copy()
         for k, (p, q) in enumerate(_pairs(len(self.names))):
             both = v[p] * self.slopes[q] + v[q] * self.slopes[p] - v[p] * v[q]
             noise[k] -= size * (0.5 * both if p == q else both)
-        return replace(self, design=self.design - 0.5 * squares[:, None] * v, noise=noise)
+        return replace(self, design=self.design - squares[:, None] * (c - 0.5 * v), noise=noise)
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
         squares = self.m.astype(float) ** 2
         return avar - ramp * squares * (ramps - 0.5 * ramp)
 
+    def degrees_of_freedom(self, theta: Floats, *, ramp: float) -> Floats:
+        """2·AVAR²/Var of every Allan variance, for θ and a ramp per sample."""
+        squares = self.m.astype(float) ** 2
+        drift = 0.5 * ramp * ramp * squares
+        diagonals = np.diagonal(self.noise, axis1=1, axis2=2)
+        variances = sum(
+            theta[p] * theta[q] * diagonal for (p, q), diagonal in zip(_pairs(len(theta)), diagonals, strict=True)
+        )
+        variances = variances + (ramp * squares) ** 2 * (theta @ np.diagonal(self.slopes, axis1=1, axis2=2))
+        return np.asarray(2 * (self.design @ theta + drift) ** 2 / variances)
+
     def skewness(self, weights: Floats, theta: Floats) -> tuple[float, float]:
         """Skewness and variance of Σ weights·AVAR by independent modes."""
-        parts = (weights @ self.gains) * (theta @ self.spectra)
+        parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
         squares = self.modes * parts * parts
         variance = 2 * float(squares.sum())
         return 8 * float(squares @ parts) / variance**1.5, variance

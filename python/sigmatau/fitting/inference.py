@@ -1,9 +1,9 @@
 """Is a term there, between which values does it lie, and what would a record show: tests, intervals, limits.
 
-All three come from one statistic: the free estimate of a squared coefficient θ minus a trial value, over the standard error
-that it has if the trial value is true, with every other term fitted anew for that value (`sigmatau.gls.Gls.score`). Its law
-is skewed where few independent stretches of the record carry the term, and is taken as Pearson's type III, the law of a
-χ², with the mean, variance and skewness that the model gives.
+All three come from one statistic: the free estimate of a squared coefficient θ minus a trial value, over the standard
+error that it has if the trial value is true, with every other term fitted anew for that value (`Gls.score` in
+`sigmatau.fitting.gls`). Its law is skewed where few independent stretches of the record carry the term, and is taken as
+Pearson's type III, the law of a χ², with the mean, variance and skewness that the model gives.
 
 A value belongs to the interval if the statistic is not in the tails of its law. How a probability 1 − level is shared
 between the tails follows G. J. Feldman and R. D. Cousins, Phys. Rev. D 57, 3873 (1998), :doi:`10.1103/PhysRevD.57.3873`:
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.gls import Gls, Score
+from sigmatau.fitting.gls import Gls, Score
 
 __all__ = ["Evidence", "detectable", "evidence", "skewed_tails"]
 
@@ -80,9 +80,13 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
     level : float
         Of the interval; the term is found if p < 1 − level.
     """
-    null = gls.score(term, 0.0)
-    p_value = skewed_tails(null.z, null.skewness)[1]
     estimate = max(float(theta[term]), 0.0)
+    try:
+        null = gls.score(term, 0.0)
+        p_value = skewed_tails(null.z, null.skewness)[1]
+    except FloatingPointError:
+        # Nothing else could have made the variances.
+        null, p_value = gls.score(term, estimate), 0.0
     found = p_value < 1 - level
     last = [null.theta]
 
@@ -126,14 +130,14 @@ def detectable(gls: Gls, term: int, others: Floats, *, level: float, power: floa
     def excess(theta_of_term: float) -> float:
         true = others.copy()
         true[term] = theta_of_term
-        score = Gls(gls.parts, gls.parts.design @ true).score(term, 0.0)
+        score = Gls(gls.parts, gls.parts.design @ true, gls.candidates).score(term, 0.0)
         critical = _critical(score.skewness, 1 - level)
         covariance = gls.covariance(true)
         sd = math.sqrt(float(score.weights @ covariance @ score.weights)) / score.sigma
         skewness, _ = gls.parts.skewness(score.weights, true)
         return skewed_tails((critical - score.z) / sd, skewness)[1] - power
 
-    sigma = Gls(gls.parts, gls.parts.design @ others).score(term, 0.0).sigma
+    sigma = Gls(gls.parts, gls.parts.design @ others, gls.candidates).score(term, 0.0).sigma
     low, high = 0.1 * sigma, 4 * sigma
     while excess(high) < 0:
         low, high = high, 4 * high
@@ -148,13 +152,14 @@ def _crossing(
     """Where an increasing f changes sign between `low` and `high`; the nearer end if it does not."""
     from scipy.optimize import brentq
 
-    at_low, at_high = f(low), f(high)
-    if at_low >= 0:
+    # An iterated f depends in its last digits on what was asked before: no point is asked twice.
+    once = functools.cache(f)
+    if once(low) >= 0:
         x = low
-    elif at_high <= 0:
+    elif once(high) <= 0:
         x = high
     else:
-        x = float(brentq(f, low, high, xtol=absolute or _X_TOLERANCE * high, rtol=1e-4))
+        x = float(brentq(once, low, high, xtol=absolute or _X_TOLERANCE * high, rtol=1e-4))
     return math.exp(x) if as_log else x
 
 
@@ -166,10 +171,10 @@ def _normal(probability: float) -> float:
 
 
 def _critical(skewness: float, probability: float) -> float:
-    """z that the skewed law exceeds with a probability."""
+    """Deviate that the skewed law exceeds with a probability."""
     from scipy.optimize import brentq
 
-    return float(brentq(lambda z: skewed_tails(z, skewness)[1] - probability, -1.0, 12.0, xtol=1e-6))
+    return float(brentq(lambda z: skewed_tails(z, skewness)[1] - probability, -1.0, 100.0, xtol=1e-6))
 
 
 def _upper_share(ratio: float, level: float) -> float:

@@ -10,40 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.components import Components
+from sigmatau._kernels import Factor
+from sigmatau.fitting.components import Components
 
-__all__ = ["Gls", "Score", "Weights"]
+__all__ = ["Gls", "Score", "non_negative", "relative_fit"]
 
 Floats = NDArray[np.float64]
 
 _STEPS = 40
 _DAMPED_FROM = 8
-_TOLERANCE = 1e-6
-_RIDGES = (0.0, 1e-12, 1e-10, 1e-8, 1e-6)
-
-
-class Weights(NamedTuple):
-    """A covariance as sd·(L Lᵀ)·sd, with the Cholesky factor L of the correlation."""
-
-    factor: Floats
-    sd: Floats
-
-    def whiten(self, columns: Floats) -> Floats:
-        """Columns with independent errors of variance 1."""
-        from scipy.linalg import lapack
-
-        return np.asarray(lapack.dtrtrs(self.factor, columns / self.sd[:, None], lower=1)[0])
-
-    def unwhiten(self, row: Floats) -> Floats:
-        """Weights on the data of an estimate that is given by weights on the whitened data."""
-        from scipy.linalg import lapack
-
-        return np.asarray(lapack.dtrtrs(self.factor, row, lower=1, trans=1)[0]) / self.sd
+_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,63 +56,50 @@ class Gls:
     ----------
     parts : Components
     avar : ndarray, shape (n_tau,)
+    candidates : sequence of int, optional
+        Indices of the terms that may be there. Default: all.
     """
 
-    __slots__ = ("_first", "_flat", "_second", "avar", "parts")
+    __slots__ = ("_first", "_flat", "_second", "avar", "candidates", "parts")
 
-    def __init__(self, parts: Components, avar: Floats) -> None:
+    def __init__(self, parts: Components, avar: Floats, candidates: Sequence[int] | None = None) -> None:
         self.parts = parts
         self.avar = avar
         terms = len(parts.names)
+        self.candidates = tuple(range(terms) if candidates is None else candidates)
         first, second = zip(*((p, q) for p in range(terms) for q in range(p, terms)), strict=True)
         self._first, self._second = np.array(first), np.array(second)
         self._flat = parts.noise.reshape(len(first), -1)
 
-    @property
-    def terms(self) -> range:
-        """Indices of the terms."""
-        return range(len(self.parts.names))
-
     def covariance(self, theta: Floats) -> Floats:
         """Of the Allan variances, if θ is true."""
         j = len(self.avar)
-        return np.asarray(((theta[self._first] * theta[self._second]) @ self._flat).reshape(j, j))
+        # Not @, which may start threads for this little.
+        products = theta[self._first] * theta[self._second]
+        return np.asarray(np.einsum("k,kj->j", products, self._flat).reshape(j, j))
 
-    def weights(self, theta: Floats) -> Weights:
+    def weights(self, theta: Floats) -> Factor:
         """Raises FloatingPointError if θ gives no covariance."""
-        from scipy.linalg import lapack
-
-        covariance = self.covariance(theta)
-        variances = covariance.diagonal()
-        if not (np.isfinite(variances).all() and variances.min() > 0):
-            raise FloatingPointError("these coefficients give no variance")
-        sd = np.sqrt(variances)
-        correlation = covariance / (sd[:, None] * sd)
-        for ridge in _RIDGES:
-            correlation.flat[:: len(sd) + 1] += ridge
-            factor, failed = lapack.dpotrf(correlation, lower=1)
-            if not failed:
-                return Weights(factor, sd)
-        raise FloatingPointError("the covariance of the Allan variances is not positive")
+        return Factor(self.covariance(theta))
 
     def fit(
         self,
-        active: Sequence[int] | range | None = None,
+        active: Sequence[int] | None = None,
         *,
         fixed: tuple[int, float] | None = None,
         start: Floats | None = None,
     ) -> Floats:
-        """Non-negative θ of the active terms; the others are 0, but the fixed one has its value.
+        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one has its value.
 
         Raises FloatingPointError where there is nothing to fit.
         """
         design = self.parts.design
-        terms = [p for p in (self.terms if active is None else active) if fixed is None or p != fixed[0]]
+        terms = [p for p in (self.candidates if active is None else active) if fixed is None or p != fixed[0]]
         target = self.avar if fixed is None else self.avar - fixed[1] * design[:, fixed[0]]
         theta = np.zeros(len(self.parts.names))
         if start is None:
             # Relative errors: every averaging time counts the same.
-            theta[terms] = _non_negative(design[:, terms] / self.avar[:, None], target / self.avar)
+            theta[terms] = non_negative(design[:, terms] / self.avar[:, None], target / self.avar)
         else:
             theta[terms] = start[terms]
         if fixed is not None:
@@ -142,7 +109,7 @@ class Gls:
         for step in range(_STEPS):
             whitened = self.weights(theta).whiten(columns)
             new = theta.copy()
-            new[terms] = _non_negative(whitened[:, 1:], whitened[:, 0])
+            new[terms] = non_negative(whitened[:, 1:], whitened[:, 0])
             if step >= _DAMPED_FROM:
                 new = 0.5 * (new + theta)
             before, expected = expected, design @ new
@@ -153,7 +120,7 @@ class Gls:
 
     def chi2(self, theta: Floats) -> float:
         """Misfit rᵀV⁻¹r."""
-        r = self.weights(theta).whiten((self.avar - self.parts.design @ theta)[:, None])
+        r = self.weights(theta).whiten(self.avar - self.parts.design @ theta)
         return float(np.sum(r * r))
 
     def p_value(self, theta: Floats) -> float:
@@ -175,7 +142,7 @@ class Gls:
         """Compare the estimate of one term with a trial value; see `Score`."""
         theta = self.fit(fixed=(term, trial), start=start)
         weights = self.weights(theta)
-        others = [p for p in self.terms if p != term]
+        others = [p for p in self.candidates if p != term]
         design = self.parts.design
         whitened = weights.whiten(np.column_stack([self.avar, design[:, others], design[:, term]]))
         columns = whitened[:, 1:]
@@ -196,14 +163,24 @@ class Gls:
         )
 
 
-def _non_negative(columns: Floats, target: Floats) -> Floats:
-    """Non-negative least squares on columns of one length."""
-    scale = np.linalg.norm(columns, axis=0)
+def relative_fit(columns: Floats, avar: Floats, errors: Floats) -> Floats:
+    """Non-negative θ that follow the curve, for independent relative errors."""
+    weights = 1 / (errors * avar)
+    return non_negative(columns * weights[:, None], avar * weights)
+
+
+def non_negative(columns: Floats, target: Floats) -> Floats:
+    """Non-negative least squares, the columns brought to one length."""
+    from scipy.linalg import lapack
+
+    if columns.shape[1] == 0:
+        return np.empty(0)
+    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     scaled = columns / scale
     # Unbounded first: most fits need no bound.
-    free = np.linalg.lstsq(scaled, target, rcond=None)[0]
-    if free.size == 0 or free.min() > 0:
-        return np.asarray(free / scale)
+    _, free, failed = lapack.dgels(scaled, target)
+    if not failed and free[: len(scale)].min() > 0:
+        return np.asarray(free[: len(scale)] / scale)
     from scipy.optimize import nnls
 
     return np.asarray(nnls(scaled, target)[0] / scale)

@@ -1,0 +1,151 @@
+"""``sigmatau plan``: a model or a result in; how long to record out."""
+
+from __future__ import annotations
+
+import json as json_module
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from sigmatau.cli.options import working
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model import NoiseModel, value_in_si
+from sigmatau.planning import plan
+from sigmatau.record import stream_name
+from sigmatau.terms import TERMS, coefficient_unit
+
+__all__ = ["plan_command"]
+
+_RATE_UNITS = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
+
+
+@dataclass(frozen=True)
+class _Channel:
+    """Noise of one channel, and the record it comes from if it comes from one."""
+
+    name: str
+    quantity: str
+    rate_unit: str
+    noise: Mapping[str, float]
+    rate: float | None = None
+    duration: float | None = None
+
+
+def plan_command(
+    source: Path,
+    /,
+    *,
+    term: str,
+    hours: float | None = None,
+    value: str | None = None,
+    rate: float | None = None,
+    channels: Annotated[list[str] | None, Parameter(negative=())] = None,
+    json: bool = False,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+) -> int:
+    """How long to record: what a record shows of one noise term, from the other terms alone.
+
+    Parameters
+    ----------
+    source
+        A model file (.toml), or the JSON that analyze writes.
+    term
+        What is sought: quantization, random_walk, bias_instability, rate_random_walk or rate_ramp.
+    hours
+        Length of a record: the least value that it shows. Default: that of the result.
+    value
+        A value with its unit, "0.5 deg/h": the length of a record that shows it. Default: that of the source.
+    rate
+        Sampling rate in Hz; not needed with a result.
+    channels
+        Which channels. Default: all that have other noise, and whose unit the value has.
+    json
+        Print JSON in place of text.
+    quiet
+        Nothing on standard error but errors.
+    """
+    if term not in TERMS:
+        raise OptionError(f"--term {term!r}: want one of {', '.join(TERMS)}", option="term")
+    found = _channels(source)
+    unknown = sorted(set(channels or ()) - set(found))
+    if unknown:
+        raise OptionError(f"--channels {unknown[0]}: {source} has {', '.join(found)}", option="channels")
+    if hours is not None and not 0 < hours < float("inf"):
+        raise OptionError(f"--hours {hours:g}: want a positive number", option="hours")
+    plans = []
+    misfit: OptionError | None = None
+    for name in channels or found:
+        channel = found[name]
+        if not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
+            if channels:
+                raise OptionError(f"{name}: no noise beside {term}; any value of it shows", option="channels")
+            continue
+        frequency = rate if rate is not None else channel.rate
+        if frequency is None:
+            raise OptionError("--rate: a model has no sampling rate; give it in Hz", option="rate")
+        unit = coefficient_unit(term, channel.quantity, channel.rate_unit)
+        try:
+            sought = channel.noise.get(term) if value is None else value_in_si(value, unit, "--value")
+        except OptionError as error:
+            if channels:
+                raise
+            # "deg/h" is no value of an accelerometer.
+            misfit = error
+            continue
+        duration = channel.duration if hours is None else 3600 * hours
+        if sought is None and duration is None:
+            raise OptionError(f"--hours or --value: {name} has no {term}; say how long, or which value", option="hours")
+        with working(f"planning {name}", quiet=quiet):
+            plans.append(
+                plan(
+                    channel.noise,
+                    term,
+                    channel=name,
+                    quantity=channel.quantity,
+                    rate_unit=channel.rate_unit,
+                    rate=frequency,
+                    duration=duration,
+                    value=None if sought is None else abs(sought),
+                )
+            )
+    if not plans:
+        if misfit is not None:
+            raise misfit
+        raise OptionError(f"{source}: no channel has noise beside {term}", option="term")
+    if json:
+        sys.stdout.write(json_module.dumps([p.to_dict() for p in plans], indent=1, allow_nan=False) + "\n")
+    else:
+        sys.stdout.write("\n".join(map(repr, plans)) + "\n")
+    return 0
+
+
+def _channels(source: Path) -> dict[str, _Channel]:
+    if source.suffix.lower() != ".json":
+        model = NoiseModel.read(source)
+        quantities = {"gyro": "angular_rate", "accel": "acceleration"}
+        return {
+            name: _Channel(name, quantities[stream_name(name)], _RATE_UNITS[quantities[stream_name(name)]], noise)
+            for name, noise in model.channels.items()
+        }
+    try:
+        content = json_module.loads(source.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(f"{source}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise DataError(f"{source}: no JSON: {error}") from None
+    try:
+        return {name: _of_result(name, channel) for name, channel in content["channels"].items()}
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise DataError(
+            f"{source}: not a result of sigmatau analyze with a fit ({error!r} is missing or wrong)"
+        ) from None
+
+
+def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
+    rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
+    noise = {term: float(channel["fit"]["model"][term]) for term in TERMS if term in channel["fit"]["model"]}
+    return _Channel(name, channel["quantity"], channel["curve"]["unit"], noise, rate, samples / rate)

@@ -1,0 +1,113 @@
+"""From a curve to a fit; see `fit`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.allan import DeviationCurve
+from sigmatau.errors import OptionError
+from sigmatau.fitting.attempt import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
+from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.noisefit import NoiseFit
+from sigmatau.fitting.statement import descriptive, no_fit, stated
+from sigmatau.terms import TERMS
+
+__all__ = ["fit"]
+
+_PER_OCTAVE = 8
+
+
+def fit(
+    curve: DeviationCurve,
+    *,
+    terms: Iterable[str] | None = None,
+    tau_min: float | None = None,
+    level: float = 0.95,
+) -> NoiseFit:
+    """Fit the five noise terms to an overlapped Allan deviation curve.
+
+    Generalised least squares with the exact covariance of the variances; the ramp, tested with all noise terms given, is
+    taken out of them if it is there; averaging times are left out from the shortest on until the misfit is what chance
+    would make; a Gauss-Markov process or a sinusoid is tried where the five terms do not fit; then come test, interval or
+    limit of each term, all others given, and the coefficients of those that were found.
+
+    Parameters
+    ----------
+    curve : DeviationCurve
+        On half octaves, or up to eight averaging times an octave; more are thinned.
+    terms : iterable of str, optional
+        Terms that may be there, keys of `sigmatau.terms.TERMS`. Default: all five. A term left out is taken to be absent;
+        what it does to the curve is then laid upon the others.
+    tau_min : float, optional
+        Shortest averaging time to use. Default: found by the misfit. [s]
+    level : float
+        Probability of the intervals and limits; a term counts as observed if chance alone makes as much in fewer than
+        1 − level of all records.
+
+    Returns
+    -------
+    NoiseFit
+
+    Raises
+    ------
+    OptionError
+        For a curve whose clusters do not overlap: its covariance is not known here; for a level outside 0.5 … 0.999; for
+        an unknown term, or no noise term; for a tau_min that leaves fewer than eight averaging times.
+
+    References
+    ----------
+    S. Guerrier, J. Skaloud, Y. Stebler, M.-P. Victoria-Feser, "Wavelet-variance-based estimation for composite stochastic
+    processes", J. Am. Stat. Assoc. 108 (2013), :doi:`10.1080/01621459.2013.799920`, for least squares on variances; the
+    covariance is exact here, see `sigmatau.uncertainty.avar_covariance`.
+    """
+    if curve.overlap != "full":
+        raise OptionError("a fit needs overlapping clusters, overlap='full'", option="overlap")
+    if not 0.5 <= level <= 0.999:
+        raise OptionError(f"`level` must lie in 0.5 … 0.999, not {level!r}", option="level")
+    wanted = set(TERMS) if terms is None else set(terms)
+    if wanted - set(TERMS) or not wanted & set(LINEAR):
+        raise OptionError(
+            f"`terms` must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
+        )
+    n = curve.n if curve.counting == "standard" else curve.n - 1
+    chosen = _thinned(curve.m, n)
+    if len(chosen) < LEAST_TIMES:
+        times = f"{len(chosen)} averaging times up to a third of the record's {curve.n} samples"
+        return no_fit(curve, level, f"{times}; at least {LEAST_TIMES} are needed")
+    first = None
+    if tau_min is not None:
+        first = int(np.searchsorted(curve.tau[chosen], tau_min * (1 - 1e-9)))
+        if not math.isfinite(tau_min) or len(chosen) - first < LEAST_TIMES:
+            last = curve.tau[chosen][-LEAST_TIMES]
+            raise OptionError(f"`tau_min` may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
+    scale = float(np.median(curve.avar[chosen]))
+    if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
+        return no_fit(curve, level, "a variance is 0: no noise makes that")
+    data = Data(
+        n=n,
+        m=tuple(int(m) for m in curve.m[chosen]),
+        avar=curve.avar[chosen] / scale,
+        ramps=curve.ramp[chosen] * curve.tau0 / math.sqrt(scale),
+        candidates=tuple(p for p, name in enumerate(LINEAR) if name in wanted),
+        with_ramp="rate_ramp" in wanted,
+        first=first,
+    )
+    found, nearest = best_attempt(data, level=level)
+    if found is None:
+        return descriptive(curve, data, nearest, scale, level)
+    return stated(curve, data, found, scale, level)
+
+
+def _thinned(m: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """Indices of at most eight cluster sizes an octave, up to a third of the record."""
+    chosen: list[int] = []
+    for k, size in enumerate(m):
+        if size > n // LONGEST_SHARE:
+            break
+        if not chosen or size >= m[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):
+            chosen.append(k)
+    return np.array(chosen, dtype=np.int64)

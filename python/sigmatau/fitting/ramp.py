@@ -1,0 +1,136 @@
+"""The ramp of a rate: a mean, with a sign, not a noise; tested with every noise term given.
+
+A random walk of the rate always looks like a ramp of K/√T: the question is whether the record's is larger than its noise
+makes. The mean second difference at every averaging time is an estimate of the ramp, the covariance of all of them is known
+for any noise, and their weighted mean with least variance is the estimate. The noise is fitted to the variances without
+that ramp, so that it does not contain the ramp it is compared with.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.fitting.gls import Gls, relative_fit
+from sigmatau.fitting.noisefit import FittedTerm
+
+__all__ = ["Ramp", "estimate_ramp", "least_ramp", "least_variance"]
+
+Floats = NDArray[np.float64]
+
+_RIDGE = 1e-9
+_MOST_FREEDOM = 1e9
+_LEAST_FREEDOM = 1.5
+"""Where the rate random walk is hardly known: t = 6.2 then, which weak walks exceed in fewer than 5 % of records."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """A ramp per sample.
+
+    Attributes
+    ----------
+    value, error : float
+        Estimate and standard error for the fitted noise.
+    freedom : float
+        Degrees of freedom of the variance behind the error.
+    p_value : float
+        Probability of as large a ramp, of either sign, if there is none.
+    used : float
+        What was taken out of the Allan variances: the value or, if it is not significant, 0.
+    """
+
+    value: float
+    error: float
+    freedom: float
+    p_value: float
+    used: float
+
+    @property
+    def suspicious(self) -> bool:
+        """Larger than the noise that was fitted without it would make, were that known exactly."""
+        return abs(self.value) > 1.96 * self.error
+
+    def stated(self, scale: float, tau0: float, *, unit: str, level: float) -> FittedTerm:
+        """In SI, from data that were divided by a variance `scale`."""
+        from scipy.special import stdtrit
+
+        factor = math.sqrt(scale) / tau0
+        half = float(stdtrit(self.freedom, 0.5 + level / 2)) * self.error
+        low, high = (self.value - half) * factor, (self.value + half) * factor
+        if self.p_value < 1 - level:
+            return FittedTerm(
+                term="rate_ramp", unit=unit, observed=True, level=level, p_value=self.p_value,
+                value=self.value * factor, low=low, high=high,
+            )  # fmt: skip
+        return FittedTerm(
+            term="rate_ramp", unit=unit, observed=False, level=level, p_value=self.p_value,
+            upper_limit=max(abs(low), abs(high)),
+        )  # fmt: skip
+
+
+def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95) -> tuple[Ramp, Gls, Floats]:
+    """The ramp, the problem with it taken out, and θ fitted to that.
+
+    Parameters
+    ----------
+    gls : Gls
+        The problem with the ramp in it.
+    theta : ndarray
+        Its fit: weights begin with it if there is nothing better.
+    ramps : ndarray, shape (n_tau,)
+        Mean second differences over m².
+    """
+    from scipy.special import stdtr
+
+    parts = gls.parts
+    # A strong ramp makes a fit without one useless; one that follows the curve with a ramp is good enough for weights.
+    drift = 0.5 * parts.m.astype(float) ** 2
+    begin = relative_fit(np.column_stack([parts.design, drift]), gls.avar, np.full(len(drift), 0.1))[:-1]
+    absent = [p for p in range(len(begin)) if p not in gls.candidates]
+    begin[absent] = 0
+    theta = begin if begin.any() else theta
+    for _ in range(2):
+        weights = least_variance(np.einsum("p,pij->ij", theta, parts.slopes))
+        value = float(weights @ ramps)
+        still = Gls(parts.without_ramp(weights), parts.remove_ramp(gls.avar, ramps, value), gls.candidates)
+        if still.avar.min() <= 0:
+            raise FloatingPointError("nothing but a ramp")
+        theta = still.fit()
+    error, freedom = _error(still, theta, weights)
+    p_value = 2 * float(stdtr(freedom, -abs(value) / error))
+    used = value if p_value < 1 - level else 0.0
+    return Ramp(value, error, freedom, p_value, used), still, theta
+
+
+def least_ramp(gls: Gls, theta: Floats, *, level: float, power: float) -> float:
+    """The ramp per sample that a record with noise θ shows with probability `power`."""
+    from scipy.special import ndtri, stdtrit
+
+    parts = gls.parts
+    weights = least_variance(np.einsum("p,pij->ij", theta, parts.slopes))
+    still = Gls(parts.without_ramp(weights), gls.avar, gls.candidates)
+    error, freedom = _error(still, theta, weights)
+    return float((stdtrit(freedom, 0.5 + level / 2) + ndtri(power)) * error)
+
+
+def _error(still: Gls, theta: Floats, weights: Floats) -> tuple[float, float]:
+    """Standard error of the ramp for θ, and the degrees of freedom of its square, from the covariance of θ."""
+    by_term = np.einsum("i,pij,j->p", weights, still.parts.slopes, weights)
+    variance = float(by_term @ theta)
+    terms = list(still.candidates)
+    scatter = float(by_term[terms] @ still.covariance_of_theta(theta, terms) @ by_term[terms])
+    freedom = 2 * variance**2 / scatter if scatter > 0 else _MOST_FREEDOM
+    return math.sqrt(variance), min(max(freedom, _LEAST_FREEDOM), _MOST_FREEDOM)
+
+
+def least_variance(covariance: Floats) -> Floats:
+    """Weights of sum 1 with the least variance."""
+    sd = np.sqrt(covariance.diagonal())
+    correlation = covariance / np.outer(sd, sd)
+    correlation.flat[:: len(sd) + 1] += _RIDGE
+    solved = np.linalg.solve(correlation, 1 / sd) / sd
+    return np.asarray(solved / solved.sum())

@@ -1,0 +1,267 @@
+"""From fitted numbers to what is stated: units, intervals, limits, verdicts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.allan import DeviationCurve
+from sigmatau.fitting import extension
+from sigmatau.fitting.attempt import LEAST_P, LONGEST_SHARE, Attempt, Data
+from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.fitting.gls import Gls, relative_fit
+from sigmatau.fitting.inference import Evidence, detectable, evidence
+from sigmatau.fitting.noisefit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
+from sigmatau.results import seconds
+from sigmatau.terms import coefficient_unit
+
+__all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
+
+Floats = NDArray[np.float64]
+
+_WALK = LINEAR.index("rate_random_walk")
+_SHOWN_IN_SHARE = 0.9
+_LONGER = 4
+_TINY_P = 1e-12
+_FOLLOWED_TO = 0.1  # relative, of a variance; a twentieth of a deviation
+
+
+def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level: float) -> NoiseFit:
+    """An adequate model: intervals of what was observed, limits of what was not.
+
+    `scale` is the variance that the data were divided by.
+    """
+    gls, theta, tau0 = best.gls, best.theta, curve.tau0
+    found = {p: _evidence(gls, p, theta, level) for p in data.candidates}
+    observed = [p for p, e in found.items() if e.p_value < 1 - level]
+    undecided = best.ramp is not None and best.ramp.suspicious and not best.ramp.used
+    if _WALK in observed and undecided and best.still is not None:
+        # A ramp that the noise may or may not have made: is there a walk without it?
+        still, theta_still = best.still
+        if evidence(still, _WALK, theta_still, level=level).p_value >= 1 - level:
+            observed.remove(_WALK)
+            found[_WALK] = replace(found[_WALK], low=0.0)
+    extra = list(range(len(LINEAR), len(gls.parts.names)))
+    selected = gls.fit([*observed, *extra]) if observed or extra else theta
+    unclear: list[str] = []
+    if gls.p_value(selected) <= LEAST_P or not (observed or extra):
+        # Several terms of which none is needed beside the others, but one is.
+        selected = theta
+        unclear = [LINEAR[p] for p in data.candidates if theta[p] > 0 and p not in observed]
+        if undecided:
+            unclear.append("rate_ramp")
+    terms = {}
+    for p, e in found.items():
+        value = selected[p] * scale if p in observed else None
+        terms[LINEAR[p]] = _term(curve, data, p, value, e, scale, level)
+    model = {
+        LINEAR[p]: coefficient(selected[p] * scale, LINEAR[p], tau0) for p in range(len(LINEAR)) if selected[p] > 0
+    }
+    if best.ramp is not None:
+        unit = coefficient_unit("rate_ramp", curve.quantity, curve.unit)
+        ramp = best.ramp.stated(scale, tau0, unit=unit, level=level)
+        terms["rate_ramp"] = ramp
+        if ramp.value is not None:
+            model["rate_ramp"] = ramp.value
+    processes, lines = _extra_terms(curve, best, selected, scale, level)
+    return NoiseFit(
+        channel=curve.channel,
+        quantity=curve.quantity,
+        rate_unit=curve.unit,
+        n=curve.n,
+        tau0=tau0,
+        terms=terms,
+        gauss_markov=processes,
+        sinusoid=lines,
+        model=model,
+        verdict="adequate",
+        reason=best.reason(data),
+        unclear=tuple(unclear) if len(unclear) > 1 else (),
+        tau_min=data.m[best.first] * tau0,
+        tau_max=data.m[-1] * tau0,
+        p_value=best.p_value,
+        covariance=_covariance(gls, selected, [p for p in observed if selected[p] > 0], scale, tau0),
+        level=level,
+    )
+
+
+def descriptive(curve: DeviationCurve, data: Data, nearest: Attempt | None, scale: float, level: float) -> NoiseFit:
+    """Coefficients that follow the curve to a few per cent, where no model fits it within its errors."""
+    first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else 0
+    parts, avar = data.parts().from_index(first), data.avar[first:]
+    sizes = parts.m.astype(float)
+    columns = np.column_stack([parts.design, 0.5 * sizes**2])
+    allowed = [*data.candidates, *([len(LINEAR)] if data.with_ramp else [])]
+    theta = np.zeros(len(LINEAR) + 1)
+    errors = np.full(len(avar), _FOLLOWED_TO)
+    for _ in range(4):
+        theta[allowed] = relative_fit(columns[:, allowed], avar, errors)
+        if theta[:-1].any():
+            edf = parts.degrees_of_freedom(theta[:-1], ramp=math.sqrt(theta[-1]))
+            errors = np.hypot(_FOLLOWED_TO, np.sqrt(2 / edf))
+    expected = columns @ theta
+    worst = int(np.argmax(np.abs(np.log(avar / expected)) / errors))
+    ratio = math.sqrt(avar[worst] / expected[worst])
+    misfit = (
+        ""
+        if nearest is None
+        else f" (at best p = {nearest.p_value:.1g}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
+    )
+    reason = (
+        f"neither five terms nor six make this curve{misfit}; σ({seconds(sizes[worst] * curve.tau0)} s) is"
+        f" {abs(100 * (ratio - 1)):.2g} % {'above' if ratio > 1 else 'below'} them. Look for a line, a filter, a disturbance"
+    )
+    needed = {}
+    for p, name in enumerate((*LINEAR, "rate_ramp")):
+        if theta[p] > 0 and (theta[p] * columns[:, p] / expected).max() > _FOLLOWED_TO:
+            sign = math.copysign(1.0, data.ramps[-1]) if name == "rate_ramp" else 1.0
+            needed[name] = sign * coefficient(theta[p] * scale, name, curve.tau0)
+    terms = {
+        name: FittedTerm(
+            term=name,
+            unit=coefficient_unit(name, curve.quantity, curve.unit),
+            observed=name in needed,
+            level=level,
+            value=needed.get(name),
+        )
+        for p, name in enumerate((*LINEAR, "rate_ramp"))
+        if p in allowed
+    }
+    return NoiseFit(
+        channel=curve.channel,
+        quantity=curve.quantity,
+        rate_unit=curve.unit,
+        n=curve.n,
+        tau0=curve.tau0,
+        terms=terms,
+        model=needed,
+        verdict="descriptive",
+        reason=reason,
+        tau_min=data.m[first] * curve.tau0,
+        tau_max=data.m[-1] * curve.tau0,
+        level=level,
+    )
+
+
+def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:
+    """A record with which nothing can be done."""
+    return NoiseFit(
+        channel=curve.channel,
+        quantity=curve.quantity,
+        rate_unit=curve.unit,
+        n=curve.n,
+        tau0=curve.tau0,
+        terms={},
+        model={},
+        verdict="too_short",
+        reason=reason,
+        level=level,
+    )
+
+
+def coefficient(theta: float, name: str, tau0: float) -> float:
+    """A coefficient in SI from θ in samples."""
+    power = 4 if name == "rate_ramp" else power_of_interval(name)
+    return float(math.sqrt(max(theta, 0.0)) * tau0 ** (1 - power / 2))
+
+
+def half_octaves(smallest: int, largest: int) -> tuple[int, ...]:
+    """Cluster sizes 1, 2, 3, 4, 6, 8, 12 … between two."""
+    sizes = {seed << j for seed in (1, 3) for j in range(largest.bit_length())}
+    return tuple(sorted(size for size in sizes if smallest <= size <= largest))
+
+
+def _evidence(gls: Gls, term: int, theta: Floats, level: float) -> Evidence:
+    """Of one term; where the others, of which nothing is known, leave it without a limit, that of the term alone."""
+    found = evidence(gls, term, theta, level=level)
+    if math.isfinite(found.high):
+        return found
+    alone = Gls(gls.parts, gls.avar, (term,))
+    return replace(found, high=evidence(alone, term, alone.fit(), level=level).high)
+
+
+def _term(
+    curve: DeviationCurve, data: Data, term: int, value: float | None, e: Evidence, scale: float, level: float
+) -> FittedTerm:
+    """One noise term; `value` is θ if it was observed."""
+    name, tau0 = LINEAR[term], curve.tau0
+    unit = coefficient_unit(name, curve.quantity, curve.unit)
+    high = coefficient(e.high * scale, name, tau0)
+    if value is not None:
+        amount = coefficient(value, name, tau0)
+        return FittedTerm(
+            term=name,
+            unit=unit,
+            observed=True,
+            level=level,
+            p_value=e.p_value,
+            value=amount,
+            low=min(coefficient(e.low * scale, name, tau0), amount),
+            high=max(high, amount),
+        )
+    shows_in, shows = _would_show(data, e, term)
+    return FittedTerm(
+        term=name,
+        unit=unit,
+        observed=False,
+        level=level,
+        p_value=e.p_value,
+        upper_limit=high if math.isfinite(high) else None,
+        shows_in=None if shows_in is None else shows_in * tau0,
+        shows=None if shows is None else coefficient(shows * scale, name, tau0),
+    )
+
+
+def _would_show(data: Data, e: Evidence, term: int) -> tuple[float | None, float | None]:
+    """Samples of a record that would show half the limit, and θ of that half; None where none is known.
+
+    The least θ that a record shows falls as a power of its length, which two lengths give.
+    """
+    if not math.isfinite(e.high):
+        return None, None
+    wanted = math.log(e.high / 4)
+    others = e.null[: len(LINEAR)]
+    lengths, least = [], []
+    for times in (1, _LONGER):
+        n = data.n * times
+        parts = components(n, half_octaves(data.m[0], n // LONGEST_SHARE))
+        problem = Gls(parts, parts.design @ others, data.candidates)
+        theta = detectable(problem, term, others, level=0.95, power=_SHOWN_IN_SHARE)
+        lengths.append(math.log(n))
+        least.append(math.log(theta) if math.isfinite(theta) else math.inf)
+    if not all(map(math.isfinite, least)) or least[0] <= wanted:
+        return None, None
+    slope = (least[1] - least[0]) / (lengths[1] - lengths[0])
+    length = lengths[0] + (wanted - least[0]) / slope if slope < -1e-3 else math.inf
+    return (math.exp(length), math.exp(wanted)) if length < _LONGEST else (None, None)
+
+
+_LONGEST = math.log(1e15)  # samples
+
+
+def _covariance(gls: Gls, theta: Floats, used: list[int], scale: float, tau0: float) -> tuple[tuple[str, ...], Floats]:
+    """Of the coefficients √θ, from that of θ."""
+    if not used:
+        return (), np.empty((0, 0))
+    active = [*used, *(p for p in range(len(LINEAR), len(theta)) if theta[p] > 0)]
+    of_theta = gls.covariance_of_theta(theta, active)[: len(used), : len(used)]
+    slopes = np.array([coefficient(theta[p] * scale, LINEAR[p], tau0) / (2 * theta[p]) for p in used])
+    return tuple(LINEAR[p] for p in used), of_theta * np.outer(slopes, slopes)
+
+
+def _extra_terms(
+    curve: DeviationCurve, best: Attempt, theta: Floats, scale: float, level: float
+) -> tuple[tuple[GaussMarkov, ...], tuple[Sinusoid, ...]]:
+    if best.extra is None or theta[-1] <= 0:
+        return (), ()
+    size, shape = extension.intervals(best.gls, theta, best.extra, level=level)
+    value, low, high = (math.sqrt(scale) * x for x in size)
+    amplitude = Interval(value=value, low=low, high=high, unit=curve.unit)
+    if best.extra.kind == "gauss_markov":
+        value, low, high = (curve.tau0 * x for x in shape)
+        return (GaussMarkov(sigma=amplitude, time=Interval(value=value, low=low, high=high, unit="s")),), ()
+    value, low, high = (x / curve.tau0 for x in shape)
+    return (), (Sinusoid(amplitude=amplitude, frequency=Interval(value=value, low=low, high=high, unit="Hz")),)

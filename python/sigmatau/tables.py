@@ -1,0 +1,89 @@
+"""Results as aligned text, as the command line prints them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sigmatau.fitting.noisefit import NoiseFit
+from sigmatau.readoff import ReadOff
+from sigmatau.results import seconds
+from sigmatau.terms import TERMS
+
+__all__ = ["fit_table", "read_off_table"]
+
+_LEGEND = (
+    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
+    "no confidence interval, and blind to the bias where terms meet. A term not listed has no stretch of its slope here.",
+)
+
+
+_COLUMNS = 5
+
+_FIT_LEGEND = (
+    '[ ]: 95 % confidence intervals; "below": 95 % limits of what was not seen. Generalised least squares on the Allan',
+    "variances with their exact covariance. Read off: lines laid by the slope, ± eq. (26), as El-Sheimy, Hou & Niu (2008)",
+    "do; a line also reads what other terms add there, and its ± is no interval: where the two differ, trust the fit.",
+)
+
+
+def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) -> str:
+    """The fitted coefficients as aligned text, in the field's units, with the paper's reading beside each."""
+    rows: list[tuple[str, ...]] = [("", "", "95 % interval", "", "read off")]
+    notes: dict[str, str] = {}
+    for channel, fitted in fits.items():
+        read = read_offs[channel]
+        rows.append((channel, fitted.headline()))
+        for name in fitted:
+            term = TERMS[name]
+            reading = read.texts(name)[0] if name in read else None
+            texts = fitted.texts(name)
+            if fitted[name].observed:
+                for k, (value, interval, unit) in enumerate(texts):
+                    label = term.label(fitted.quantity) if k == 0 else "  ="
+                    rows.append((f"  {label}", value, interval, unit, reading[0] if reading and k == 0 else ""))
+                if term.look_alikes:
+                    notes.setdefault(term.look_alikes, term.label(fitted.quantity))
+            elif fitted.verdict == "adequate":
+                value, _, unit = texts[0]
+                text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
+                also = f"; read off {reading[0]}" if reading else ""
+                rows.append((f"  {term.label(fitted.quantity)}", text + also))
+        rows += [("  " + text,) for text in fitted.notes()]
+    full = [row for row in rows if len(row) == _COLUMNS]
+    widths = [max(len(row[k]) for row in full) for k in range(_COLUMNS)]
+    labels = max(len(row[0]) for row in rows if len(row) > 1)
+    widths[0] = labels
+    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=False)).rstrip() for row in rows]
+    lines += ["", *_FIT_LEGEND]
+    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+    return "\n".join(lines)
+
+
+def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
+    """The coefficients as aligned text, channel by channel, in the paper's form and the field's units."""
+    rows: list[tuple[str, str, str, str]] = []
+    notes: dict[str, str] = {}
+    for channel, result in read_off.items():
+        if not result and not result.refused:
+            rows.append((channel, "no region of any term", "", ""))
+        first = channel
+        for name, c in result.items():
+            texts = result.texts(name)
+            region = f"τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s"
+            for k, (value, unit) in enumerate(texts):
+                label = TERMS[name].label(result.quantity) if k == 0 else "  ="
+                rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
+                first = ""
+            if TERMS[name].look_alikes:
+                notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(result.quantity))
+        for refusal in result.refused:
+            label = f"no {TERMS[refusal.term].label(result.quantity)}"
+            rows.append(
+                (first, label, "", f"τ {seconds(refusal.tau_min)} … {seconds(refusal.tau_max)} s: {refusal.reason}")
+            )
+            first = ""
+    widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
+    lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
+    lines += ["", *_LEGEND]
+    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+    return "\n".join(lines)

@@ -1,0 +1,219 @@
+"""Do the intervals hold, are absent terms left out, is a good model called good."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sigmatau as st
+from sigmatau.fitting.components import LINEAR
+from sigmatau.planning import detectable
+from sigmatau.terms import BIAS_LEVEL
+from studies.mixtures import ABSENT, SHORT, Mixture
+from studies.runner import run
+
+RECORDS = 1000
+ABSENT_RECORDS = 2000
+TIMES = (1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
+PARTS = 4
+
+# term sought: beside which others
+SOUGHT: dict[str, tuple[str, dict[str, float]]] = {
+    "Q beside N, B": ("quantization", {"random_walk": 1.0, "bias_instability": 0.1}),
+    "N beside Q, B": ("random_walk", {"quantization": 30.0, "bias_instability": 0.1}),
+    "N beside B, K": ("random_walk", {"bias_instability": 0.1, "rate_random_walk": 1e-3}),
+    "B beside N": ("bias_instability", {"random_walk": 1.0}),
+    "B beside N, K": ("bias_instability", {"random_walk": 1.0, "rate_random_walk": 1e-3}),
+    "K beside N": ("rate_random_walk", {"random_walk": 1.0}),
+    "K beside N, B": ("rate_random_walk", {"random_walk": 1.0, "bias_instability": 0.1}),
+    "K beside Q": ("rate_random_walk", {"quantization": 30.0}),
+}
+_N = 2**15
+
+
+def sought(seed: int, name: str, times: float) -> list[dict[str, Any]]:
+    """What a fit states about every noise term of a share of the records of a cell."""
+    term, others = SOUGHT[name]
+    value = times * detectable(others, term, n=_N, tau0=1.0, power=0.5)
+    return _stated(seed, Mixture(_N, 1.0, {**others, term: value}), RECORDS // PARTS)
+
+
+def absent(seed: int, name: str) -> list[dict[str, Any]]:
+    """The same for a mixture that lacks terms."""
+    return _stated(seed, ABSENT[name], ABSENT_RECORDS // PARTS)
+
+
+def _stated(seed: int, mixture: Mixture, records: int) -> list[dict[str, Any]]:
+    model = st.NoiseModel(channels={mixture.channel: mixture.truth})
+    rng = np.random.default_rng(seed)
+    results = []
+    for _ in range(records):
+        curve = st.allan(st.simulate(model, duration=mixture.n / mixture.rate, rate=mixture.rate, rng=rng), threads=1)[
+            mixture.channel
+        ]
+        fitted = st.fit(curve)
+        valley = float(curve.adev[curve.m <= curve.n // 4].min() / BIAS_LEVEL)
+        results.append(
+            {
+                "verdict": fitted.verdict,
+                "moved": fitted.tau_min is None or fitted.tau_min > 1.5 * curve.tau0,
+                "extra": len(fitted.gauss_markov) + len(fitted.sinusoid),
+                "p": fitted.p_value,
+                "valley": valley,
+                "terms": {name: [t.observed, t.value, t.low, t.high, t.upper_limit] for name, t in fitted.items()},
+            }
+        )
+    return results
+
+
+def main() -> None:
+    """Run the study and write docs/study/coverage.md."""
+    cells: dict[str, Any] = {
+        f"{name} x{times:g} {k}": (sought, (name, times)) for name in SOUGHT for times in TIMES for k in range(PARTS)
+    }
+    cells |= {f"absent from {name} {k}": (absent, (name,)) for name in ABSENT for k in range(PARTS)}
+    results = run("coverage", cells, settings=repr((RECORDS, ABSENT_RECORDS, SOUGHT, TIMES, SHORT)))
+    failures: list[str] = []
+    lines = [_HEAD.format(records=RECORDS, n=_N), *_coverage(results, failures)]
+    lines += [_ABSENT.format(records=ABSENT_RECORDS), *_false_alarms(results, failures)]
+    lines += [_GOODNESS, *_goodness(results, failures), _VALLEY, *_valley(results, failures)]
+    lines += ["", "## Gates", "", *(failures or ["All hold."])]
+    Path("docs/study/coverage.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _all(results: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    return [record for k in range(PARTS) for record in results[f"{name} {k}"]]
+
+
+def _holds(stated: list[Any], value: float) -> bool:
+    observed, _, low, high, limit = stated
+    if observed:
+        return bool(low <= value <= high)
+    return limit is None or value <= limit
+
+
+def _coverage(results: dict[str, Any], failures: list[str]) -> list[str]:
+    lines, pooled = [], []
+    for name, (term, others) in SOUGHT.items():
+        least = detectable(others, term, n=_N, tau0=1.0, power=0.5)
+        for times in TIMES:
+            records = [r for r in _all(results, f"{name} x{times:g}") if r["verdict"] == "adequate"]
+            value = times * least
+            stated = [r["terms"][term] for r in records]
+            found = [s for s in stated if s[0]]
+            hold, hold_found = (np.array([_holds(s, value) for s in group]) for group in (stated, found))
+            beside = np.array([_holds(r["terms"][other], c) for r in records for other, c in others.items()])
+            width = np.median([(s[3] - s[2]) / 2 for s in found]) / value if found else math.nan
+            lines.append(
+                f"| {name} | {times:g} | {100 * len(found) / len(stated):.1f} | {100 * hold.mean():.1f} |"
+                f" {100 * hold_found.mean():.1f} | {100 * width:.0f} | {100 * beside.mean():.1f} |"
+            )
+            if times > 1:
+                pooled.append(hold)
+                for which, cover in (("all", hold), ("observed", hold_found)):
+                    error = math.sqrt(0.92 * 0.08 / len(cover))
+                    if cover.mean() < 0.92 - 3 * error:
+                        failures.append(f"- {name}, {times:g} times, {which}: {100 * cover.mean():.1f} % covered")
+    together = np.concatenate(pooled)
+    error = math.sqrt(0.95 * 0.05 / len(together))
+    lines += ["", f"From 1.5 times on, all cells together: {100 * together.mean():.2f} % (limits 94 and 98.5 %)."]
+    if not 0.94 - 3 * error <= together.mean() <= 0.985 + 3 * error:
+        failures.append(f"- pooled coverage {100 * together.mean():.2f} %")
+    return lines
+
+
+def _false_alarms(results: dict[str, Any], failures: list[str]) -> list[str]:
+    lines = []
+    for name, mixture in ABSENT.items():
+        records = [r for r in _all(results, f"absent from {name}") if r["verdict"] == "adequate"]
+        shares = []
+        for term in (*LINEAR, "rate_ramp"):
+            if term in mixture.truth:
+                shares.append("")
+                continue
+            share = float(np.mean([r["terms"][term][0] for r in records]))
+            shares.append(f"{100 * share:.1f}")
+            if share > 0.065 + 3 * math.sqrt(0.065 * 0.935 / len(records)):
+                failures.append(f"- {term} found in {100 * share:.1f} % of the records of {name}")
+        lines.append(f"| {name} | {' | '.join(shares)} |")
+    return lines
+
+
+def _goodness(results: dict[str, Any], failures: list[str]) -> list[str]:
+    lines = []
+    for name in ABSENT:
+        records = _all(results, f"absent from {name}")
+        p = np.array([0.0 if r["moved"] or r["p"] is None else r["p"] for r in records])
+        moved = float(np.mean([r["moved"] for r in records]))
+        refused = float(np.mean([r["verdict"] != "adequate" for r in records]))
+        extra = float(np.mean([r["extra"] > 0 for r in records]))
+        size = float((p < 0.05).mean())
+        lines.append(
+            f"| {name} | {100 * size:.1f} | {100 * (p < 0.01).mean():.1f} | {100 * moved:.1f} | {100 * extra:.1f} |"
+            f" {100 * refused:.1f} |"
+        )
+        allowed = 0.05 + 3 * math.sqrt(0.05 * 0.95 / len(records))
+        for what, share in (("p < 0.05", size), ("τ_min moved", moved), ("refused", refused)):
+            if share > allowed:
+                failures.append(f"- {name}: {what} in {100 * share:.1f} % of the records")
+    return lines
+
+
+def _valley(results: dict[str, Any], failures: list[str]) -> list[str]:
+    lines = []
+    for name, mixture in ABSENT.items():
+        if "bias_instability" in mixture.truth or "random_walk" not in mixture.truth:
+            continue
+        records = [r for r in _all(results, f"absent from {name}") if r["verdict"] == "adequate"]
+        found = float(np.mean([r["terms"]["bias_instability"][0] for r in records]))
+        valley = np.median([r["valley"] for r in records])
+        lines.append(f"| {name} | {100 * found:.1f} | 100 | {valley:.3g} |")
+        if found > 0.065 + 3 * math.sqrt(0.065 * 0.935 / len(records)):
+            failures.append(f"- bias instability invented in {100 * found:.1f} % of the records of {name}")
+    return lines
+
+
+_HEAD = """# Do the intervals hold?
+
+Made by `make study` (studies/coverage.py): {records} simulated records of {n} samples a cell, seeds from the cells'
+names, all five terms and the averaging times found by `sigmatau.fit` each time. "Times" is the true coefficient over
+the one that is found in half of the records, as `sigmatau.planning.detectable` gives it beforehand from the other
+terms alone; "found" says how often it was. An interval is [low, high] if the term was observed and [0, limit] if not:
+"covered" counts all records, "covered, found" those that showed it. "Half width" is the median of (high − low)/2 in
+per cent of the coefficient. "Others covered": the intervals of the terms beside it.
+
+| term | times | found [%] | covered [%] | covered, found [%] | half width [%] | others covered [%] |
+|---|---|---|---|---|---|---|"""
+
+_ABSENT = """
+## Terms that are not there
+
+{records} records a mixture; how often an absent term is said to be there, nominally 5 %, limit 6.5 % [%]. Letters are
+those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp.
+
+| record of | Q | N | B | K | R |
+|---|---|---|---|---|---|"""
+
+_GOODNESS = """
+## Is a good model called good?
+
+The same records. Size of the goodness of fit with all averaging times; how often the shortest were left out, a sixth
+term was taken, no model was adequate [%].
+
+| record of | p < 0.05 | p < 0.01 | τ_min moved | sixth term | refused |
+|---|---|---|---|---|---|"""
+
+_VALLEY = """
+## Bias instability is not read from the valley
+
+Records without bias instability: how often the fit states it, how often the rule "lowest point of the curve over
+0.664" does (always), and the median of what that rule invents, for a random walk of 1 a sample.
+
+| record of | fit [%] | lowest point [%] | invented |
+|---|---|---|---|"""
+
+if __name__ == "__main__":
+    main()

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from sigmatau import NoiseModel, analyze, simulate
 from sigmatau.terms import TERMS, avar
+from sigmatau.units import to_si
 
 HERE = Path(__file__).parent / "figures"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
@@ -35,5 +37,33 @@ def terms_figure() -> None:
     figure.savefig(HERE / "terms.svg", metadata={"Date": None})
 
 
+def fit_figure() -> None:
+    """A simulated tactical-grade gyro: the curve with its χ² band, the fitted model, and each term of it."""
+    truth = {"quantization": "1 arcsec", "random_walk": "0.1 deg/sqrt(h)", "bias_instability": "1 deg/h"}
+    model = NoiseModel.from_dict({"channels": {"gyro_x": truth}})
+    analysis = analyze(simulate(model, duration=7200, rate=100, rng=1))
+    curve, fitted = analysis.curves["gyro_x"], analysis.fits["gyro_x"]
+    factor = to_si(1, "deg/h")
+    figure = Figure(figsize=(7, 4.6), layout="constrained")
+    ax = figure.subplots()
+    low, high = curve.interval()
+    ax.fill_between(curve.tau, low / factor, np.minimum(high, 10 * curve.adev) / factor, color="0.75", linewidth=0)
+    ax.loglog(curve.tau, curve.adev / factor, "o", color="black", markersize=3, label="measured, 95 % by χ²")
+    ax.loglog(curve.tau, np.sqrt(fitted.avar(m=curve.m)) / factor, color="black", linewidth=1, label="fitted model")
+    for (name, term), colour in zip(TERMS.items(), COLOURS, strict=True):
+        if name in fitted.model:
+            sigma = np.sqrt(avar(name, fitted.model[name], m=curve.m, tau0=curve.tau0)) / factor
+            value, interval, unit = fitted.texts(name)[0]
+            label = f"{term.label('angular_rate')} {value} {interval} {unit}"
+            ax.loglog(curve.tau, sigma, color=colour, linewidth=1, linestyle="--", label=label)
+    ax.set_ylim(curve.adev.min() / factor / 5, curve.adev.max() / factor * 2)
+    ax.set_xlabel("averaging time τ [s]")
+    ax.set_ylabel("Allan deviation σ(τ) [deg/h]")
+    ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    ax.legend(fontsize=8.5)
+    figure.savefig(HERE / "fit.svg", metadata={"Date": None})
+
+
 if __name__ == "__main__":
     terms_figure()
+    fit_figure()

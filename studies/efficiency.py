@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +110,7 @@ def _theory(name: str) -> tuple[Floats, Floats]:
     return crb(parts.spectra, parts.modes, theta), np.sqrt(np.diag(covariance)) / (2 * theta[active])
 
 
-def _theta(truth: Any, tau0: float) -> Floats:
+def _theta(truth: Mapping[str, float], tau0: float) -> Floats:
     return np.array([truth.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR])
 
 
@@ -119,7 +119,7 @@ def _parts(curve: DeviationCurve) -> tuple[Components, Floats]:
     return components(curve.n, tuple(int(m) for m in curve.m[used])), curve.avar[used]
 
 
-def _coefficients(theta: Floats, terms: Any, tau0: float) -> dict[str, float]:
+def _coefficients(theta: Floats, terms: Collection[str], tau0: float) -> dict[str, float]:
     return {
         name: math.sqrt(theta[p]) * tau0 ** (1 - power_of_interval(name) / 2)
         for p, name in enumerate(LINEAR)
@@ -127,13 +127,13 @@ def _coefficients(theta: Floats, terms: Any, tau0: float) -> dict[str, float]:
     }
 
 
-def _known(curve: DeviationCurve, terms: Any) -> dict[str, float]:
+def _known(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
     parts, avar = _parts(curve)
     active = [p for p, name in enumerate(LINEAR) if name in terms]
     return _coefficients(Gls(parts, avar, active).fit(), terms, curve.tau0)
 
 
-def _diagonal(curve: DeviationCurve, terms: Any) -> dict[str, float]:
+def _diagonal(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
     """Each variance weighted by its degrees of freedom for the fitted model, neighbours taken as independent."""
     parts, avar = _parts(curve)
     active = [p for p, name in enumerate(LINEAR) if name in terms]
@@ -146,7 +146,7 @@ def _diagonal(curve: DeviationCurve, terms: Any) -> dict[str, float]:
     return _coefficients(theta, terms, curve.tau0)
 
 
-def _logarithmic(curve: DeviationCurve, terms: Any) -> dict[str, float]:
+def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
     """Least squares on log σ, every averaging time the same weight: what most scripts do."""
     from scipy.optimize import least_squares
 

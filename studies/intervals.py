@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.terms import avar
 from sigmatau.uncertainty import chi2_factors, degrees_of_freedom, percentage_error
 from studies.runner import run
+
+Floats = NDArray[np.float64]
 
 RECORDS = 4000
 N = 4096
@@ -69,11 +71,12 @@ def main() -> None:
     Path("docs/study/intervals.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _covers(ratio: Any, delta: Any, times: float) -> Any:
-    return np.mean((ratio * (1 - times * delta) <= 1) & (ratio * (1 + times * delta) >= 1), axis=0)
+def _covers(ratio: Floats, delta: Floats, times: float) -> Floats:
+    inside = (ratio * (1 - times * delta) <= 1) & (ratio * (1 + times * delta) >= 1)
+    return np.asarray(inside.mean(axis=0))
 
 
-def _row(name: str, values: Any, *, digits: int | None = None) -> str:
+def _row(name: str, values: Floats, *, digits: int | None = None) -> str:
     texts = (f"{v:.1f}" if digits is None else f"{v:.{digits}g}" if v < 1000 else f"{v:.0f}" for v in values)
     return f"| {name} | " + " | ".join(texts) + " |"
 

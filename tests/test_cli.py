@@ -48,6 +48,44 @@ class TestAnalyze:
         assert list(content["channels"]) == ["gyro_x", "gyro_y", "accel_z"]
         assert content["source"]["path"] == str(log)
 
+    def test_read_off_alone(self, log, capsys):
+        code, out, _ = run("analyze", log, "--rate", 100, "--method", "read-off", capsys=capsys)
+        assert code == 0
+        assert "gyro_x   angle random walk" in out
+        assert "interval" in out  # "no confidence interval"
+        assert "95 %" not in out
+        code, out, _ = run("analyze", log, "--rate", 100, "--method", "read-off", "--json", "-", capsys=capsys)
+        channel = json.loads(out)["channels"]["gyro_x"]
+        assert "fit" not in channel
+        assert "edf" not in channel["curve"]
+        assert channel["curve"]["interval"] == "eq. (26), one standard error"
+
+    def test_every_kind_of_fit_has_the_published_form(self, tmp_path, capsys):
+        """Adequate with a ramp, with a sinusoid, descriptive, too short."""
+        schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
+        t = np.arange(2**16) / 100
+        white = np.random.default_rng(2).standard_normal(2**16)
+        cases = {
+            "ramp": (white + 1e-2 * t, "adequate"),
+            "line": (white + np.sin(2 * np.pi * 23.3 * t), "adequate"),
+            "lines": (white + np.sin(0.3 * t) + np.sin(2 * t), "descriptive"),
+            "short": (white[:30], "too_short"),
+        }
+        for name, (y, verdict) in cases.items():
+            log = tmp_path / f"{name}.csv"
+            np.savetxt(log, y, header="gyro_x [deg/s]", comments="")
+            code, out, err = run("analyze", log, "--rate", 100, "--json", "-", capsys=capsys)
+            assert code == 0
+            content = json.loads(out, parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
+            jsonschema.validate(content, schema)
+            fit = content["channels"]["gyro_x"]["fit"]
+            assert fit["verdict"] == verdict, name
+            assert bool(fit["terms"]["sinusoid"]) == (name == "line")
+            assert ("gyro_x: no" in err) == (verdict != "adequate")
+            code, out, _ = run("analyze", log, "--rate", 100, capsys=capsys)
+            assert ("no adequate model" in out) == (verdict == "descriptive")
+            assert ("no fit: " in out) == (verdict == "too_short")
+
     def test_json_has_the_published_form(self, log, capsys):
         schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
         code, out, _ = run("analyze", log, "--rate", 100, "--json", "-", "--taus", "quarter", capsys=capsys)

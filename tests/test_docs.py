@@ -73,7 +73,8 @@ def _write_logs(folder):
         table(name, np.column_stack([t, y]), "time [s]," + ",".join(names))
     np.savetxt(folder / "phase.txt", np.cumsum(y[:, 0]))
     (folder / "imu.toml").write_text(blocks("toml")[0])
-    assert main(["analyze", str(folder / "static.csv"), "--json", str(folder / "result.json"), "-q"]) == 0
+    for name in ("result.json", "static.json"):
+        assert main(["analyze", str(folder / "static.csv"), "--json", str(folder / name), "-q"]) == 0
 
 
 @pytest.mark.parametrize("command", commands())

@@ -46,6 +46,46 @@ def test_adis_random_walk(adis):
     assert z is None or z.tau_min >= 0.04
 
 
+@pytest.fixture(scope="module")
+def adis_analysis(adis):
+    return analyze(adis)
+
+
+class TestAdisFitted:
+    """Honest about a real unit: filtered gyros, accelerometers with a line at 0.53 … 0.57 Hz that is not quite steady."""
+
+    def test_gyros(self, adis_analysis):
+        """Others fit N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h to such units; datasheet 2 deg/√h, 25 deg/h."""
+        adequate = 0
+        for channel in ("gyro_x", "gyro_y", "gyro_z"):
+            fitted = adis_analysis.fits[channel]
+            if fitted.verdict != "adequate":
+                # Then the reason names where, and the command line warns.
+                assert "neither five terms nor six" in fitted.reason
+                assert any(f.code == "no_adequate_model" and f.channel == channel for f in adis_analysis.findings)
+                assert all(term.low is None for term in fitted.values())
+                continue
+            adequate += 1
+            assert 0.02 <= fitted.tau_min <= 2.6  # 1.28 s at most, and an octave on
+            assert 2.2 <= fitted["random_walk"].to("deg/sqrt(h)") <= 2.8
+            assert 20 <= fitted["bias_instability"].to("deg/h") <= 45
+            assert fitted["random_walk"].low < fitted["random_walk"].high
+        assert adequate >= 2
+
+    def test_accelerometers_are_not_adequate_without_their_line(self, adis_analysis):
+        for channel in ("accel_x", "accel_y", "accel_z"):
+            fitted = adis_analysis.fits[channel]
+            if fitted.verdict == "adequate":
+                (line,) = fitted.sinusoid
+                assert 0.5 <= line.frequency.value <= 0.6
+            else:
+                assert fitted.verdict == "descriptive"
+
+    def test_low_pass_is_said(self, adis_analysis):
+        left_out = {f.channel for f in adis_analysis.findings if f.code == "short_times_left_out"}
+        assert "gyro_y" in left_out
+
+
 def test_adis_by_the_command_line(field_data, tmp_path, capsys):
     figure, result = tmp_path / "adis.svg", tmp_path / "adis.json"
     log = field_data / "adis16405_static.csv.gz"

@@ -88,7 +88,7 @@ def test_printed():
             rate=200,
             duration=360_000,
             value=IN_RUN_BIAS,
-        )  # fmt: skip
+        )
     )
     assert text.splitlines()[0] == (
         "gyro_x: bias instability beside quantization 0.973 arcsec, angle random walk 0.0015 deg/√h; 200 Hz"

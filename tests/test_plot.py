@@ -54,7 +54,7 @@ def test_the_fitted_model_is_drawn_through_the_curve(record):
     assert x.tolist() == curve.get_xdata().tolist()
     assert np.abs(np.log(y[:10] / curve.get_ydata()[:10])).max() < 0.05
     band = ax.collections[0]
-    low, high = analysis.curves["volts"].interval()
+    low, _ = analysis.curves["volts"].interval()
     vertices = band.get_paths()[0].vertices[:, 1]
     assert vertices.min() == pytest.approx(min(low), rel=1e-6)
     assert "χ²" in " ".join(t.get_text() for t in ax.get_legend().get_texts())

@@ -5,7 +5,7 @@ import pytest
 
 import known
 from sigmatau import NoiseModel, allan, percentage_error, simulate
-from sigmatau.uncertainty import avar_covariance, degrees_of_freedom
+from sigmatau.uncertainty import avar_covariance, chi2_factors, degrees_of_freedom
 
 
 @pytest.mark.parametrize(
@@ -90,3 +90,41 @@ def test_wrong_arguments(change, words):
     arguments = {"coefficients": {"random_walk": 1.0}, "n": 100, "m": [1], "tau0": 1.0} | change
     with pytest.raises(ValueError, match=words):
         avar_covariance(arguments.pop("coefficients"), **arguments)
+
+
+class TestChi2:
+    def test_factors_are_those_of_the_quantiles(self):
+        from scipy.stats import chi2
+
+        edf = np.array([0.7, 1.0, 4.0, 33.3, 1e5])
+        for level in (0.683, 0.95):
+            low, high = chi2_factors(edf, level=level)
+            assert low == pytest.approx(np.sqrt(edf / chi2.ppf(0.5 + level / 2, edf)), rel=1e-9)
+            assert high == pytest.approx(np.sqrt(edf / chi2.ppf(0.5 - level / 2, edf)), rel=1e-9)
+
+    def test_many_degrees_of_freedom_are_a_normal_law(self):
+        low, high = chi2_factors(1e6)
+        assert high - 1 == pytest.approx(1.96 / np.sqrt(2e6), rel=1e-2)
+        assert 1 - low == pytest.approx(1.96 / np.sqrt(2e6), rel=1e-2)
+
+    @pytest.mark.parametrize(
+        "arguments", [{"edf": 0.0}, {"edf": [1.0, -1.0]}, {"edf": np.nan}, {"edf": 1.0, "level": 1.0}]
+    )
+    def test_wrong_arguments(self, arguments):
+        with pytest.raises(ValueError, match="must"):
+            chi2_factors(**arguments)
+
+    @pytest.mark.parametrize("term", ["quantization", "random_walk", "bias_instability", "rate_random_walk"])
+    def test_coverage(self, term):
+        """95 % by the exact degrees of freedom, at a tenth and a quarter of the record; eq. (26) at a quarter does not."""
+        n, m, count = 1024, np.array([102, 256]), 400
+        low, high = chi2_factors(degrees_of_freedom({term: 1.0}, n=n, m=m, tau0=1.0))
+        model = NoiseModel(channels={"gyro_x": {term: 1.0}})
+        truth = np.sqrt(model.avar("gyro_x", m=m, tau0=1.0))
+        rng = np.random.default_rng(known.seed_of(f"chi2 coverage {term}"))
+        records = (simulate(model, duration=n, rate=1, rng=rng) for _ in range(count))
+        ratio = np.array([allan(record, taus=m, threads=1)["gyro_x"].adev / truth for record in records])
+        covered = np.mean((ratio * low <= 1) & (ratio * high >= 1), axis=0)
+        # Limits of docs/study/intervals.md, to 3 standard errors.
+        error = 3 * np.sqrt(0.05 * 0.95 / count)
+        assert np.all((covered >= 0.935 - error) & (covered <= 0.985 + error))

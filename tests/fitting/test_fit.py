@@ -251,7 +251,7 @@ class TestWhatItSays:
             fit(curve, terms=["rate_ramp"])
         with pytest.raises(OptionError, match="`terms` must be of"):
             fit(curve, terms=["arw"])
-        with pytest.raises(OptionError, match="`tau_min` may be at most 61.44 s"):
+        with pytest.raises(OptionError, match=r"`tau_min` may be at most 61\.44 s"):
             fit(curve, tau_min=100.0)
 
     def test_paper_counting_is_a_record_shorter_by_one(self):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,7 @@ _HOPELESS_P = 1e-4
 LARGEST_START = 128
 """The shortest averaging time used may be so many samples: an internal low-pass filter of any use is over by then."""
 
+_QUANTIZATION = LINEAR.index("quantization")
 _FAILURES = (FloatingPointError, np.linalg.LinAlgError)
 
 
@@ -143,6 +144,20 @@ def best_attempt(data: Data, *, level: float) -> tuple[Attempt | None, Attempt |
 
 
 def _attempt(data: Data, first: int, level: float, extra: Extension | None = None) -> Attempt | None:
+    """The fit from one averaging time on; None if there is none."""
+    attempt = _with_candidates(data, first, level, extra)
+    if attempt is None or first == 0:
+        return attempt
+    # At the times left out, no term may make much more than was measured there. Quantization noise, which rises towards
+    # them most, would then stand for something else; white and red noise may be filtered there.
+    phase = attempt.theta[_QUANTIZATION] * data.parts().design[:first, _QUANTIZATION]
+    if np.any(phase > data.avar[:first]):
+        others = tuple(p for p in data.candidates if p != _QUANTIZATION)
+        return _with_candidates(replace(data, candidates=others), first, level, extra) if others else None
+    return attempt
+
+
+def _with_candidates(data: Data, first: int, level: float, extra: Extension | None) -> Attempt | None:
     try:
         gls = data.gls(first, extra)
         theta = gls.fit()

@@ -56,7 +56,7 @@ class FittedTerm:
     level : float
         Probability of the interval, or of the limit.
     p_value : float or None
-        Probability of as much without the term, all others given.
+        Probability of as much without the term, all others given; None if it was not tested.
     shows_in, shows : float or None
         If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases.
     """
@@ -251,6 +251,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     def why_not(self, term: str) -> str:
         """For a term that was not observed: in what record, and which would show it."""
         t = self[term]
+        if t.p_value is None:
+            return "cannot be told: the short times that would show it are left out"
         text = f"not seen in {duration_text(self.n * self.tau0)}"
         if t.shows_in is not None and t.shows is not None:
             factor = display_units(term, self.quantity, self.rate_unit)[0][1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +36,8 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
     `scale` is the variance that the data were divided by.
     """
     gls, theta, tau0 = best.gls, best.theta, curve.tau0
-    found = {p: _evidence(gls, p, theta, level) for p in data.candidates}
+    linear = [p for p in gls.candidates if p < len(LINEAR)]
+    found = {p: _evidence(gls, p, theta, level) for p in linear}
     observed = [p for p, e in found.items() if e.p_value < 1 - level]
     undecided = best.ramp is not None and best.ramp.suspicious and not best.ramp.used
     if _WALK in observed and undecided and best.still is not None:
@@ -50,13 +52,18 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
     if gls.p_value(selected) <= LEAST_P or not (observed or extra):
         # Several terms of which none is needed beside the others, but one is.
         selected = theta
-        unclear = [LINEAR[p] for p in data.candidates if theta[p] > 0 and p not in observed]
+        unclear = [LINEAR[p] for p in linear if theta[p] > 0 and p not in observed]
         if undecided:
             unclear.append("rate_ramp")
     terms = {}
-    for p, e in found.items():
+    for p in data.candidates:
+        if p not in found:
+            unit = coefficient_unit(LINEAR[p], curve.quantity, curve.unit)
+            terms[LINEAR[p]] = FittedTerm(term=LINEAR[p], unit=unit, observed=False, level=level)
+            continue
+        e = found[p]
         value = selected[p] * scale if p in observed else None
-        terms[LINEAR[p]] = _term(curve, data, p, value, e, scale, level)
+        terms[LINEAR[p]] = _term(curve, data, p, value, e, linear, scale, level)
     model = {
         LINEAR[p]: coefficient(selected[p] * scale, LINEAR[p], tau0) for p in range(len(LINEAR)) if selected[p] > 0
     }
@@ -184,7 +191,14 @@ def _evidence(gls: Gls, term: int, theta: Floats, level: float) -> Evidence:
 
 
 def _term(
-    curve: DeviationCurve, data: Data, term: int, value: float | None, e: Evidence, scale: float, level: float
+    curve: DeviationCurve,
+    data: Data,
+    term: int,
+    value: float | None,
+    e: Evidence,
+    linear: Sequence[int],
+    scale: float,
+    level: float,
 ) -> FittedTerm:
     """One noise term; `value` is θ if it was observed."""
     name, tau0 = LINEAR[term], curve.tau0
@@ -202,7 +216,7 @@ def _term(
             low=min(coefficient(e.low * scale, name, tau0), amount),
             high=max(high, amount),
         )
-    shows_in, shows = _would_show(data, e, term)
+    shows_in, shows = _would_show(data, e, term, linear)
     return FittedTerm(
         term=name,
         unit=unit,
@@ -215,7 +229,7 @@ def _term(
     )
 
 
-def _would_show(data: Data, e: Evidence, term: int) -> tuple[float | None, float | None]:
+def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tuple[float | None, float | None]:
     """Samples of a record that would show half the limit, and θ of that half; None where none is known.
 
     The least θ that a record shows falls as a power of its length, which two lengths give.
@@ -228,7 +242,7 @@ def _would_show(data: Data, e: Evidence, term: int) -> tuple[float | None, float
     for times in (1, _LONGER):
         n = data.n * times
         parts = components(n, half_octaves(data.m[0], n // LONGEST_SHARE))
-        problem = Gls(parts, parts.design @ others, data.candidates)
+        problem = Gls(parts, parts.design @ others, linear)
         theta = detectable(problem, term, others, level=0.95, power=_SHOWN_IN_SHARE)
         lengths.append(math.log(n))
         least.append(math.log(theta) if math.isfinite(theta) else math.inf)

@@ -13,6 +13,7 @@ from sigmatau.fitting.components import LINEAR, Components, components
 from sigmatau.fitting.extension import Extension
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
+from sigmatau.results import two_digits
 
 __all__ = [
     "LARGEST_START",
@@ -122,8 +123,11 @@ class Attempt:
         """Why the shortest averaging times were left out, if they were."""
         if self.first == 0 or data.first is not None:
             return ""
-        ratio = float(np.sqrt(data.avar[0] / self.expected(data)[0]))
-        off = f"σ(τ0) is {100 * abs(ratio - 1):.2g} % {'below' if ratio < 1 else 'above'} the model"
+        ratios = np.sqrt(data.avar / self.expected(data))[: self.first]
+        worst = int(np.argmax(np.abs(np.log(ratios))))
+        ratio = float(ratios[worst])
+        size = f"{data.m[worst]} samples" if data.m[worst] > 1 else "1 sample"
+        off = f"σ at {size} is {two_digits(100 * abs(ratio - 1))} % {'below' if ratio < 1 else 'above'} the model"
         why = "as after a low-pass filter" if ratio < 1 else "something else rules there"
         return f"{off}; shorter times left out, {why}"
 

@@ -270,7 +270,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
 
     def notes(self) -> list[str]:
         """Gauss-Markov processes and sinusoids in words, and what the record cannot tell apart."""
-        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[0]
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
         texts = []
         for process in self.gauss_markov:
             sigma = _in_words(process.sigma, factor, unit)

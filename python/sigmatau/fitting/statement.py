@@ -16,7 +16,7 @@ from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.inference import Evidence, detectable, evidence
 from sigmatau.fitting.noisefit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
-from sigmatau.results import seconds
+from sigmatau.results import seconds, two_digits
 from sigmatau.terms import coefficient_unit
 
 __all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
@@ -119,7 +119,7 @@ def descriptive(curve: DeviationCurve, data: Data, nearest: Attempt | None, scal
     )
     reason = (
         f"neither five terms nor six make this curve{misfit}; σ({seconds(sizes[worst] * curve.tau0)} s) is"
-        f" {abs(100 * (ratio - 1)):.2g} % {'above' if ratio > 1 else 'below'} them. Look for a line, a filter, a disturbance"
+        f" {two_digits(abs(100 * (ratio - 1)))} % {'above' if ratio > 1 else 'below'} them. Look for a line, a filter, a disturbance"
     )
     needed = {}
     for p, name in enumerate((*LINEAR, "rate_ramp")):

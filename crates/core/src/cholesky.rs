@@ -63,12 +63,16 @@ impl Factor {
         for i in 0..order {
             let (before, rest) = columns.split_at_mut(i * width);
             let row = &mut rest[..width];
-            row.iter_mut().for_each(|x| *x /= self.sd[i]);
+            for x in row.iter_mut() {
+                *x /= self.sd[i];
+            }
             let factors = &self.lower[i * order..][..=i];
             for (factor, known) in factors.iter().zip(before.chunks_exact(width)) {
                 row.iter_mut().zip(known).for_each(|(x, known)| *x -= factor * known);
             }
-            row.iter_mut().for_each(|x| *x /= factors[i]);
+            for x in row {
+                *x /= factors[i];
+            }
         }
     }
 
@@ -103,7 +107,7 @@ fn correlation_factor(covariance: &[f64], sd: &[f64], ridge: f64) -> Option<Vec<
             row[j] = (correlation - dot(&row[..j], &other[..j])) / other[j];
         }
         let square = 1.0 + ridge - dot(&row[..i], &row[..i]);
-        if !(square > 4.0 * f64::EPSILON) {
+        if square.is_nan() || square <= 4.0 * f64::EPSILON {
             return None;
         }
         row[i] = square.sqrt();

@@ -117,9 +117,10 @@ def descriptive(curve: DeviationCurve, data: Data, nearest: Attempt | None, scal
         if nearest is None
         else f" (at best p = {nearest.p_value:.1g}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
     )
+    where = f"σ({seconds(sizes[worst] * curve.tau0)} s) is {two_digits(abs(100 * (ratio - 1)))} %"
     reason = (
-        f"neither five terms nor six make this curve{misfit}; σ({seconds(sizes[worst] * curve.tau0)} s) is"
-        f" {two_digits(abs(100 * (ratio - 1)))} % {'above' if ratio > 1 else 'below'} them. Look for a line, a filter, a disturbance"
+        f"neither five terms nor six make this curve{misfit}; {where} {'above' if ratio > 1 else 'below'} them."
+        " Look for a line, a filter, a disturbance"
     )
     needed = {}
     for p, name in enumerate((*LINEAR, "rate_ramp")):

@@ -135,8 +135,8 @@ class Attempt:
 def best_attempt(data: Data, *, level: float) -> tuple[Attempt | None, Attempt | None]:
     """The attempt to be stated, and the nearest one if there is none."""
     starts = [k for k, m in enumerate(data.m) if m <= LARGEST_START and len(data.m) - k >= LEAST_TIMES]
-    if data.first is not None:
-        starts = [data.first]
+    if data.first is not None or not starts:
+        starts = [data.first or 0]
     five, nearest = _five_terms(data, starts, level)
     if five is not None and five.first == starts[0]:
         return five, five

@@ -63,6 +63,8 @@ class Components:
     gains : ndarray, shape (n_tau, n_modes)
     modes : ndarray, shape (n_modes,)
         How many modes each stands for.
+    ramp_weights : ndarray or None, shape (n_tau,)
+        Weights of the ramp that was removed, if one was.
     """
 
     names: tuple[str, ...]
@@ -74,6 +76,7 @@ class Components:
     spectra: Floats
     gains: Floats
     modes: Floats
+    ramp_weights: Floats | None = None
 
     def from_index(self, first: int) -> Self:
         """The same without the shortest `first` averaging times."""
@@ -90,18 +93,38 @@ class Components:
         """The components of Allan variances from which a ramp was removed, see `remove_ramp`.
 
         The ramp is Σ weights·ramp(m), so that its own variance v and its covariance c with every ramp(m) are known, and
-        with them what is left on average. For the covariance, r(k) for what is left of a second difference is taken as
-        independent of the ramp; that is so on average if the weights give the least variance (then c is v at every m).
+        with them what is left on average.
         """
         c = np.einsum("pij,j->ip", self.slopes, weights)
         v = np.einsum("i,ip->p", weights, c)
         squares = self.m.astype(float) ** 2
-        size = np.outer(squares, squares)
-        noise = self.noise.copy()
-        for k, (p, q) in enumerate(_pairs(len(self.names))):
-            both = v[p] * self.slopes[q] + v[q] * self.slopes[p] - v[p] * v[q]
-            noise[k] -= size * (0.5 * both if p == q else both)
-        return replace(self, design=self.design - squares[:, None] * (c - 0.5 * v), noise=noise)
+        return replace(self, design=self.design - squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
+
+    def covariance(self, theta: Floats) -> Floats:
+        """Of the Allan variances, if θ is true.
+
+        Without a ramp, a second difference is m²(β − 1) times the ramp's error and a remainder, with β = c/v; the
+        remainder is taken as independent of the ramp's error, which it is on average over the record.
+        """
+        first, second = np.triu_indices(len(theta))
+        # Not @, which may start threads for this little.
+        flat = np.einsum("k,kj->j", theta[first] * theta[second], self.noise.reshape(len(first), -1))
+        total = np.asarray(flat.reshape(len(self.m), len(self.m)))
+        if self.ramp_weights is None:
+            return total
+        slopes = np.einsum("p,pij->ij", theta, self.slopes)
+        c = np.einsum("ij,j->i", slopes, self.ramp_weights)
+        v = float(self.ramp_weights @ c)
+        if v <= 0:
+            return total
+        squares = self.m.astype(float) ** 2
+        beta = c / v
+        remainder = slopes - np.outer(c, c) / v
+        for sign, share in ((-1.0, squares * beta), (1.0, squares * (beta - 1))):
+            both = np.outer(share, share)
+            ends = np.outer(beta if sign < 0 else beta - 1, beta if sign < 0 else beta - 1)
+            total = total + sign * both * v * (0.5 * v * ends + remainder)
+        return total
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""

@@ -96,10 +96,17 @@ def fit(
         with_ramp="rate_ramp" in wanted,
         first=first,
     )
-    found, nearest = best_attempt(data, level=level)
-    if found is None:
-        return descriptive(curve, data, nearest, scale, level)
-    return stated(curve, data, found, scale, level)
+    # A division by nothing is a failed attempt like any other, and not a warning.
+    with np.errstate(divide="raise", invalid="raise"):
+        found, nearest = best_attempt(data, level=level)
+        if found is None:
+            return descriptive(curve, data, nearest, scale, level)
+        try:
+            return stated(curve, data, found, scale, level)
+        except (FloatingPointError, np.linalg.LinAlgError):
+            # Trial values far from the fit may have no covariance, to rounding.
+            why = "the model fits, but values beside it have no covariance: too few averaging times for its terms"
+            return descriptive(curve, data, found, scale, level, reason=why)
 
 
 def _thinned(m: NDArray[np.int64], n: int) -> NDArray[np.int64]:

@@ -60,23 +60,16 @@ class Gls:
         Indices of the terms that may be there. Default: all.
     """
 
-    __slots__ = ("_first", "_flat", "_second", "avar", "candidates", "parts")
+    __slots__ = ("avar", "candidates", "parts")
 
     def __init__(self, parts: Components, avar: Floats, candidates: Sequence[int] | None = None) -> None:
         self.parts = parts
         self.avar = avar
-        terms = len(parts.names)
-        self.candidates = tuple(range(terms) if candidates is None else candidates)
-        first, second = zip(*((p, q) for p in range(terms) for q in range(p, terms)), strict=True)
-        self._first, self._second = np.array(first), np.array(second)
-        self._flat = parts.noise.reshape(len(first), -1)
+        self.candidates = tuple(range(len(parts.names)) if candidates is None else candidates)
 
     def covariance(self, theta: Floats) -> Floats:
         """Of the Allan variances, if θ is true."""
-        j = len(self.avar)
-        # Not @, which may start threads for this little.
-        products = theta[self._first] * theta[self._second]
-        return np.asarray(np.einsum("k,kj->j", products, self._flat).reshape(j, j))
+        return self.parts.covariance(theta)
 
     def weights(self, theta: Floats) -> Factor:
         """Raises FloatingPointError if θ gives no covariance."""

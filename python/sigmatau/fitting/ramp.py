@@ -129,6 +129,8 @@ def _error(still: Gls, theta: Floats, weights: Floats) -> tuple[float, float]:
 
 def least_variance(covariance: Floats) -> Floats:
     """Weights of sum 1 with the least variance."""
+    if not covariance.diagonal().min() > 0:
+        raise FloatingPointError("no noise that a ramp could be compared with")
     sd = np.sqrt(covariance.diagonal())
     correlation = covariance / np.outer(sd, sd)
     correlation.flat[:: len(sd) + 1] += _RIDGE

@@ -95,7 +95,9 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
     )
 
 
-def descriptive(curve: DeviationCurve, data: Data, nearest: Attempt | None, scale: float, level: float) -> NoiseFit:
+def descriptive(
+    curve: DeviationCurve, data: Data, nearest: Attempt | None, scale: float, level: float, *, reason: str = ""
+) -> NoiseFit:
     """Coefficients that follow the curve to a few per cent, where no model fits it within its errors."""
     first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else 0
     parts, avar = data.parts().from_index(first), data.avar[first:]
@@ -118,7 +120,7 @@ def descriptive(curve: DeviationCurve, data: Data, nearest: Attempt | None, scal
         else f" (at best p = {nearest.p_value:.1g}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
     )
     where = f"σ({seconds(sizes[worst] * curve.tau0)} s) is {two_digits(abs(100 * (ratio - 1)))} %"
-    reason = (
+    reason = reason or (
         f"neither five terms nor six make this curve{misfit}; {where} {'above' if ratio > 1 else 'below'} them."
         " Look for a line, a filter, a disturbance"
     )
@@ -235,7 +237,7 @@ def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tu
 
     The least θ that a record shows falls as a power of its length, which two lengths give.
     """
-    if not math.isfinite(e.high):
+    if not math.isfinite(e.high) or not e.null[: len(LINEAR)].any():
         return None, None
     wanted = math.log(e.high / 4)
     others = e.null[: len(LINEAR)]

@@ -1,6 +1,7 @@
 """The whole fit: exact curves, simulated records, and what it says when it cannot."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
@@ -182,6 +183,30 @@ class TestRecords:
             assert "low-pass" in fitted.reason
             assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.05)
 
+    def test_a_gauss_markov_process_is_found_and_covered(self):
+        """Searched for on a grid, its time free: 60 records, intervals of its size and time and of the random walk."""
+        from scipy.signal import lfilter
+
+        rng = np.random.default_rng(seed_of("fit: Gauss-Markov"))
+        n, tau0, time, sigma, walk = 2**15, 0.01, 0.5, 1.0, 0.1
+        decay = math.exp(-tau0 / time)
+        found, covered = 0, []
+        for _ in range(60):
+            driven = rng.standard_normal(n) * math.sqrt(1 - decay**2) * sigma
+            driven[0] /= math.sqrt(1 - decay**2)
+            y = lfilter([1], [1, -decay], driven) + rng.standard_normal(n) * walk / math.sqrt(tau0)
+            fitted = fit(allan(Record.from_arrays(rate=1 / tau0, gyro_x=y))["gyro_x"])
+            if not fitted.gauss_markov:
+                continue
+            found += 1
+            process, noise = fitted.gauss_markov[0], fitted["random_walk"]
+            covered.append(process.sigma.low <= sigma <= process.sigma.high)
+            covered.append(process.time.low <= time <= process.time.high)
+            covered.append(noise.low <= walk <= noise.high if noise.observed else walk <= noise.upper_limit)
+        assert found >= 54
+        # Three intervals a record, taken as one for the error.
+        assert np.mean(covered) >= 0.95 - 3 * math.sqrt(0.05 * 0.95 / found)
+
     def test_results_do_not_depend_on_the_order_of_channels(self):
         y = np.random.default_rng(5).standard_normal((20_000, 2))
         both = allan(Record.from_arrays(rate=10, gyro_x=y[:, 0], gyro_y=y[:, 1]))
@@ -306,3 +331,52 @@ class TestWhatItSays:
         thinned = fitted.degrees_of_freedom(m=dense)
         # Interpolated between 100 sizes.
         assert thinned[m - 1] == pytest.approx(expected, rel=0.02)
+
+
+def _odd(kind, n, rng):
+    """Records that no one should trust: coarse, integrated, bursts, lines, steps, held samples."""
+    w, t = rng.standard_normal(n), np.arange(n)
+    return {
+        "coarse": np.round(0.3 * w),
+        "walk": np.cumsum(w),
+        "twice integrated": np.cumsum(np.cumsum(w)),
+        "ramp": t + 1e-9 * w,
+        "parabola": t**2 + 1e-9 * w,
+        "line": np.sin(0.7 * t),
+        "half silent": np.r_[np.zeros(n // 2), w[: n - n // 2]],
+        "dying away": w * np.exp(-t * 20 / n),
+        "held": np.repeat(w, 7)[:n],
+        "one sample": np.where(t == n // 3, 1.0, 0.0),
+    }[kind]
+
+
+ODD = (
+    "coarse",
+    "walk",
+    "twice integrated",
+    "ramp",
+    "parabola",
+    "line",
+    "half silent",
+    "dying away",
+    "held",
+    "one sample",
+)
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_no_record_crashes_a_fit(kind):
+    """Any length, any grid, any scale; warnings are errors in these tests."""
+    rng = np.random.default_rng(seed_of(f"odd records: {kind}"))
+    for n in (4, 20, 48, 49, 100, 333, 2000):
+        y = _odd(kind, n, rng) * 10.0 ** rng.integers(-30, 30)
+        some = sorted(set(rng.integers(1, n // 2 + 1, size=30).tolist()))
+        for grid in ("octave", "half", "eighth", some):
+            curve = allan(Record.from_arrays(rate=1, gyro_x=y), taus=grid)["gyro_x"]
+            fitted = fit(curve)
+            assert fitted.verdict in {"adequate", "descriptive", "too_short"}
+            json.dumps(fitted.to_dict(), allow_nan=False)
+            assert repr(fitted)
+            for term in fitted.values():
+                if term.low is not None:
+                    assert term.low <= term.value <= term.high

@@ -165,6 +165,8 @@ def _with_candidates(data: Data, first: int, level: float, extra: Extension | No
     try:
         gls = data.gls(first, extra)
         theta = gls.fit()
+        tangent = None if extra is None else theta[-1] * extra.tangent(gls.parts.m)
+        gls = Gls(gls.parts, gls.avar, gls.candidates, tangent)
         if not data.with_ramp:
             return Attempt(first, gls, theta, gls.p_value(theta), None, None, extra)
         ramp, still, theta_still = estimate_ramp(gls, theta, data.ramps[first:], level=level)

@@ -56,6 +56,12 @@ class Extension:
             return _kernels.gauss_markov_avar(1.0, self.shape, m, 1.0)
         return _kernels.sinusoid_avar(1.0, self.shape, m, 1.0)
 
+    def tangent(self, m: NDArray[np.int64]) -> Floats:
+        """Derivative of `column` by the logarithm of the shape."""
+        step = 1e-4
+        up, down = (Extension(self.kind, self.shape * math.exp(s)).column(m) for s in (step, -step))
+        return np.asarray((up - down) / (2 * step))
+
 
 def candidates(five: Gls) -> Iterator[Extension]:
     """The best Gauss-Markov process and the best sinusoid beside the five terms, if they gain enough."""
@@ -63,6 +69,9 @@ def candidates(five: Gls) -> Iterator[Extension]:
     terms = list(five.candidates)
     theta = np.zeros(len(five.parts.names))
     theta[terms] = relative_fit(five.parts.design[:, terms], five.avar, np.full(len(m), 0.1))
+    # Of a curve that five terms do not make: their correlations, and relative errors as theirs.
+    ratio = five.avar / (five.parts.design @ theta)
+    weights = Factor(five.covariance(theta) * np.outer(ratio, ratio))
     shortest, longest = float(m[0]), five.parts.n
     times = _log_grid(2 * shortest, longest / 10, _TIMES_PER_DECADE)
     frequencies = _log_grid(2 / longest * 5, 0.5 / shortest if shortest > 1 else 0.499, _FREQUENCIES_PER_DECADE)
@@ -73,7 +82,6 @@ def candidates(five: Gls) -> Iterator[Extension]:
     for kind, grid in kinds:
         if len(grid) < 3:
             continue
-        weights = five.weights(theta)
         fixed = _misfit(five, weights, None)
         misfits = [_misfit(five, weights, Extension(kind, float(shape))) for shape in grid]
         k = int(np.argmin(misfits))
@@ -104,13 +112,9 @@ def intervals(
     """
     from scipy.special import ndtri
 
-    m = gls.parts.m
     size = float(theta[-1])
-    step = 1e-4
-    up, down = (Extension(extension.kind, extension.shape * math.exp(s)).column(m) for s in (step, -step))
-    derivative = size * (up - down) / (2 * step)
-    active = [p for p in gls.candidates if theta[p] > 0]
-    whitened = gls.weights(theta).whiten(np.column_stack([gls.parts.design[:, active], derivative]))
+    columns = [gls.parts.design[:, list(gls.candidates)], size * extension.tangent(gls.parts.m)]
+    whitened = gls.weights(theta).whiten(np.column_stack(columns))
     scale = np.linalg.norm(whitened, axis=0)
     inverse = np.linalg.pinv(whitened / scale)
     sd = np.sqrt(np.sum(inverse**2, axis=1)) / scale

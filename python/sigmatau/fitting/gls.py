@@ -58,13 +58,23 @@ class Gls:
     avar : ndarray, shape (n_tau,)
     candidates : sequence of int, optional
         Indices of the terms that may be there. Default: all.
+    tangent : ndarray, shape (n_tau,), optional
+        How the variances change with the shape of a term that was found by a search: what errors of the shape may add to
+        the variances does not count as evidence of any term.
     """
 
-    __slots__ = ("avar", "candidates", "parts")
+    __slots__ = ("avar", "candidates", "parts", "tangent")
 
-    def __init__(self, parts: Components, avar: Floats, candidates: Sequence[int] | None = None) -> None:
+    def __init__(
+        self,
+        parts: Components,
+        avar: Floats,
+        candidates: Sequence[int] | None = None,
+        tangent: Floats | None = None,
+    ) -> None:
         self.parts = parts
         self.avar = avar
+        self.tangent = np.empty((len(avar), 0)) if tangent is None else tangent[:, None]
         self.candidates = tuple(range(len(parts.names)) if candidates is None else candidates)
 
     def covariance(self, theta: Floats) -> Floats:
@@ -126,10 +136,11 @@ class Gls:
     def covariance_of_theta(self, theta: Floats, active: Sequence[int]) -> Floats:
         """Of unbounded estimates of the active terms, if θ is true."""
         terms = list(active)
-        whitened = self.weights(theta).whiten(self.parts.design[:, terms])
+        whitened = self.weights(theta).whiten(np.column_stack([self.parts.design[:, terms], self.tangent]))
         scale = np.linalg.norm(whitened, axis=0)
         inverse = np.linalg.pinv(whitened / scale)
-        return np.asarray(inverse @ inverse.T / np.outer(scale, scale))
+        covariance = inverse @ inverse.T / np.outer(scale, scale)
+        return np.asarray(covariance[: len(terms), : len(terms)])
 
     def score(self, term: int, trial: float, *, start: Floats | None = None) -> Score:
         """Compare the estimate of one term with a trial value; see `Score`."""
@@ -137,7 +148,7 @@ class Gls:
         weights = self.weights(theta)
         others = [p for p in self.candidates if p != term]
         design = self.parts.design
-        whitened = weights.whiten(np.column_stack([self.avar, design[:, others], design[:, term]]))
+        whitened = weights.whiten(np.column_stack([self.avar, self.tangent, design[:, others], design[:, term]]))
         columns = whitened[:, 1:]
         q, r = np.linalg.qr(columns / np.linalg.norm(columns, axis=0))
         # The last row of the pseudo-inverse: what of the term's column the others cannot make.

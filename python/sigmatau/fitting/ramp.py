@@ -93,10 +93,11 @@ def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95
     absent = [p for p in range(len(begin)) if p not in gls.candidates]
     begin[absent] = 0
     theta = begin if begin.any() else theta
+    tangent = gls.tangent[:, 0] if gls.tangent.size else None
     for _ in range(2):
         weights = least_variance(np.einsum("p,pij->ij", theta, parts.slopes))
         value = float(weights @ ramps)
-        still = Gls(parts.without_ramp(weights), parts.remove_ramp(gls.avar, ramps, value), gls.candidates)
+        still = Gls(parts.without_ramp(weights), parts.remove_ramp(gls.avar, ramps, value), gls.candidates, tangent)
         if still.avar.min() <= 0:
             raise FloatingPointError("nothing but a ramp")
         theta = still.fit()

@@ -58,8 +58,8 @@ typical values of the manufacturer's data sheet.
 
 _TAIL = """The gyros have an internal low-pass filter, so that the shortest times do not fit. From spectra of six such units
 others found N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h. Gyro X has something near 250 s that no sum of the terms makes.
-The accelerometers carry a line at 0.53 … 0.57 Hz that is not quite steady: two are described once a sinusoid is taken up,
-one is not, and none is called adequate without it."""
+The accelerometers carry a line at 0.53 … 0.57 Hz that is not quite steady: one is described once a sinusoid is taken up,
+two are not, and none is called adequate without it."""
 
 if __name__ == "__main__":
     main()

@@ -175,6 +175,8 @@ below a tenth of the standard deviation (and 3 standard errors), and the efficie
 
 - "GLS, terms known": all terms of the mixture, whether seen or not, and all averaging times. "As analyze does it": both
   are found, and a term counts only in the records that show it ("found"), which makes weak ones look large.
+- The gates hold the rows "GLS, terms known". An efficiency above 100 % is the chance of 400 records or, of terms found in a
+  part of them, of the choice.
 - The bound of navigation-grade random walk is 1.71 %, of independent modes, which is exact for this mixture.
 
 | mixture | term | method | found [%] | bias [%] | sd [%] | sd, theory [%] | efficiency [%] | in theory [%] |

@@ -174,7 +174,7 @@ def _fit(record: Record, curve: DeviationCurve, threads: int | None) -> NoiseFit
         curve = channel_curve(record, curve.channel, taus="half", counting=curve.counting, threads=threads)
     fitted = fit(curve)
     noise = fitted.observed.get("quantization")
-    if noise is None or fitted.verdict != "adequate" or len(fitted.observed) < _LEAST_BESIDE:
+    if noise is None or len(fitted.observed) < _LEAST_BESIDE:
         return fitted
     share = avar("quantization", noise, m=_AT, tau0=curve.tau0) / fitted.avar(m=_AT)
     if float(share[0]) < _RULES:

@@ -27,6 +27,7 @@ LONGEST_RECORD = 10**13
 
 _SHORTEST = 64
 _HALF, _MOST = 0.5, 0.9
+_KNOWN = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,6 +98,10 @@ class Plan(Printed):
             unit, size = display_units(name, self.quantity, self.rate_unit)[0]
             beside.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
         lines = [f"{self.channel}: {label} beside {', '.join(beside)}; {1 / self.tau0:.6g} Hz"]
+        absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]
+        if absent:
+            names = ", ".join(TERMS[name].label(self.quantity) for name in absent)
+            lines.append(f"  taken to be absent: {names}")
         if self.duration is not None:
             head = f"  a record of {duration_text(self.duration)} shows"
             if self.half is None or self.most is None:
@@ -112,8 +117,9 @@ class Plan(Printed):
                 half, most = duration_text(self.half_in), duration_text(self.most_in)
                 lines.append(f"{head} in half of the records of {half}, in nine of ten of {most}")
             if self.error is not None and self.duration is not None:
-                how = f"± {two_digits(100 * self.error)} %, one standard error"
-                lines.append(f"  a record of {duration_text(self.duration)} determines it to {how}")
+                how = f"determines it to ± {two_digits(100 * self.error)} %, one standard error"
+                how = how if self.error < _KNOWN else "does not determine it"
+                lines.append(f"  a record of {duration_text(self.duration)} {how}")
         return "\n".join(lines)
 
 

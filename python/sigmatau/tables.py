@@ -20,29 +20,33 @@ _LEGEND = (
 _COLUMNS = 5
 
 _FIT_LEGEND = (
-    '[ ]: 95 % confidence intervals; "below": 95 % limits of what was not seen. Generalised least squares on the Allan',
-    "variances with their exact covariance. Read off: lines laid by the slope, ± eq. (26), as El-Sheimy, Hou & Niu (2008)",
-    "do; a line also reads what other terms add there, and its ± is no interval: where the two differ, trust the fit.",
+    "Fitted: generalised least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
+    '"below": 95 % limit of a term that was not seen; "would show": in nine of ten cases, if nothing else is there that was',
+    "not seen. p: how often chance makes a larger misfit if the model is right; with p < 0.002 a model is not adequate.",
+    "Read off: lines laid by the slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line also reads what other terms",
+    "add there, and its ± is a rule of thumb: that is why the two differ.",
 )
 
 
 def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) -> str:
     """The fitted coefficients as aligned text, in the field's units, with the paper's reading beside each."""
-    rows: list[tuple[str, ...]] = [("", "", "95 % interval", "", "read off")]
+    rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "", "read off")]
     notes: dict[str, str] = {}
+    plateau = False
     for channel, fitted in fits.items():
         read = read_offs[channel]
-        rows.append((channel, fitted.headline()))
+        rows.append((channel, fitted.headline().replace("generalised least squares,", "adequate:")))
         for name in fitted:
             term = TERMS[name]
             reading = read.texts(name)[0] if name in read else None
             texts = fitted.texts(name)
-            if fitted[name].observed:
+            if fitted[name].value is not None:
                 for k, (value, interval, unit) in enumerate(texts):
                     label = term.label(fitted.quantity) if k == 0 else "  ="
                     rows.append((f"  {label}", value, interval, unit, reading[0] if reading and k == 0 else ""))
                 if term.look_alikes:
                     notes.setdefault(term.look_alikes, term.label(fitted.quantity))
+                plateau = plateau or name == "bias_instability"
             elif fitted.verdict == "adequate":
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
@@ -55,6 +59,8 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
     widths[0] = labels
     lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=False)).rstrip() for row in rows]
     lines += ["", *_FIT_LEGEND]
+    if plateau:
+        lines.append("Bias instability: the flat part of the curve, which most data sheets state, lies at 0.664 of it.")
     lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
     return "\n".join(lines)
 

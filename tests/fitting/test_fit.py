@@ -256,7 +256,8 @@ class TestWhatItSays:
         assert fitted.verdict == "descriptive"
         assert "neither five terms nor six" in fitted.reason
         assert all(t.low is None and t.high is None for t in fitted.values())
-        assert fitted.observed
+        assert fitted.observed == {}
+        assert all(t.observed is None for t in fitted.values())
         assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.15)
 
     @pytest.mark.parametrize("y", [np.arange(1000.0), np.r_[np.zeros(999), 1.0], np.tile([1.0, -1.0], 500)])

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import working
+from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import NoiseModel, value_in_si
 from sigmatau.planning import plan
@@ -33,6 +33,7 @@ class _Channel:
     noise: Mapping[str, float]
     rate: float | None = None
     duration: float | None = None
+    verdict: str = "adequate"
 
 
 def plan_command(
@@ -99,6 +100,8 @@ def plan_command(
         duration = channel.duration if hours is None else 3600 * hours
         if sought is None and duration is None:
             raise OptionError(f"--hours or --value: {name} has no {term}; say how long, or which value", option="hours")
+        if channel.verdict != "adequate":
+            say(f"warning: {name}: {source} has no adequate model of it; the answer is no better", quiet=quiet)
         with working(f"planning {name}", quiet=quiet):
             plans.append(
                 plan(
@@ -148,4 +151,5 @@ def _channels(source: Path) -> dict[str, _Channel]:
 def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
     rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
     noise = {term: float(channel["fit"]["model"][term]) for term in TERMS if term in channel["fit"]["model"]}
-    return _Channel(name, channel["quantity"], channel["curve"]["unit"], noise, rate, samples / rate)
+    verdict = str(channel["fit"]["verdict"])
+    return _Channel(name, channel["quantity"], channel["curve"]["unit"], noise, rate, samples / rate, verdict)

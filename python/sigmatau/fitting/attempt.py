@@ -18,6 +18,7 @@ from sigmatau.results import two_digits
 __all__ = [
     "LARGEST_START",
     "LEAST_P",
+    "LEAST_P_EXTENDED",
     "LEAST_P_LATER",
     "LEAST_TIMES",
     "LONGEST_SHARE",
@@ -40,13 +41,16 @@ LEAST_P = 0.002
 LEAST_P_LATER = 0.01
 """The same once shorter times were left out, when something is known to be wrong with them."""
 
+LEAST_P_EXTENDED = 0.05
+"""The same with a sixth term, which was chosen among hundreds because it fits best."""
+
 _HOPELESS_P = 1e-4
 """A sixth term is tried if the five fit worse than this: one of hundreds of frequencies always fits a little better."""
 
 LARGEST_START = 128
 """The shortest averaging time used may be so many samples: an internal low-pass filter of any use is over by then."""
 
-_QUANTIZATION = LINEAR.index("quantization")
+QUANTIZATION = LINEAR.index("quantization")
 _FAILURES = (FloatingPointError, np.linalg.LinAlgError)
 
 
@@ -154,9 +158,9 @@ def _attempt(data: Data, first: int, level: float, extra: Extension | None = Non
         return attempt
     # At the times left out, no term may make much more than was measured there. Quantization noise, which rises towards
     # them most, would then stand for something else; white and red noise may be filtered there.
-    phase = attempt.theta[_QUANTIZATION] * data.parts().design[:first, _QUANTIZATION]
+    phase = attempt.theta[QUANTIZATION] * data.parts().design[:first, QUANTIZATION]
     if np.any(phase > data.avar[:first]):
-        others = tuple(p for p in data.candidates if p != _QUANTIZATION)
+        others = tuple(p for p in data.candidates if p != QUANTIZATION)
         return _with_candidates(replace(data, candidates=others), first, level, extra) if others else None
     return attempt
 
@@ -209,7 +213,7 @@ def _extended(data: Data, starts: Sequence[int], five: Attempt | None, level: fl
         best: Attempt | None = None
         for candidate in extension.candidates(data.gls(first)):
             attempt = _attempt(data, first, level, candidate)
-            if attempt is None or attempt.p_value <= LEAST_P_LATER or attempt.theta[-1] <= 0:
+            if attempt is None or attempt.p_value <= LEAST_P_EXTENDED or attempt.theta[-1] <= 0:
                 continue
             if best is None or attempt.p_value > best.p_value:
                 best = attempt

@@ -45,10 +45,10 @@ class FittedTerm:
         Key of `sigmatau.terms.TERMS`.
     unit : str
         SI.
-    observed : bool
-        Whether the record shows the term. If the verdict is ``"descriptive"``: whether the curve needs it.
+    observed : bool or None
+        Whether the record shows the term; None if the verdict is ``"descriptive"``, which judges none.
     value : float or None
-        The coefficient if it was observed; a ramp has a sign. [unit]
+        The coefficient if it was observed, or describes the curve; a ramp has a sign. [unit]
     low, high : float or None
         Its interval; None where the model is not adequate. [unit]
     upper_limit : float or None
@@ -63,7 +63,7 @@ class FittedTerm:
 
     term: str
     unit: str
-    observed: bool
+    observed: bool | None
     level: float
     value: float | None = None
     low: float | None = None
@@ -190,8 +190,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
 
     @property
     def observed(self) -> dict[str, float]:
-        """Coefficients of the terms that were observed, by name. [SI]"""
-        return {name: term.value for name, term in self.terms.items() if term.value is not None}
+        """Coefficients of the terms that were observed, by name; none if there is no adequate model. [SI]"""
+        return {name: term.value for name, term in self.terms.items() if term.observed and term.value is not None}
 
     def avar(self, *, m: ArrayLike) -> NDArray[np.float64]:
         """Allan variance that the fitted model is expected to show at cluster sizes `m`. [(rate unit)²]"""
@@ -253,10 +253,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         t = self[term]
         if t.p_value is None:
             return "cannot be told: the short times that would show it are left out"
+        if t.p_value < 1 - t.level:
+            return "cannot be told from a rate ramp"
         text = f"not seen in {duration_text(self.n * self.tau0)}"
         if t.shows_in is not None and t.shows is not None:
             factor = display_units(term, self.quantity, self.rate_unit)[0][1]
-            text += f"; a record of {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
+            text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
         return text
 
     def headline(self) -> str:
@@ -278,7 +280,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         for line in self.sinusoid:
             amplitude = _in_words(line.amplitude, factor, unit)
             texts.append(f"sinusoid of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
-        if self.unclear:
+        if len(self.unclear) == 1:
+            label = TERMS[self.unclear[0]].label(self.quantity)
+            texts.append(f"{label}: not seen beside the others, but the curve is not followed without it")
+        elif self.unclear:
             either = " or ".join(TERMS[name].label(self.quantity) for name in self.unclear)
             texts.append(f"{either}: at least one is there, the record cannot tell which")
         return texts
@@ -294,7 +299,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             "tau_max_s": self.tau_max,
             "p_value": self.p_value,
             "terms": {
-                **{name: term.to_dict() for name, term in self.terms.items()},
+                **{name: self._term_to_dict(name) for name in self.terms},
                 "gauss_markov": [process.to_dict() for process in self.gauss_markov],
                 "sinusoid": [line.to_dict() for line in self.sinusoid],
             },
@@ -303,12 +308,17 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             "covariance": {"terms": list(names), "matrix": matrix.tolist()},
         }
 
+    def _term_to_dict(self, name: str) -> dict[str, Any]:
+        term = self.terms[name]
+        reason = {"reason": self.why_not(name)} if term.observed is False else {}
+        return {**term.to_dict(), **reason}
+
     def __repr__(self) -> str:
         rows = []
         for name, term in self.terms.items():
             label = TERMS[name].label(self.quantity)
             value, interval, unit = self.texts(name)[0]
-            if term.observed:
+            if term.value is not None:
                 rows.append((label, value, interval, unit))
             elif self.verdict == "adequate":
                 limit = f"{value} {unit}: " if value else ""

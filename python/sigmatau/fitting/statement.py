@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sigmatau.allan import DeviationCurve
 from sigmatau.fitting import extension
-from sigmatau.fitting.attempt import LEAST_P, LONGEST_SHARE, Attempt, Data
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.fitting.attempt import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
+from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.inference import Evidence, detectable, evidence
 from sigmatau.fitting.noisefit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 
 _WALK = LINEAR.index("rate_random_walk")
 _SHOWN_IN_SHARE = 0.9
+_EDGE = 0.2
 _LONGER = 4
 _TINY_P = 1e-12
 _FOLLOWED_TO = 0.1  # relative, of a variance; a twentieth of a deviation
@@ -63,6 +64,11 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
             continue
         e = found[p]
         value = selected[p] * scale if p in observed else None
+        if p in observed and not e.low + _EDGE * (e.high - e.low) <= selected[p] <= e.high - _EDGE * (e.high - e.low):
+            # Far from the middle of what is possible with the terms that were not seen: possible without them, too.
+            without = Gls(gls.parts, gls.avar, [*observed, *extra], tangent=gls.tangent[:, 0] if extra else None)
+            alone = _evidence(without, p, selected, level)
+            e = replace(e, low=min(e.low, alone.low), high=max(e.high, alone.high))
         terms[LINEAR[p]] = _term(curve, data, p, value, e, linear, scale, level)
     model = {
         LINEAR[p]: coefficient(selected[p] * scale, LINEAR[p], tau0) for p in range(len(LINEAR)) if selected[p] > 0
@@ -86,7 +92,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         model=model,
         verdict="adequate",
         reason=best.reason(data),
-        unclear=tuple(unclear) if len(unclear) > 1 else (),
+        unclear=tuple(unclear),
         tau_min=data.m[best.first] * tau0,
         tau_max=data.m[-1] * tau0,
         p_value=best.p_value,
@@ -104,20 +110,17 @@ def descriptive(
     sizes = parts.m.astype(float)
     columns = np.column_stack([parts.design, 0.5 * sizes**2])
     allowed = [*data.candidates, *([len(LINEAR)] if data.with_ramp else [])]
-    theta = np.zeros(len(LINEAR) + 1)
-    errors = np.full(len(avar), _FOLLOWED_TO)
-    for _ in range(4):
-        theta[allowed] = relative_fit(columns[:, allowed], avar, errors)
-        if theta[:-1].any():
-            edf = parts.degrees_of_freedom(theta[:-1], ramp=math.sqrt(theta[-1]))
-            errors = np.hypot(_FOLLOWED_TO, np.sqrt(2 / edf))
+    theta, errors = _followed(parts, columns, avar, allowed)
+    left_out = theta[QUANTIZATION] * data.parts().design[:first, QUANTIZATION]
+    if np.any(left_out > data.avar[:first]) and len(allowed) > 1:
+        theta, errors = _followed(parts, columns, avar, [p for p in allowed if p != QUANTIZATION])
     expected = columns @ theta
     worst = int(np.argmax(np.abs(np.log(avar / expected)) / errors))
     ratio = math.sqrt(avar[worst] / expected[worst])
     misfit = (
         ""
         if nearest is None
-        else f" (at best p = {nearest.p_value:.1g}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
+        else f" (at best p {_p_text(nearest.p_value)}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
     )
     where = f"σ({seconds(sizes[worst] * curve.tau0)} s) is {two_digits(abs(100 * (ratio - 1)))} %"
     reason = reason or (
@@ -133,7 +136,7 @@ def descriptive(
         name: FittedTerm(
             term=name,
             unit=coefficient_unit(name, curve.quantity, curve.unit),
-            observed=name in needed,
+            observed=None,
             level=level,
             value=needed.get(name),
         )
@@ -154,6 +157,22 @@ def descriptive(
         tau_max=data.m[-1] * curve.tau0,
         level=level,
     )
+
+
+def _followed(parts: Components, columns: Floats, avar: Floats, allowed: list[int]) -> tuple[Floats, Floats]:
+    """θ, the squared ramp last, that follow the variances to a tenth and their errors; and those relative errors."""
+    theta = np.zeros(columns.shape[1])
+    errors = np.full(len(avar), _FOLLOWED_TO)
+    for _ in range(4):
+        theta[allowed] = relative_fit(columns[:, allowed], avar, errors)
+        if theta[:-1].any():
+            edf = parts.degrees_of_freedom(theta[:-1], ramp=math.sqrt(theta[-1]))
+            errors = np.hypot(_FOLLOWED_TO, np.sqrt(2 / edf))
+    return theta, errors
+
+
+def _p_text(p: float) -> str:
+    return f"= {p:.1g}" if p > _TINY_P else f"< {_TINY_P:g}"
 
 
 def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:

@@ -69,6 +69,14 @@ def test_laws():
     assert n == pytest.approx(100_000, rel=0.15)
 
 
+def test_a_filter_hides_what_shows_at_short_times():
+    others = {"random_walk": 1e-4}
+    free, filtered = (detectable(others, "quantization", n=100_000, tau0=0.01, tau_min=t) for t in (0.0, 0.32))
+    assert filtered > 10 * free
+    n = needed_samples(others, "quantization", filtered, tau0=0.01, tau_min=0.32)
+    assert n == pytest.approx(100_000, rel=0.15)
+
+
 def test_ramp():
     """Beside white noise alone: some six standard errors N√(12/T³), because a weak walk could make as much."""
     n, tau0 = 2**16, 0.01

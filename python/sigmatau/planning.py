@@ -124,7 +124,14 @@ class Plan(Printed):
 
 
 def detectable(
-    others: Mapping[str, float], term: str, *, n: int, tau0: float, power: float = 0.5, level: float = 0.95
+    others: Mapping[str, float],
+    term: str,
+    *,
+    n: int,
+    tau0: float,
+    tau_min: float = 0.0,
+    power: float = 0.5,
+    level: float = 0.95,
 ) -> float:
     """The least coefficient that a record shows with a given probability.
 
@@ -138,6 +145,8 @@ def detectable(
         Samples in the record.
     tau0 : float
         Sample interval. [s]
+    tau_min : float
+        Shortest averaging time that can be used, as after a filter. [s]
     power : float
         Probability that it is found.
     level : float
@@ -163,7 +172,7 @@ def detectable(
     theta = _theta({name: value for name, value in others.items() if name != term}, tau0)
     if not theta.any():
         raise OptionError(f"nothing beside {term}: any value shows; give the other terms", option="model")
-    parts = _parts(n)
+    parts = _parts(n, tau_min / tau0)
     scale = float(np.median(parts.design @ theta))
     theta /= scale
     if term == "rate_ramp":
@@ -173,7 +182,14 @@ def detectable(
 
 
 def needed_samples(
-    others: Mapping[str, float], term: str, value: float, *, tau0: float, power: float = 0.5, level: float = 0.95
+    others: Mapping[str, float],
+    term: str,
+    value: float,
+    *,
+    tau0: float,
+    tau_min: float = 0.0,
+    power: float = 0.5,
+    level: float = 0.95,
 ) -> float:
     """Samples of the shortest record that shows `value` with a probability; inf if none of up to `LONGEST_RECORD` does.
 
@@ -183,9 +199,10 @@ def needed_samples(
         raise OptionError(f"the value must be a number other than 0, not {value!r}", option="value")
 
     def shows(n: int) -> bool:
-        return detectable(others, term, n=n, tau0=tau0, power=power, level=level) <= abs(value)
+        least = detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+        return least <= abs(value)
 
-    low = _SHORTEST
+    low = round(_SHORTEST * max(tau_min / tau0, 1))
     if shows(low):
         return float(low)
     high = 4 * low
@@ -200,14 +217,16 @@ def needed_samples(
     return float(high)
 
 
-def relative_error(others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float) -> float:
+def relative_error(
+    others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
+) -> float:
     """Standard error of a coefficient over the coefficient, all terms free; parameters as in `detectable`.
 
     By the covariance of the Allan variances; above a half it is an order of magnitude.
     """
     all_terms = {**others, term: value}
     theta = _theta(all_terms, tau0)
-    parts = _parts(n)
+    parts = _parts(n, tau_min / tau0)
     theta /= float(np.median(parts.design @ theta))
     gls = Gls(parts, parts.design @ theta)
     k = LINEAR.index(term)
@@ -222,6 +241,7 @@ def plan(
     quantity: str,
     rate_unit: str,
     rate: float,
+    tau_min: float = 0.0,
     duration: float | None = None,
     value: float | None = None,
 ) -> Plan:
@@ -236,6 +256,8 @@ def plan(
         For the units of the answer.
     rate : float
         Sampling rate. [Hz]
+    tau_min : float
+        Shortest averaging time that can be used. [s]
     duration : float, optional
         [s]
     value : float, optional
@@ -256,13 +278,17 @@ def plan(
         if not (math.isfinite(duration) and duration > 0):
             raise OptionError(f"the length must be a positive number of seconds, not {duration!r}", option="hours")
         n = round(duration * rate)
-        half, most = (_finite(detectable(others, term, n=n, tau0=tau0, power=p)) for p in (_HALF, _MOST))
+        half, most = (
+            _finite(detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+        )
     if value is not None:
-        samples = [_finite(needed_samples(others, term, value, tau0=tau0, power=p)) for p in (_HALF, _MOST)]
+        samples = [
+            _finite(needed_samples(others, term, value, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+        ]
         half_in, most_in = (None if n is None else n * tau0 for n in samples)
     error = None
     if duration is not None and value is not None and term != "rate_ramp":
-        error = relative_error(others, term, value, n=round(duration * rate), tau0=tau0)
+        error = relative_error(others, term, value, n=round(duration * rate), tau0=tau0, tau_min=tau_min)
     return Plan(
         channel=channel,
         quantity=quantity,
@@ -286,10 +312,10 @@ def _theta(coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64
     return np.array([coefficients.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR])
 
 
-def _parts(n: int) -> Components:
+def _parts(n: int, smallest: float) -> Components:
     if n > LONGEST_RECORD:
         raise OptionError(f"a record of {n:g} samples is too long", option="hours")
-    sizes = half_octaves(1, n // LONGEST_SHARE)
+    sizes = half_octaves(max(math.ceil(smallest * (1 - 1e-9)), 1), n // LONGEST_SHARE)
     if len(sizes) < LEAST_TIMES:
         raise OptionError(f"a record of {n} samples is too short to fit a model to", option="hours")
     return components(n, sizes)

@@ -33,7 +33,9 @@ class _Channel:
     noise: Mapping[str, float]
     rate: float | None = None
     duration: float | None = None
+    tau_min: float = 0.0
     verdict: str = "adequate"
+    beside: str = ""
 
 
 def plan_command(
@@ -102,6 +104,8 @@ def plan_command(
             raise OptionError(f"--hours or --value: {name} has no {term}; say how long, or which value", option="hours")
         if channel.verdict != "adequate":
             say(f"warning: {name}: {source} has no adequate model of it; the answer is no better", quiet=quiet)
+        if channel.beside:
+            say(f"warning: {name}: its {channel.beside} is left out of account", quiet=quiet)
         with working(f"planning {name}", quiet=quiet):
             plans.append(
                 plan(
@@ -111,6 +115,7 @@ def plan_command(
                     quantity=channel.quantity,
                     rate_unit=channel.rate_unit,
                     rate=frequency,
+                    tau_min=channel.tau_min,
                     duration=duration,
                     value=None if sought is None else abs(sought),
                 )
@@ -151,5 +156,15 @@ def _channels(source: Path) -> dict[str, _Channel]:
 def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
     rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
     noise = {term: float(channel["fit"]["model"][term]) for term in TERMS if term in channel["fit"]["model"]}
-    verdict = str(channel["fit"]["verdict"])
-    return _Channel(name, channel["quantity"], channel["curve"]["unit"], noise, rate, samples / rate, verdict)
+    fitted = channel["fit"]
+    return _Channel(
+        name,
+        channel["quantity"],
+        channel["curve"]["unit"],
+        noise,
+        rate,
+        samples / rate,
+        float(fitted["tau_min_s"] or 0.0),
+        str(fitted["verdict"]),
+        " and ".join(kind.replace("_", " ") for kind in ("gauss_markov", "sinusoid") if fitted["terms"][kind]),
+    )

@@ -5,8 +5,8 @@
 
 use crate::compensated::Sum;
 use crate::error::Error;
-use crate::kernel::{self, CHAIN, STARTS, Window};
-use crate::phase::{BLOCK, Phase};
+use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
+use crate::phase::{Phase, SHORTEST_BLOCK};
 use crate::trend::Trend;
 use rayon::prelude::*;
 
@@ -46,6 +46,9 @@ pub struct Estimate {
 
 /// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
 const BLOCKS_PER_TASK: usize = 64;
+
+/// Below this, a chain saves too little over sizes that only share their starts.
+const SHORTEST_CHAIN: usize = 3;
 
 /// Allan variance of one phase at the cluster sizes `m`, in any order, repeated or not. Runs on the current rayon pool.
 ///
@@ -88,11 +91,18 @@ pub fn allan_variances(
         check_sizes(channel.len(), m, overlap, counting)?;
     }
     let of_all = || {
-        let results: Vec<Result<_, Error>> = channels
-            .par_iter()
-            .map(|channel| allan_variance(&Phase::from_rate(channel)?, m, overlap, counting))
-            .collect();
-        results.into_iter().collect()
+        // Each share of the channels is worked off in the memory of one phase.
+        let share = channels.len().div_ceil(rayon::current_num_threads()).max(1);
+        let in_one_phase = |channels: &[&[f64]]| -> Vec<Result<_, Error>> {
+            let mut phase = Phase::default();
+            let of_one = |channel: &&[f64]| {
+                phase.refill(channel)?;
+                allan_variance(&phase, m, overlap, counting)
+            };
+            channels.iter().map(of_one).collect()
+        };
+        let results: Vec<_> = channels.par_chunks(share).map(in_one_phase).collect();
+        results.into_iter().flatten().collect()
     };
     let Some(threads) = threads else {
         return of_all();
@@ -159,8 +169,8 @@ fn overlapping(phase: &Phase, m: &[usize], counting: Counting) -> Vec<Estimate> 
     let Some(&smallest) = sizes.first() else {
         return Vec::new();
     };
-    let chains = chains(&sizes);
-    let sums = Sums { phase, points, chains: &chains };
+    let batches = batches(&sizes);
+    let sums = Sums { phase, points, batches: &batches, path: Path::default() };
 
     let blocks = (points - 2 * smallest).div_ceil(STARTS);
     let tasks: Vec<Vec<Sum>> = (0..blocks.div_ceil(BLOCKS_PER_TASK))
@@ -177,9 +187,9 @@ fn overlapping(phase: &Phase, m: &[usize], counting: Counting) -> Vec<Estimate> 
         }
     }
 
-    // The order of the chains is not that of the sizes.
-    let mut by_size: Vec<(usize, f64)> =
-        chains.iter().flatten().copied().zip(totals.iter().map(|sum| sum.value())).collect();
+    // The order of the batches is not that of the sizes.
+    let in_order = batches.iter().flat_map(|batch| batch.sizes.iter().copied());
+    let mut by_size: Vec<(usize, f64)> = in_order.zip(totals.iter().map(|sum| sum.value())).collect();
     by_size.sort_unstable_by_key(|&(m, _)| m);
     m.iter()
         .filter_map(|&m| {
@@ -190,25 +200,36 @@ fn overlapping(phase: &Phase, m: &[usize], counting: Counting) -> Vec<Estimate> 
         .collect()
 }
 
-/// Groups sorted sizes into chains m, 2m, 4m … of at most [`CHAIN`]; a size without a neighbour is a chain of one.
-fn chains(sizes: &[usize]) -> Vec<Vec<usize>> {
+/// Sizes that are handled in one pass, increasing.
+struct SizeBatch {
+    sizes: Vec<usize>,
+    /// m, 2m, 4m …
+    chained: bool,
+}
+
+/// Groups sorted sizes, each of which comes once: chains first, and what is left by its order.
+fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
     let mut used = vec![false; sizes.len()];
-    let mut chains = Vec::new();
+    let mut batches = Vec::new();
     for start in 0..sizes.len() {
         if used[start] {
             continue;
         }
-        let mut chain = vec![sizes[start]];
-        let mut last = start;
-        while chain.len() < CHAIN {
-            let Ok(next) = sizes.binary_search(&(2 * sizes[last])) else { break };
-            used[next] = true;
-            chain.push(sizes[next]);
-            last = next;
+        let mut chain = vec![start];
+        while chain.len() < MOST_TAUS {
+            let Ok(next) = sizes.binary_search(&(2 * sizes[chain[chain.len() - 1]])) else { break };
+            chain.push(next);
         }
-        chains.push(chain);
+        if chain.len() >= SHORTEST_CHAIN {
+            for &at in &chain {
+                used[at] = true;
+            }
+            batches.push(SizeBatch { sizes: chain.iter().map(|&at| sizes[at]).collect(), chained: true });
+        }
     }
-    chains
+    let left: Vec<usize> = sizes.iter().zip(used).filter(|(_, used)| !used).map(|(&m, _)| m).collect();
+    batches.extend(left.chunks(MOST_TAUS).map(|sizes| SizeBatch { sizes: sizes.to_vec(), chained: false }));
+    batches
 }
 
 /// Sums of squared half differences, block by block.
@@ -216,36 +237,43 @@ struct Sums<'a> {
     phase: &'a Phase,
     /// Phase points in use: one fewer than there are when the last term is left out.
     points: usize,
-    chains: &'a [Vec<usize>],
+    batches: &'a [SizeBatch],
+    path: Path,
 }
 
+/// Copies of windows across the border of a block, one for each of the 2·[`MOST_TAUS`] lags of a batch: all of a window
+/// relative to one anchor.
+type Scratch = [Window];
+
 impl Sums<'_> {
-    /// One sum for every size, in the order of the chains, over a run of blocks.
+    /// One sum for every size, in the order of the batches, over a run of blocks.
     fn over_blocks(&self, blocks: std::ops::Range<usize>) -> Vec<Sum> {
-        let mut scratch = vec![[0.0; STARTS]; CHAIN + 1];
-        let mut sums = vec![Sum::default(); self.chains.iter().map(Vec::len).sum()];
+        let mut scratch = vec![[0.0; STARTS]; 2 * MOST_TAUS];
+        let mut sums = vec![Sum::default(); self.batches.iter().map(|batch| batch.sizes.len()).sum()];
         for block in blocks {
             let mut at = 0;
-            for chain in self.chains {
-                self.add_block(block, chain, &mut sums[at..at + chain.len()], &mut scratch);
-                at += chain.len();
+            for batch in self.batches {
+                self.add_block(block, batch, &mut sums[at..at + batch.sizes.len()], &mut scratch);
+                at += batch.sizes.len();
             }
         }
         sums
     }
 
-    fn add_block(&self, block: usize, chain: &[usize], sums: &mut [Sum], scratch: &mut [Window]) {
+    fn add_block(&self, block: usize, batch: &SizeBatch, sums: &mut [Sum], scratch: &mut Scratch) {
         let start = block * STARTS;
-        // Sizes grow along a chain, so the sizes that use the whole block come first.
-        let whole = chain.iter().take_while(|&&m| start + STARTS + 2 * m <= self.points).count();
+        // Sizes grow along a batch, so the sizes that use the whole block come first.
+        let whole = batch.sizes.iter().take_while(|&&m| start + STARTS + 2 * m <= self.points).count();
         match whole {
-            4 => self.add_whole::<4>(start, chain, sums, scratch),
-            3 => self.add_whole::<3>(start, chain, sums, scratch),
-            2 => self.add_whole::<2>(start, chain, sums, scratch),
-            1 => self.add_whole::<1>(start, chain, sums, scratch),
+            6 => self.add_whole::<6>(start, batch, sums, scratch),
+            5 => self.add_whole::<5>(start, batch, sums, scratch),
+            4 => self.add_whole::<4>(start, batch, sums, scratch),
+            3 => self.add_whole::<3>(start, batch, sums, scratch),
+            2 => self.add_whole::<2>(start, batch, sums, scratch),
+            1 => self.add_whole::<1>(start, batch, sums, scratch),
             _ => {}
         }
-        for (&m, sum) in chain.iter().zip(sums).skip(whole) {
+        for (&m, sum) in batch.sizes.iter().zip(sums).skip(whole) {
             let starts = self.points.saturating_sub(start + 2 * m);
             if starts > 0 {
                 sum.add(self.last_block(start, starts, m, scratch));
@@ -253,39 +281,44 @@ impl Sums<'_> {
         }
     }
 
-    /// Adds a block that the first `T` sizes of a chain use whole.
+    /// Adds a block that the first `T` sizes of a batch use whole.
     fn add_whole<const T: usize>(
         &self,
         start: usize,
-        chain: &[usize],
+        batch: &SizeBatch,
         sums: &mut [Sum],
-        scratch: &mut [Window],
+        scratch: &mut Scratch,
     ) {
-        let middle = start + chain[0];
-        let last: [usize; T] = std::array::from_fn(|tau| start + 2 * chain[tau]);
-        let correction = std::array::from_fn(|tau| self.correction(start, chain[tau]));
-        for (&point, scratch) in std::iter::once(&middle).chain(&last).zip(scratch.iter_mut()) {
-            if crosses_border(point) {
-                self.rebase(point, scratch);
+        let size = |tau: usize| batch.sizes[tau];
+        let (middles, lasts) = scratch.split_at_mut(MOST_TAUS);
+        for tau in 0..T {
+            if tau == 0 || !batch.chained {
+                self.rebase(start + size(tau), &mut middles[tau]);
             }
+            self.rebase(start + 2 * size(tau), &mut lasts[tau]);
         }
+        let middle = |tau: usize| {
+            let copy = if batch.chained && tau > 0 { &lasts[tau - 1] } else { &middles[tau] };
+            self.window(start + size(tau), copy)
+        };
         let mut halves = [kernel::Lanes::default(); T];
-        kernel::chain(
-            self.window(start, &scratch[0]),
-            self.window(middle, &scratch[0]),
-            std::array::from_fn(|tau| self.window(last[tau], &scratch[tau + 1])),
-            correction,
-            &mut halves,
-        );
+        let windows = Batch {
+            first: self.plain_window(start),
+            middle: std::array::from_fn(middle),
+            last: std::array::from_fn(|tau| self.window(start + 2 * size(tau), &lasts[tau])),
+            correction: std::array::from_fn(|tau| self.correction(start, size(tau))),
+            chained: batch.chained,
+        };
+        windows.add_to(&mut halves, self.path);
         for (sum, half) in sums.iter_mut().zip(halves) {
             sum.add(kernel::add_lanes(half));
         }
     }
 
     /// Sum over the last block of a size, of which only some starts have all their points.
-    fn last_block(&self, start: usize, starts: usize, m: usize, scratch: &mut [Window]) -> f64 {
-        let (scratch_middle, scratch_last) = scratch.split_at_mut(1);
-        let (scratch_middle, scratch_last) = (&mut scratch_middle[0], &mut scratch_last[0]);
+    fn last_block(&self, start: usize, starts: usize, m: usize, scratch: &mut Scratch) -> f64 {
+        let (middles, lasts) = scratch.split_at_mut(1);
+        let (scratch_middle, scratch_last) = (&mut middles[0], &mut lasts[0]);
         let copy = |point: usize, scratch: &mut Window| {
             scratch[..starts].copy_from_slice(&self.phase.values[point..point + starts]);
             self.lift_beyond_border(point, &mut scratch[..starts]);
@@ -302,12 +335,18 @@ impl Sums<'_> {
 
     /// Half the second difference of the anchors that the three windows of a block refer to.
     fn correction(&self, start: usize, m: usize) -> f64 {
-        0.5 * self.phase.anchor_difference(start / BLOCK, (start + m) / BLOCK, (start + 2 * m) / BLOCK)
+        let block = |point: usize| point / self.phase.block;
+        0.5 * self.phase.anchor_difference(block(start), block(start + m), block(start + 2 * m))
     }
 
     /// The window at a point: the phase itself, or its rebased copy if the anchor changes within.
     fn window<'a>(&'a self, point: usize, rebased: &'a Window) -> &'a Window {
-        if crosses_border(point) { rebased } else { self.plain_window(point) }
+        if self.crosses_border(point) { rebased } else { self.plain_window(point) }
+    }
+
+    /// Whether the anchor changes within the window at a point.
+    fn crosses_border(&self, point: usize) -> bool {
+        point % self.phase.block + STARTS > self.phase.block
     }
 
     fn plain_window(&self, point: usize) -> &Window {
@@ -316,14 +355,17 @@ impl Sums<'_> {
 
     /// Copies a window that crosses the border of a block, all of it relative to the anchor of its first point.
     fn rebase(&self, point: usize, copy: &mut Window) {
-        *copy = *self.plain_window(point);
-        self.lift_beyond_border(point, copy);
+        if self.crosses_border(point) {
+            *copy = *self.plain_window(point);
+            self.lift_beyond_border(point, copy);
+        }
     }
 
     fn lift_beyond_border(&self, point: usize, window: &mut [f64]) {
-        let border = BLOCK - point % BLOCK;
+        let block = self.phase.block;
+        let border = block - point % block;
         if border < window.len() {
-            let step = self.phase.step_to(point / BLOCK + 1);
+            let step = self.phase.step_to(point / block + 1);
             for value in &mut window[border..] {
                 *value += step;
             }
@@ -331,13 +373,61 @@ impl Sums<'_> {
     }
 }
 
-/// Whether the anchor changes within the window at a point.
-fn crosses_border(point: usize) -> bool {
-    point % BLOCK + STARTS > BLOCK
-}
-
 // Windows at the starts themselves never cross a border.
-const _: () = assert!(BLOCK % STARTS == 0);
+const _: () = assert!(SHORTEST_BLOCK % STARTS == 0);
 
-// `add_block` has an arm for every length of a chain.
-const _: () = assert!(CHAIN == 4);
+// `add_block` has an arm for every length of a batch.
+const _: () = assert!(MOST_TAUS == 6);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase::LONGEST_BLOCK;
+
+    #[test]
+    fn sizes_are_batched_once_each() {
+        let octaves: Vec<usize> = (0..20).map(|j| 1 << j).collect();
+        let odd = [1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 17, 100, 101, 202, 404, 50_000];
+        for sizes in [&octaves[..], &odd[..], &[7][..], &[][..]] {
+            let batches = batches(sizes);
+            let mut all: Vec<usize> = batches.iter().flat_map(|batch| batch.sizes.iter().copied()).collect();
+            all.sort_unstable();
+            assert_eq!(all, sizes);
+            for SizeBatch { sizes, chained } in batches {
+                assert!(sizes.len() <= MOST_TAUS);
+                assert!(
+                    sizes.windows(2).all(|pair| pair[0] < pair[1] && (!chained || 2 * pair[0] == pair[1]))
+                );
+            }
+        }
+        assert_eq!(batches(&octaves).iter().filter(|batch| batch.chained).count(), 3);
+    }
+
+    /// A record with an offset, a drift and noise, long enough that windows cross the borders of blocks.
+    fn record() -> Vec<f64> {
+        let mut state = 1u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..5 * LONGEST_BLOCK + 321).map(|k| 1e3 + 1e-4 * k as f64 + noise()).collect()
+    }
+
+    #[test]
+    fn every_path_gives_the_same_to_rounding() {
+        let phase = Phase::from_rate(&record()).unwrap();
+        let points = phase.samples() + 1;
+        let sizes: Vec<usize> =
+            vec![1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 16, 32, 1000, 1024, 2048, 4096, 8192, 40_000];
+        let batches = batches(&sizes);
+        let sums = |path| {
+            let sums = Sums { phase: &phase, points, batches: &batches, path };
+            sums.over_blocks(0..(points - 2).div_ceil(STARTS))
+        };
+        for (fast, portable) in sums(Path::Fastest).iter().zip(sums(Path::Portable)) {
+            let difference = fast.value() / portable.value() - 1.0;
+            // Thousands of squares are added in the same order; they are rounded once less where products are fused.
+            assert!(difference.abs() <= 1e-13, "{difference:e}");
+        }
+    }
+}

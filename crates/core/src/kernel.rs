@@ -1,11 +1,11 @@
 //! The inner loop of the Allan variance: sums of squared second differences over a block of starts.
 //!
-//! Half the second difference is summed, h = (x + z) / 2 − y + c, because a product by ½ is exact and shares the work
-//! between the multipliers and the adders, which a doubled y would not. A chain of taus m, 2m, 4m … loads every window
-//! once: the last point of one tau is the middle point of the next. Everything has a fixed length, so that the
-//! compiler can unroll and vectorise without any check inside.
+//! Half the second difference is summed, h = (x + z) / 2 − y + c: an addition, and two products with an addition each,
+//! which processors have as one instruction. Several taus go together, so that x is loaded once for all; along a chain
+//! of taus m, 2m, 4m … every window is loaded once, because the last point of one tau is the middle point of the next.
+//! Everything has a fixed length, so that the compiler can unroll and vectorise without any check inside.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::NullaryFnOnce;
 
 /// Starts handled together.
 pub const STARTS: usize = 1024;
@@ -16,58 +16,115 @@ const LANES: usize = 4;
 /// Phase points seen from `STARTS` consecutive starts.
 pub type Window = [f64; STARTS];
 
-/// Largest number of taus handled in one pass.
-pub const CHAIN: usize = 4;
+/// Largest number of taus handled in one pass: with more, the sums no longer fit into the registers.
+pub const MOST_TAUS: usize = 6;
 
 /// Partial sums that are added at the end, by [`add_lanes`].
 pub type Lanes = [f64; LANES];
 
-/// Sums of h² for the chain of taus m, 2m, 4m …: `first` is the window at lag 0, `middle` at lag m, `last[i]` at
-/// lag 2m·2ⁱ, and `correction[i]` half the second difference of their anchors.
-///
-/// Runs on the widest vectors that the processor has, found at run time. Products and sums are not fused, so every
-/// processor gives the same bits.
-pub fn chain<const T: usize>(
-    first: &Window,
-    middle: &Window,
-    last: [&Window; T],
-    correction: [f64; T],
-    sums: &mut [Lanes; T],
-) {
-    Arch::new().dispatch(Chain { first, middle, last, correction, sums });
+/// Which instructions to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Path {
+    /// AVX2 and FMA where the processor has them, which is found at run time.
+    #[default]
+    Fastest,
+    /// What every processor of the architecture has.
+    #[cfg(test)]
+    Portable,
 }
 
-/// The arguments of [`chain`].
-struct Chain<'a, const T: usize> {
-    first: &'a Window,
-    middle: &'a Window,
-    last: [&'a Window; T],
-    correction: [f64; T],
+/// Sums of h² of a few taus over one block of starts.
+///
+/// `first` is the window at lag 0, `middle[i]` at the lag of tau i, `last[i]` at twice that lag, and `correction[i]` half
+/// the second difference of their anchors.
+pub struct Batch<'a, const T: usize> {
+    /// Window at the starts themselves.
+    pub first: &'a Window,
+    /// Windows one cluster on.
+    pub middle: [&'a Window; T],
+    /// Windows two clusters on.
+    pub last: [&'a Window; T],
+    /// Added to every h.
+    pub correction: [f64; T],
+    /// Each tau is twice the one before: only the first of `middle` is looked at.
+    pub chained: bool,
+}
+
+impl<const T: usize> Batch<'_, T> {
+    /// Adds the squares to `sums`.
+    pub fn add_to(&self, sums: &mut [Lanes; T], path: Path) {
+        match path {
+            #[cfg(target_arch = "x86_64")]
+            Path::Fastest => match pulp::x86::V3::try_new() {
+                Some(vectors) => vectors.vectorize(Fused { batch: self, sums }),
+                None => self.add::<false>(sums),
+            },
+            // On 64-bit ARM the fused product is part of the base.
+            #[cfg(not(target_arch = "x86_64"))]
+            Path::Fastest => self.add::<{ cfg!(target_arch = "aarch64") }>(sums),
+            #[cfg(test)]
+            Path::Portable => self.add::<false>(sums),
+        }
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
+    fn add<const FUSED: bool>(&self, sums: &mut [Lanes; T]) {
+        let at =
+            |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
+        let mut running = *sums;
+        if self.chained {
+            for start in (0..STARTS).step_by(LANES) {
+                let x = at(self.first, start);
+                let mut y = at(self.middle[0], start);
+                for ((sum, last), correction) in running.iter_mut().zip(self.last).zip(self.correction) {
+                    let z = at(last, start);
+                    add_squares::<FUSED>(sum, x, y, z, correction);
+                    y = z;
+                }
+            }
+        } else {
+            for start in (0..STARTS).step_by(LANES) {
+                let x = at(self.first, start);
+                let lags = self.middle.iter().zip(self.last).zip(self.correction);
+                for (sum, ((middle, last), correction)) in running.iter_mut().zip(lags) {
+                    add_squares::<FUSED>(sum, x, at(middle, start), at(last, start), correction);
+                }
+            }
+        }
+        *sums = running;
+    }
+}
+
+/// [`Batch::add`] for the vectors that `pulp` compiles it for.
+#[cfg(target_arch = "x86_64")]
+struct Fused<'a, const T: usize> {
+    batch: &'a Batch<'a, T>,
     sums: &'a mut [Lanes; T],
 }
 
-impl<const T: usize> WithSimd for Chain<'_, T> {
+#[cfg(target_arch = "x86_64")]
+impl<const T: usize> NullaryFnOnce for Fused<'_, T> {
     type Output = ();
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
-    fn with_simd<S: Simd>(self, _: S) {
-        let at =
-            |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
-        let mut sums = *self.sums;
-        for start in (0..STARTS).step_by(LANES) {
-            let x = at(self.first, start);
-            let mut y = at(self.middle, start);
-            for ((sum, window), correction) in sums.iter_mut().zip(self.last).zip(self.correction) {
-                let z = at(window, start);
-                for lane in 0..LANES {
-                    let h = half_difference(x[lane], y[lane], z[lane], correction);
-                    sum[lane] += h * h;
-                }
-                y = z;
-            }
+    fn call(self) {
+        self.batch.add::<true>(self.sums);
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)] // The loops above are only fast if this is part of them.
+fn add_squares<const FUSED: bool>(sum: &mut Lanes, x: Lanes, y: Lanes, z: Lanes, correction: f64) {
+    for lane in 0..LANES {
+        if FUSED {
+            let h = (x[lane] + z[lane]).mul_add(0.5, -y[lane]) + correction;
+            sum[lane] = h.mul_add(h, sum[lane]);
+        } else {
+            let h = half_difference(x[lane], y[lane], z[lane], correction);
+            sum[lane] += h * h;
         }
-        *self.sums = sums;
     }
 }
 
@@ -81,8 +138,9 @@ pub fn partial(first: &[f64], middle: &[f64], last: &[f64], correction: f64) -> 
     add_lanes(sums)
 }
 
+/// The product by ½ is exact, so that fused or not this is the same number.
 #[inline(always)]
-#[allow(clippy::inline_always)] // The loop above is only fast if this is part of it.
+#[allow(clippy::inline_always)] // As above.
 fn half_difference(x: f64, y: f64, z: f64, correction: f64) -> f64 {
     (0.5 * (x + z) - y) + correction
 }

@@ -5,11 +5,21 @@
 //! the sum is carried with its rounding errors, and it starts anew in every block: only the starting points, the
 //! anchors, are large, and they are kept to twice the usual precision.
 
-use crate::compensated::{Sum, two_sum};
+use crate::compensated::Sum;
 use crate::error::Error;
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
 
-/// Phase points per anchor.
-pub const BLOCK: usize = 4096;
+/// Most phase points per anchor, and fewest: between them lies what a record needs, see [`Survey`].
+pub const LONGEST_BLOCK: usize = 16_384;
+/// See [`LONGEST_BLOCK`].
+pub const SHORTEST_BLOCK: usize = 1024;
+
+/// Samples that are summed plainly, before the sum goes on with its rounding errors.
+const GROUP: usize = 16;
+
+/// Samples that are checked, summed and summed again before the next ones are looked at; divides every block.
+const PIECE: usize = 1024;
 
 /// Largest magnitude of a sample; the squared second differences of 10⁹ of them can still be summed.
 pub const LARGEST_RATE: f64 = 1e130;
@@ -17,22 +27,73 @@ pub const LARGEST_RATE: f64 = 1e130;
 /// The phase of a rate record of N samples: N + 1 points, in units of rate × sample; the first is 0.
 #[derive(Debug, Clone)]
 pub struct Phase {
+    /// Points per anchor: a power of two.
+    pub(crate) block: usize,
     /// Phase relative to the anchor of the block, the slope removed.
     pub(crate) values: Vec<f64>,
     /// Phase at the first point of every block, the slope removed.
     pub(crate) anchors: Vec<Sum>,
+    /// Sum of the points of every block but the last one of the phase, relative to the anchor.
+    pub(crate) areas: Vec<f64>,
+}
+
+impl Default for Phase {
+    /// The phase of no samples.
+    fn default() -> Self {
+        Self { block: LONGEST_BLOCK, values: vec![0.0], anchors: vec![Sum::default()], areas: Vec::new() }
+    }
 }
 
 impl Phase {
-    /// Sums a rate record.
+    /// Sums a rate record, on the current rayon pool.
     ///
     /// # Errors
     ///
     /// [`Error::NonFinite`] with the index of the first sample that is not finite or exceeds [`LARGEST_RATE`].
     pub fn from_rate(rate: &[f64]) -> Result<Self, Error> {
-        let mut builder = PhaseBuilder::new(rate.len());
-        builder.push(rate)?;
-        Ok(builder.finish())
+        let mut phase = Self::default();
+        phase.refill(rate)?;
+        Ok(phase)
+    }
+
+    /// Sums another rate record in the place of this one: fresh memory would take longer than the sums.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Phase::from_rate`]. The phase is of no use after it.
+    pub fn refill(&mut self, rate: &[f64]) -> Result<(), Error> {
+        self.values.resize(rate.len() + 1, 0.0);
+        let Survey { slope, block: length } = Survey::of(rate);
+        self.block = length;
+        let blocks = rate.par_chunks(length).zip(self.values.par_chunks_mut(length));
+        let totals: Vec<Option<Totals>> =
+            blocks.map(|(rate, points)| Block { rate, slope, points }.sum()).collect();
+        let mut anchor = Sum::default();
+        self.anchors.clear();
+        self.areas.clear();
+        self.anchors.push(anchor);
+        for (block, totals) in totals.into_iter().enumerate() {
+            let Some(Totals { height, area }) = totals else {
+                return Err(Error::NonFinite { index: first_unusable(rate, block * length) });
+            };
+            anchor = anchor.plus(height);
+            self.anchors.push(anchor);
+            self.areas.push(area);
+        }
+        // The last point has no sample behind it: it is the anchor of a new block, or the end of one that is not full.
+        let full = rate.len() % length == 0;
+        let end = if full {
+            0.0
+        } else {
+            let beyond = self.anchors.pop().unwrap_or_default();
+            let last = self.anchors.last().copied().unwrap_or_default();
+            beyond.plus(last.negated()).value()
+        };
+        self.values[rate.len()] = end;
+        if let (Some(area), false) = (self.areas.last_mut(), full) {
+            *area += end;
+        }
+        Ok(())
     }
 
     /// Number N of rate samples.
@@ -49,7 +110,7 @@ impl Phase {
     #[must_use]
     pub fn second_difference(&self, k: usize, n: usize) -> f64 {
         let (first, middle, last) = (self.values[k], self.values[k + n], self.values[k + 2 * n]);
-        let anchors = self.anchor_difference(k / BLOCK, (k + n) / BLOCK, (k + 2 * n) / BLOCK);
+        let anchors = self.anchor_difference(k / self.block, (k + n) / self.block, (k + 2 * n) / self.block);
         (first - middle) + (last - middle) + anchors
     }
 
@@ -70,175 +131,249 @@ impl Phase {
     }
 }
 
-/// Sums a record that comes in pieces. The result does not depend on how it is cut.
-#[derive(Debug)]
-pub struct PhaseBuilder {
-    phase: Phase,
-    /// The samples of the first block, held back until their mean, the slope, is known.
-    first_block: Vec<f64>,
-    slope: Option<f64>,
-    /// Sum since the last anchor.
-    running: Sum,
+/// What has to be known of a record before it is summed.
+struct Survey {
+    /// Mean rate, roughly: a constant rate is not seen by any difference, so that its rounding is of no account.
+    slope: f64,
+    /// Points per anchor.
+    block: usize,
 }
 
-impl PhaseBuilder {
-    /// A builder with room for `capacity_hint` samples.
-    #[must_use]
-    pub fn new(capacity_hint: usize) -> Self {
-        let mut values = Vec::with_capacity(capacity_hint + 1);
-        values.push(0.0);
-        let mut anchors = Vec::with_capacity(capacity_hint / BLOCK + 1);
-        anchors.push(Sum::default());
-        Self {
-            phase: Phase { values, anchors },
-            first_block: Vec::with_capacity(capacity_hint.min(BLOCK)),
-            slope: None,
-            running: Sum::default(),
-        }
-    }
+/// Every one of so many samples is looked at for a survey, together with the next one.
+const SURVEYED: usize = 64;
 
-    /// Appends samples.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::NonFinite`], the index counted from the first sample of the record. The builder is of no use after it.
-    pub fn push(&mut self, rate: &[f64]) -> Result<(), Error> {
-        // In pieces that are still in the cache when they are summed.
-        for piece in rate.chunks(BLOCK) {
-            if let Some(index) = first_unusable(piece) {
-                let received = self.phase.samples() + self.first_block.len();
-                return Err(Error::NonFinite { index: received + index });
-            }
-            self.add(piece);
+impl Survey {
+    /// A point is rounded at its height above its anchor. With rates that wander by w (rms) and change by d from sample
+    /// to sample, points of a block of L reach a height of L·w, and the second differences of single samples, which are
+    /// of the size of d, carry errors of √6 · 2⁻⁵³/√3 · L·w. Those are independent: the mean of N squares is off by
+    /// twice that over d√N, relatively. L is chosen to keep this below 10⁻¹³.
+    fn of(rate: &[f64]) -> Self {
+        let pairs = || rate.windows(2).step_by(SURVEYED).map(|pair| (pair[0], pair[1]));
+        let count = pairs().count() as f64;
+        if count == 0.0 {
+            return Self { slope: rate.first().copied().unwrap_or_default(), block: LONGEST_BLOCK };
         }
-        Ok(())
-    }
-
-    /// The phase of all the samples pushed.
-    #[must_use]
-    pub fn finish(mut self) -> Phase {
-        if self.slope.is_none() {
-            self.sum_first_block();
-        }
-        self.phase
-    }
-
-    /// Sums samples, or holds them back while there is no slope yet.
-    fn add(&mut self, rate: &[f64]) {
-        let Some(slope) = self.slope else {
-            let missing = BLOCK - self.first_block.len();
-            let (head, tail) = rate.split_at(missing.min(rate.len()));
-            self.first_block.extend_from_slice(head);
-            if self.first_block.len() == BLOCK {
-                self.sum_first_block();
-                self.add(tail);
-            }
-            return;
+        let slope = pairs().map(|(y, _)| y).sum::<f64>() / count;
+        let rms = |of: fn(f64, f64, f64) -> f64| {
+            (pairs().map(|(y, next)| of(y, next, slope).powi(2)).sum::<f64>() / count).sqrt()
         };
-        self.sum(rate, slope);
-    }
-
-    /// Takes the slope from the samples held back, and sums them.
-    fn sum_first_block(&mut self) {
-        let samples = std::mem::take(&mut self.first_block);
-        let slope = mean(&samples);
-        self.slope = Some(slope);
-        self.sum(&samples, slope);
-    }
-
-    fn sum(&mut self, rate: &[f64], slope: f64) {
-        let mut rest = rate;
-        while !rest.is_empty() {
-            let to_border = BLOCK - self.phase.samples() % BLOCK;
-            let (part, tail) = rest.split_at(to_border.min(rest.len()));
-            let mut running = self.running;
-            self.phase.values.extend(part.iter().map(|&y| {
-                let (difference, before) = two_sum(y, -slope);
-                let (hi, after) = two_sum(running.hi, difference);
-                // One addition to `lo` a sample: each waits for the one before.
-                running = Sum { hi, lo: running.lo + (before + after) };
-                running.value()
-            }));
-            if part.len() == to_border {
-                self.start_block(running);
-            } else {
-                self.running = running;
-            }
-            rest = tail;
+        let wander = rms(|y, _, slope| y - slope);
+        let change = rms(|y, next, _| next - y);
+        let error_per_point =
+            2.0 * 2f64.sqrt() * 2f64.powi(-53) * wander / (change * (rate.len() as f64).sqrt());
+        let longest = 1e-13 / error_per_point;
+        let mut block = LONGEST_BLOCK;
+        while block > SHORTEST_BLOCK && block as f64 > longest {
+            block /= 2;
         }
-    }
-
-    /// Makes the last point, `height` above the last anchor, the anchor of a new block.
-    fn start_block(&mut self, height: Sum) {
-        let last = self.phase.anchors.len() - 1;
-        let anchor = self.phase.anchors[last].plus(height.normalized());
-        self.phase.anchors.push(anchor);
-        let point = self.phase.samples();
-        self.phase.values[point] = 0.0;
-        self.running = Sum::default();
+        Self { slope, block }
     }
 }
 
-/// Plain mean: any slope will do, so that its rounding is of no account.
-fn mean(samples: &[f64]) -> f64 {
-    if samples.is_empty() {
-        return 0.0;
-    }
-    samples.iter().sum::<f64>() / samples.len() as f64
+/// One block of samples on its way to points.
+struct Block<'a> {
+    rate: &'a [f64],
+    slope: f64,
+    points: &'a mut [f64],
 }
 
-/// Index of the first sample that is not finite or too large.
-fn first_unusable(piece: &[f64]) -> Option<usize> {
-    let usable = |y: &f64| y.abs() <= LARGEST_RATE;
-    // All of them first, without a branch per sample.
-    if piece.iter().fold(true, |so_far, y| so_far & usable(y)) {
-        return None;
+/// What a block adds up to.
+struct Totals {
+    /// Sum of its samples: the height of the next block.
+    height: Sum,
+    /// Sum of its points.
+    area: f64,
+}
+
+impl Block<'_> {
+    /// The points are relative to the first one, which is 0; there is one for each sample, before it is added. None if a
+    /// sample cannot be used. Runs on the widest vectors that the processor has; with the same bits on all.
+    fn sum(self) -> Option<Totals> {
+        Arch::new().dispatch(self)
     }
-    piece.iter().position(|y| !usable(y))
+}
+
+impl NullaryFnOnce for Block<'_> {
+    type Output = Option<Totals>;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
+    fn call(self) -> Option<Totals> {
+        let mut height = Sum::default();
+        let mut area = 0.0;
+        // Three loops over pieces that stay in the nearest cache: one that did it all would not be vectorised.
+        for (rate, points) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)) {
+            if !rate.iter().fold(true, |so_far, y| so_far & usable(*y)) {
+                return None;
+            }
+            sum_piece(rate, self.slope, &mut height, points);
+            area += sum_in_lanes(&points[..rate.len()]);
+        }
+        Some(Totals { height: height.normalized(), area })
+    }
+}
+
+/// The points of a piece that begins at `height`, which goes on to its end.
+#[inline(always)]
+#[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
+fn sum_piece(rate: &[f64], slope: f64, height: &mut Sum, points: &mut [f64]) {
+    let (groups, rest) = rate.split_at(rate.len() / GROUP * GROUP);
+    let (points, last_points) = points.split_at_mut(groups.len());
+    for (samples, points) in groups.chunks_exact(GROUP).zip(points.chunks_exact_mut(GROUP)) {
+        let mut sums: [f64; GROUP] = std::array::from_fn(|k| samples[k] - slope);
+        // Each doubles the number of samples that a sum covers: log₂(GROUP) vector additions, and no chain of them.
+        let mut covered = 1;
+        while covered < GROUP {
+            let before = sums;
+            for k in covered..GROUP {
+                sums[k] = before[k] + before[k - covered];
+            }
+            covered *= 2;
+        }
+        let base = height.value();
+        points[0] = base;
+        for k in 1..GROUP {
+            points[k] = base + sums[k - 1];
+        }
+        height.add(sums[GROUP - 1]);
+    }
+    for (y, point) in rest.iter().zip(last_points) {
+        *point = height.value();
+        height.add(y - slope);
+    }
+}
+
+/// Plain sum, in lanes that the compiler can keep side by side.
+#[inline(always)]
+#[allow(clippy::inline_always)] // As above.
+pub(crate) fn sum_in_lanes(points: &[f64]) -> f64 {
+    let mut lanes = [0.0; GROUP];
+    let chunks = points.chunks_exact(GROUP);
+    let rest: f64 = chunks.remainder().iter().sum();
+    for chunk in chunks {
+        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| *lane += value);
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+fn usable(y: f64) -> bool {
+    y.abs() <= LARGEST_RATE
+}
+
+/// Index of the first sample that is not finite or too large, known to lie in the block that starts at `from`.
+fn first_unusable(rate: &[f64], from: usize) -> usize {
+    from + rate[from..].iter().position(|&y| !usable(y)).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Samples of 53 bits, and a slope finer than their last bit: no subtraction and no sum of them is exact.
+    /// Samples of 53 bits: no sum of them is exact.
     fn samples() -> Vec<i64> {
         let mut state = 1u64;
         let mut random = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 12) as i64
         };
-        (0..3 * BLOCK).map(|k| if k % 2 == 0 { random() } else { -random() }).collect()
+        (0..3 * LONGEST_BLOCK).map(|k| if k % 2 == 0 { random() } else { -random() }).collect()
     }
 
     #[test]
-    fn anchors_are_exact() {
-        let slope = 0.25;
-        let mut rate = vec![slope; BLOCK];
-        rate.extend(samples().iter().map(|&y| y as f64));
+    fn anchors_keep_the_digits_that_a_plain_sum_loses() {
+        // Beside zeros, which are not rounded.
+        let mut rate = vec![0.0; LONGEST_BLOCK];
+        rate.extend(samples().iter().map(|&y| y.abs() as f64));
         let phase = Phase::from_rate(&rate).unwrap();
-        let mut quarters = 0i128;
+        let slope = Survey::of(&rate).slope;
+        let largest = rate.iter().copied().fold(0.0, f64::max);
         for (block, anchor) in phase.anchors.iter().enumerate() {
-            let got = (4.0 * anchor.hi) as i128 + (4.0 * anchor.lo) as i128;
-            assert_eq!(got, quarters, "block {block}");
-            let samples = &rate[(block * BLOCK).min(rate.len())..((block + 1) * BLOCK).min(rate.len())];
-            // Four times a sample is exact, and an integer.
-            quarters += samples.iter().map(|&y| i128::from((4.0 * y) as i64) - 1).sum::<i128>();
+            let before = &rate[..block * phase.block];
+            // Without the last bits of the slope, which is a multiple of 2⁻¹⁰ or so.
+            let exact: i128 = before.iter().map(|&y| ((y - slope) * 1024.0) as i128).sum();
+            let error = ((anchor.hi * 1024.0) as i128 + (anchor.lo * 1024.0) as i128 - exact) as f64 / 1024.0;
+            // Each group of samples rounds its own sum, which is no larger than a group of the largest sample; the
+            // errors of the groups add up as a random walk does, six standard deviations of which are allowed. A plain
+            // sum is off by a thousand times that.
+            let groups = (before.len() / GROUP) as f64;
+            let bound = 6.0 * groups.sqrt() * f64::EPSILON * GROUP as f64 * largest;
+            assert!(error.abs() <= bound, "block {block}: {error:e}, allowed {bound:e}");
         }
-        assert_eq!(phase.anchors.len(), 5);
-        assert_eq!(phase.samples(), 4 * BLOCK);
+        assert_eq!(phase.anchors.len(), phase.samples() / phase.block + 1);
     }
 
     #[test]
-    fn values_are_rounded_once() {
-        let samples = samples();
-        let mut rate = vec![0.0; BLOCK];
-        rate.extend(samples.iter().map(|&y| y as f64));
-        let phase = Phase::from_rate(&rate).unwrap();
-        let mut sum = 0i128;
-        for (k, &y) in samples.iter().enumerate().take(BLOCK - 1) {
-            sum += i128::from(y);
-            assert_eq!(phase.values[BLOCK + k + 1].to_bits(), (sum as f64).to_bits());
+    fn points_are_sums_of_the_samples_before_them() {
+        // Small integers: every sum is exact.
+        for n in [
+            0,
+            1,
+            2,
+            GROUP - 1,
+            GROUP,
+            PIECE,
+            PIECE + 3,
+            LONGEST_BLOCK - 1,
+            LONGEST_BLOCK,
+            LONGEST_BLOCK + 1,
+            2 * LONGEST_BLOCK + 777,
+        ] {
+            let rate: Vec<f64> =
+                (0..n).map(|k| f64::from((k as u32).wrapping_mul(2_654_435_761) >> 20)).collect();
+            let phase = Phase::from_rate(&rate).unwrap();
+            let slope = Survey::of(&rate).slope;
+            assert_eq!(phase.samples(), n);
+            assert_eq!(phase.anchors.len(), n / phase.block + 1);
+            let mut sum = 0.0;
+            for k in 0..=n {
+                let point = phase.anchors[k / phase.block].value() + phase.values[k];
+                let expected = sum - slope * k as f64;
+                assert!(
+                    (point - expected).abs() <= 1e-15 * 4096.0 * (k + 1) as f64,
+                    "{n} {k}: {point} {expected}"
+                );
+                sum += rate.get(k).copied().unwrap_or_default();
+            }
+        }
+    }
+
+    #[test]
+    fn memory_used_before_makes_no_difference() {
+        let long: Vec<f64> = samples().iter().map(|&y| y as f64).collect();
+        let mut phase = Phase::from_rate(&long).unwrap();
+        for n in [0, 5, LONGEST_BLOCK, LONGEST_BLOCK + 5, long.len()] {
+            phase.refill(&long[long.len() - n..]).unwrap();
+            let fresh = Phase::from_rate(&long[long.len() - n..]).unwrap();
+            assert_eq!(
+                (phase.values.as_slice(), phase.anchors.as_slice()),
+                (&fresh.values[..], &fresh.anchors[..])
+            );
+            assert_eq!(phase.areas, fresh.areas);
+        }
+    }
+
+    #[test]
+    fn blocks_are_as_long_as_the_rate_stays_near_its_mean() {
+        let noise: Vec<f64> = samples().iter().map(|&y| y as f64).collect();
+        let walk: Vec<f64> = noise
+            .iter()
+            .scan(0.0, |sum, y| {
+                Some({
+                    *sum += y;
+                    *sum
+                })
+            })
+            .collect();
+        let far: Vec<f64> = noise.iter().map(|y| y + 1e22).collect();
+        assert_eq!(Survey::of(&noise).block, LONGEST_BLOCK);
+        assert_eq!(Survey::of(&far).block, LONGEST_BLOCK);
+        let ramp: Vec<f64> = (0..100_000u32).map(f64::from).collect();
+        assert_eq!(Survey::of(&ramp).block, SHORTEST_BLOCK);
+        assert!(Survey::of(&walk).block < LONGEST_BLOCK);
+        for n in 0..3 {
+            assert_eq!(Survey::of(&vec![7.0; n]).block, LONGEST_BLOCK);
+            let expected = if n == 0 { 0.0f64 } else { 7.0 };
+            assert_eq!(Survey::of(&vec![7.0; n]).slope.to_bits(), expected.to_bits());
         }
     }
 }

@@ -1,12 +1,10 @@
 //! Identities that hold for every record, and what must not change the result.
 #![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sigmatau_core::allan::{Counting, Estimate, Overlap, allan_variance, allan_variances, largest_cluster};
 use sigmatau_core::error::Error;
 use sigmatau_core::generate::{Coefficients, simulate};
-use sigmatau_core::phase::{BLOCK, Phase, PhaseBuilder};
+use sigmatau_core::phase::{LONGEST_BLOCK as BLOCK, Phase};
 
 /// A seed made from the name of the case (FNV-1a), so that none is ever chosen.
 fn seed_of(name: &str) -> u64 {
@@ -158,31 +156,6 @@ fn threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn chunks_do_not_change_a_bit() {
-    let n = 3 * BLOCK + 500;
-    let rate = record("chunks", n);
-    let whole = Phase::from_rate(&rate).unwrap();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of("cuts"));
-    for longest in [1, 10, 1000, 2 * BLOCK] {
-        let mut builder = PhaseBuilder::new(0);
-        let mut rest = rate.as_slice();
-        while !rest.is_empty() {
-            let (chunk, tail) = rest.split_at(rng.random_range(0..=longest).min(rest.len()));
-            builder.push(chunk).unwrap();
-            rest = tail;
-        }
-        let phase = builder.finish();
-        assert_eq!(phase.samples(), n);
-        for k in 0..n - 1 {
-            assert_eq!(phase.second_difference(k, 1).to_bits(), whole.second_difference(k, 1).to_bits());
-        }
-        for m in [700, n / 2] {
-            assert_eq!(phase.second_difference(0, m).to_bits(), whole.second_difference(0, m).to_bits());
-        }
-    }
-}
-
-#[test]
 fn short_records() {
     for n in 0..6usize {
         let rate: Vec<f64> = (0..n).map(|k| (k * k) as f64).collect();
@@ -235,9 +208,6 @@ fn samples_that_cannot_be_summed_are_named() {
         let channels: [&[f64]; 2] = [&[0.0, 1.0], &rate];
         let together = allan_variances(&channels, &[1], Overlap::Full, Counting::Standard, None);
         assert_eq!(together, Err(expected.clone()));
-        let mut builder = PhaseBuilder::new(10_000);
-        let error = rate.chunks(777).find_map(|chunk| builder.push(chunk).err());
-        assert_eq!(error, Some(expected));
     }
 }
 

@@ -17,5 +17,7 @@ mod kernel;
 pub mod phase;
 pub mod psd;
 pub mod special;
+mod squares;
+pub mod stream;
 pub mod terms;
 mod trend;

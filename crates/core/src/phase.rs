@@ -62,19 +62,24 @@ impl Phase {
     ///
     /// Those of [`Phase::from_rate`]. The phase is of no use after it.
     pub fn refill(&mut self, rate: &[f64]) -> Result<(), Error> {
+        self.fill(rate, LARGEST_RATE)
+    }
+
+    /// [`Phase::refill`] with another limit than [`LARGEST_RATE`].
+    pub(crate) fn fill(&mut self, rate: &[f64], largest: f64) -> Result<(), Error> {
         self.values.resize(rate.len() + 1, 0.0);
         let Survey { slope, block: length } = Survey::of(rate);
         self.block = length;
         let blocks = rate.par_chunks(length).zip(self.values.par_chunks_mut(length));
         let totals: Vec<Option<Totals>> =
-            blocks.map(|(rate, points)| Block { rate, slope, points }.sum()).collect();
+            blocks.map(|(rate, points)| Block { rate, slope, largest, points }.sum()).collect();
         let mut anchor = Sum::default();
         self.anchors.clear();
         self.areas.clear();
         self.anchors.push(anchor);
         for (block, totals) in totals.into_iter().enumerate() {
             let Some(Totals { height, area }) = totals else {
-                return Err(Error::NonFinite { index: first_unusable(rate, block * length) });
+                return Err(Error::NonFinite { index: first_unusable(rate, block * length, largest) });
             };
             anchor = anchor.plus(height);
             self.anchors.push(anchor);
@@ -174,6 +179,7 @@ impl Survey {
 struct Block<'a> {
     rate: &'a [f64],
     slope: f64,
+    largest: f64,
     points: &'a mut [f64],
 }
 
@@ -203,7 +209,7 @@ impl NullaryFnOnce for Block<'_> {
         let mut area = 0.0;
         // Three loops over pieces that stay in the nearest cache: one that did it all would not be vectorised.
         for (rate, points) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)) {
-            if !rate.iter().fold(true, |so_far, y| so_far & usable(*y)) {
+            if !rate.iter().fold(true, |so_far, y| so_far & (y.abs() <= self.largest)) {
                 return None;
             }
             sum_piece(rate, self.slope, &mut height, points);
@@ -256,13 +262,10 @@ pub(crate) fn sum_in_lanes(points: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-fn usable(y: f64) -> bool {
-    y.abs() <= LARGEST_RATE
-}
-
 /// Index of the first sample that is not finite or too large, known to lie in the block that starts at `from`.
-fn first_unusable(rate: &[f64], from: usize) -> usize {
-    from + rate[from..].iter().position(|&y| !usable(y)).unwrap_or_default()
+fn first_unusable(rate: &[f64], from: usize, largest: f64) -> usize {
+    let usable = |y: &f64| y.abs() <= largest;
+    from + rate[from..].iter().position(|y| !usable(y)).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -1,0 +1,303 @@
+//! Sums of squared second differences of a phase, for many cluster sizes at once.
+//!
+//! Starts are taken in fixed blocks, and every tau is done for a block while its points are in the cache. Partial sums
+//! are added in the order of the blocks, whoever computed them: results do not depend on the number of threads.
+
+use crate::compensated::Sum;
+use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
+use crate::phase::{Phase, SHORTEST_BLOCK};
+use rayon::prelude::*;
+
+/// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
+const BLOCKS_PER_TASK: usize = 64;
+
+/// Below this, a chain saves too little over sizes that only share their starts.
+const SHORTEST_CHAIN: usize = 3;
+
+/// Cluster sizes, and how they are worked off together.
+#[derive(Debug, Clone)]
+pub(crate) struct Squares {
+    sizes: Vec<usize>,
+    batches: Vec<SizeBatch>,
+}
+
+impl Squares {
+    /// For sizes in any order, repeated or not.
+    pub(crate) fn new(m: &[usize]) -> Self {
+        let mut sizes = m.to_vec();
+        sizes.sort_unstable();
+        sizes.dedup();
+        let batches = batches(&sizes);
+        Self { sizes, batches }
+    }
+
+    /// The sizes, increasing, each once.
+    pub(crate) fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// Sums of z² of each of the sizes, over the first `starts` starts, as far as the first `points` points of the phase
+    /// reach. Runs on the current rayon pool.
+    pub(crate) fn sums(&self, phase: &Phase, points: usize, starts: usize) -> Vec<Sum> {
+        let blocks = Blocks { phase, points, starts, batches: &self.batches, path: Path::default() };
+        let count = self.sizes.first().map_or(0, |&m| blocks.starts_of(m).div_ceil(STARTS));
+        let tasks: Vec<Vec<Sum>> = (0..count.div_ceil(BLOCKS_PER_TASK))
+            .into_par_iter()
+            .map(|task| {
+                let first = task * BLOCKS_PER_TASK;
+                blocks.over(first..(first + BLOCKS_PER_TASK).min(count))
+            })
+            .collect();
+        let mut totals = vec![Sum::default(); self.sizes.len()];
+        for task in tasks {
+            for (total, sum) in totals.iter_mut().zip(task) {
+                *total = total.plus(sum);
+            }
+        }
+        // The order of the batches is not that of the sizes. Halves were squared: four times the sum.
+        let in_order = self.batches.iter().flat_map(|batch| batch.sizes.iter().copied());
+        let mut by_size: Vec<(usize, Sum)> = in_order.zip(totals).collect();
+        by_size.sort_unstable_by_key(|&(m, _)| m);
+        by_size.into_iter().map(|(_, sum)| sum.doubled().doubled()).collect()
+    }
+}
+
+/// Sizes that are handled in one pass, increasing.
+#[derive(Debug, Clone)]
+struct SizeBatch {
+    sizes: Vec<usize>,
+    /// m, 2m, 4m …
+    chained: bool,
+}
+
+/// Groups sorted sizes, each of which comes once: chains first, and what is left by its order.
+fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
+    let mut used = vec![false; sizes.len()];
+    let mut batches = Vec::new();
+    for start in 0..sizes.len() {
+        if used[start] {
+            continue;
+        }
+        let mut chain = vec![start];
+        while chain.len() < MOST_TAUS {
+            let Ok(next) = sizes.binary_search(&(2 * sizes[chain[chain.len() - 1]])) else { break };
+            chain.push(next);
+        }
+        if chain.len() >= SHORTEST_CHAIN {
+            for &at in &chain {
+                used[at] = true;
+            }
+            batches.push(SizeBatch { sizes: chain.iter().map(|&at| sizes[at]).collect(), chained: true });
+        }
+    }
+    let left: Vec<usize> = sizes.iter().zip(used).filter(|(_, used)| !used).map(|(&m, _)| m).collect();
+    batches.extend(left.chunks(MOST_TAUS).map(|sizes| SizeBatch { sizes: sizes.to_vec(), chained: false }));
+    batches
+}
+
+/// Sums of squared half differences, block by block.
+struct Blocks<'a> {
+    phase: &'a Phase,
+    /// Phase points in use.
+    points: usize,
+    /// Starts in use, as far as there are points for them.
+    starts: usize,
+    batches: &'a [SizeBatch],
+    path: Path,
+}
+
+/// Copies of windows across the border of a block, one for each of the 2·[`MOST_TAUS`] lags of a batch: all of a window
+/// relative to one anchor.
+type Scratch = [Window];
+
+impl Blocks<'_> {
+    /// One sum for every size, in the order of the batches, over a run of blocks.
+    fn over(&self, blocks: std::ops::Range<usize>) -> Vec<Sum> {
+        let mut scratch = vec![[0.0; STARTS]; 2 * MOST_TAUS];
+        let mut sums = vec![Sum::default(); self.batches.iter().map(|batch| batch.sizes.len()).sum()];
+        for block in blocks {
+            let mut at = 0;
+            for batch in self.batches {
+                self.add_block(block, batch, &mut sums[at..at + batch.sizes.len()], &mut scratch);
+                at += batch.sizes.len();
+            }
+        }
+        sums
+    }
+
+    /// Starts of one size that have all their points.
+    fn starts_of(&self, m: usize) -> usize {
+        self.points.saturating_sub(2 * m).min(self.starts)
+    }
+
+    fn add_block(&self, block: usize, batch: &SizeBatch, sums: &mut [Sum], scratch: &mut Scratch) {
+        let start = block * STARTS;
+        // Sizes grow along a batch, so the sizes that use the whole block come first.
+        let whole = batch.sizes.iter().take_while(|&&m| start + STARTS <= self.starts_of(m)).count();
+        match whole {
+            6 => self.add_whole::<6>(start, batch, sums, scratch),
+            5 => self.add_whole::<5>(start, batch, sums, scratch),
+            4 => self.add_whole::<4>(start, batch, sums, scratch),
+            3 => self.add_whole::<3>(start, batch, sums, scratch),
+            2 => self.add_whole::<2>(start, batch, sums, scratch),
+            1 => self.add_whole::<1>(start, batch, sums, scratch),
+            _ => {}
+        }
+        for (&m, sum) in batch.sizes.iter().zip(sums).skip(whole) {
+            let starts = self.starts_of(m).saturating_sub(start).min(STARTS);
+            if starts > 0 {
+                sum.add(self.last_block(start, starts, m, scratch));
+            }
+        }
+    }
+
+    /// Adds a block that the first `T` sizes of a batch use whole.
+    fn add_whole<const T: usize>(
+        &self,
+        start: usize,
+        batch: &SizeBatch,
+        sums: &mut [Sum],
+        scratch: &mut Scratch,
+    ) {
+        let size = |tau: usize| batch.sizes[tau];
+        let (middles, lasts) = scratch.split_at_mut(MOST_TAUS);
+        for tau in 0..T {
+            if tau == 0 || !batch.chained {
+                self.rebase(start + size(tau), &mut middles[tau]);
+            }
+            self.rebase(start + 2 * size(tau), &mut lasts[tau]);
+        }
+        let middle = |tau: usize| {
+            let copy = if batch.chained && tau > 0 { &lasts[tau - 1] } else { &middles[tau] };
+            self.window(start + size(tau), copy)
+        };
+        let mut halves = [kernel::Lanes::default(); T];
+        let windows = Batch {
+            first: self.plain_window(start),
+            middle: std::array::from_fn(middle),
+            last: std::array::from_fn(|tau| self.window(start + 2 * size(tau), &lasts[tau])),
+            correction: std::array::from_fn(|tau| self.correction(start, size(tau))),
+            chained: batch.chained,
+        };
+        windows.add_to(&mut halves, self.path);
+        for (sum, half) in sums.iter_mut().zip(halves) {
+            sum.add(kernel::add_lanes(half));
+        }
+    }
+
+    /// Sum over the last block of a size, of which only some starts have all their points.
+    fn last_block(&self, start: usize, starts: usize, m: usize, scratch: &mut Scratch) -> f64 {
+        let (middles, lasts) = scratch.split_at_mut(1);
+        let (scratch_middle, scratch_last) = (&mut middles[0], &mut lasts[0]);
+        let copy = |point: usize, scratch: &mut Window| {
+            scratch[..starts].copy_from_slice(&self.phase.values[point..point + starts]);
+            self.lift_beyond_border(point, &mut scratch[..starts]);
+        };
+        copy(start + m, scratch_middle);
+        copy(start + 2 * m, scratch_last);
+        kernel::partial(
+            &self.phase.values[start..start + starts],
+            &scratch_middle[..starts],
+            &scratch_last[..starts],
+            self.correction(start, m),
+        )
+    }
+
+    /// Half the second difference of the anchors that the three windows of a block refer to.
+    fn correction(&self, start: usize, m: usize) -> f64 {
+        let block = |point: usize| point / self.phase.block;
+        0.5 * self.phase.anchor_difference(block(start), block(start + m), block(start + 2 * m))
+    }
+
+    /// The window at a point: the phase itself, or its rebased copy if the anchor changes within.
+    fn window<'a>(&'a self, point: usize, rebased: &'a Window) -> &'a Window {
+        if self.crosses_border(point) { rebased } else { self.plain_window(point) }
+    }
+
+    /// Whether the anchor changes within the window at a point.
+    fn crosses_border(&self, point: usize) -> bool {
+        point % self.phase.block + STARTS > self.phase.block
+    }
+
+    fn plain_window(&self, point: usize) -> &Window {
+        self.phase.values[point..].first_chunk().expect("the caller counted the points of the window")
+    }
+
+    /// Copies a window that crosses the border of a block, all of it relative to the anchor of its first point.
+    fn rebase(&self, point: usize, copy: &mut Window) {
+        if self.crosses_border(point) {
+            *copy = *self.plain_window(point);
+            self.lift_beyond_border(point, copy);
+        }
+    }
+
+    fn lift_beyond_border(&self, point: usize, window: &mut [f64]) {
+        let block = self.phase.block;
+        let border = block - point % block;
+        if border < window.len() {
+            let step = self.phase.step_to(point / block + 1);
+            for value in &mut window[border..] {
+                *value += step;
+            }
+        }
+    }
+}
+
+// Windows at the starts themselves never cross a border.
+const _: () = assert!(SHORTEST_BLOCK % STARTS == 0);
+
+// `add_block` has an arm for every length of a batch.
+const _: () = assert!(MOST_TAUS == 6);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase::LONGEST_BLOCK;
+
+    #[test]
+    fn sizes_are_batched_once_each() {
+        let octaves: Vec<usize> = (0..20).map(|j| 1 << j).collect();
+        let odd = [1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 17, 100, 101, 202, 404, 50_000];
+        for sizes in [&octaves[..], &odd[..], &[7][..], &[][..]] {
+            let batches = batches(sizes);
+            let mut all: Vec<usize> = batches.iter().flat_map(|batch| batch.sizes.iter().copied()).collect();
+            all.sort_unstable();
+            assert_eq!(all, sizes);
+            for SizeBatch { sizes, chained } in batches {
+                assert!(sizes.len() <= MOST_TAUS);
+                assert!(
+                    sizes.windows(2).all(|pair| pair[0] < pair[1] && (!chained || 2 * pair[0] == pair[1]))
+                );
+            }
+        }
+        assert_eq!(batches(&octaves).iter().filter(|batch| batch.chained).count(), 3);
+    }
+
+    /// A record with an offset, a drift and noise, long enough that windows cross the borders of blocks.
+    fn record() -> Vec<f64> {
+        let mut state = 1u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..5 * LONGEST_BLOCK + 321).map(|k| 1e3 + 1e-4 * k as f64 + noise()).collect()
+    }
+
+    #[test]
+    fn every_path_gives_the_same_to_rounding() {
+        let phase = Phase::from_rate(&record()).unwrap();
+        let points = phase.samples() + 1;
+        let sizes: Vec<usize> =
+            vec![1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 16, 32, 1000, 1024, 2048, 4096, 8192, 40_000];
+        let batches = batches(&sizes);
+        let sums = |path| {
+            let blocks = Blocks { phase: &phase, points, starts: usize::MAX, batches: &batches, path };
+            blocks.over(0..(points - 2).div_ceil(STARTS))
+        };
+        for (fast, portable) in sums(Path::Fastest).iter().zip(sums(Path::Portable)) {
+            let difference = fast.value() / portable.value() - 1.0;
+            // Thousands of squares are added in the same order; they are rounded once less where products are fused.
+            assert!(difference.abs() <= 1e-13, "{difference:e}");
+        }
+    }
+}

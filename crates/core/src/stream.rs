@@ -1,0 +1,166 @@
+//! The Allan variance of a record that comes in pieces, in bounded memory.
+//!
+//! Cluster sizes up to [`LARGEST`] samples are exact: every overlapping difference is counted, by the kernel that sums a
+//! whole record. For larger ones the samples are added up in groups of [`GROUP`], which leaves every 64th phase point,
+//! and the same is done with those, at up to [`LARGEST`] groups; and so on. A size m from [`LARGEST`] on is thus averaged
+//! over every start that is a multiple of its stride, m/64 at most. Nearly nothing is lost by that where the
+//! differences of neighbouring starts are alike, which holds for white noise of the rate and all that is slower. For
+//! quantization noise they are not, and most is.
+//!
+//! Two accumulators of adjacent stretches of a record can be merged. Starts belong to strides by their index in the
+//! record, so that the terms counted are the same, however the record was cut.
+
+use crate::allan::{Counting, Estimate, Overlap, allan_variance};
+use crate::error::Error;
+use crate::phase::{LARGEST_RATE, Phase};
+
+mod level;
+
+use level::Level;
+pub use level::{GROUP, LARGEST};
+
+/// What is done for clusters of more than [`LARGEST`] samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Long {
+    /// All samples are kept, so that every difference can be counted: 8 bytes a sample.
+    Exact,
+    /// Strides of at most m/64, some megabytes for a record of any length.
+    Strided,
+}
+
+/// One size of a snapshot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strided {
+    /// Allan variance and number of terms.
+    pub estimate: Estimate,
+    /// Starts are multiples of this many samples; 1 for every start.
+    pub stride: usize,
+}
+
+/// The running sums of one channel.
+#[derive(Debug, Clone)]
+pub struct Accumulator {
+    start: u64,
+    store: Store,
+}
+
+#[derive(Debug, Clone)]
+enum Store {
+    Kept { rate: Vec<f64>, m: Vec<usize> },
+    Level(Box<Level>),
+}
+
+impl Accumulator {
+    /// An accumulator for the stretch of a record that begins with the sample of index `start`, and for the cluster
+    /// sizes `m`. Sizes that turn out to be too large for the record are left out of its snapshots.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ClusterSize`] for the first size that is 0, or that is no multiple of its [`stride`] if that is asked for.
+    pub fn new(m: &[usize], long: Long, start: u64) -> Result<Self, Error> {
+        let mut m = m.to_vec();
+        m.sort_unstable();
+        m.dedup();
+        let fits = |m: usize| m > 0 && (long == Long::Exact || m % stride(m) == 0);
+        if let Some(&m) = m.iter().find(|&&m| !fits(m)) {
+            return Err(Error::ClusterSize { m, largest: usize::MAX });
+        }
+        let store = match long {
+            Long::Exact => Store::Kept { rate: Vec::new(), m },
+            Long::Strided => Store::Level(Box::new(Level::new(&m, start))),
+        };
+        Ok(Self { start, store })
+    }
+
+    /// Index in the record of the first sample.
+    #[must_use]
+    pub fn start(&self) -> u64 {
+        self.start
+    }
+
+    /// Samples received.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        match &self.store {
+            Store::Kept { rate, .. } => rate.len() as u64,
+            Store::Level(level) => level.samples(),
+        }
+    }
+
+    /// Takes the next samples of the record. What comes out does not depend on how it is cut.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NonFinite`], the index counted from the first sample of `rate`; then none of them is taken.
+    pub fn push(&mut self, rate: &[f64]) -> Result<(), Error> {
+        let usable = |y: &f64| y.abs() <= LARGEST_RATE;
+        if !rate.iter().fold(true, |so_far, y| so_far & usable(y)) {
+            let index = rate.iter().position(|y| !usable(y)).unwrap_or_default();
+            return Err(Error::NonFinite { index });
+        }
+        match &mut self.store {
+            Store::Kept { rate: kept, .. } => kept.extend_from_slice(rate),
+            Store::Level(level) => level.push(rate)?,
+        }
+        Ok(())
+    }
+
+    /// Takes over what the accumulator of the following stretch has received.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] `start` if `later` does not begin where this one ends, `m` if it is made for other sizes or
+    /// of the other kind. Then nothing has changed.
+    pub fn merge(&mut self, later: &Self) -> Result<(), Error> {
+        if later.start != self.start + self.samples() {
+            return Err(Error::Parameter { name: "start", value: later.start as f64 });
+        }
+        let other_kind = Error::Parameter { name: "m", value: f64::NAN };
+        match (&mut self.store, &later.store) {
+            (Store::Kept { rate, m }, Store::Kept { rate: more, m: theirs }) if m == theirs => {
+                rate.extend_from_slice(more);
+                Ok(())
+            }
+            (Store::Level(level), Store::Level(theirs)) if level.same_sizes(theirs) => {
+                level.merge(theirs.as_ref().clone())
+            }
+            _ => Err(other_kind),
+        }
+    }
+
+    /// The Allan variances of all that was received so far, for the sizes that leave a pair, increasing.
+    ///
+    /// # Errors
+    ///
+    /// None that the samples taken could cause; those of [`allan_variance`] are passed on.
+    pub fn snapshot(&self) -> Result<Vec<Strided>, Error> {
+        match &self.store {
+            Store::Kept { rate, m } => {
+                let m: Vec<usize> = m.iter().copied().filter(|&m| 2 * m <= rate.len()).collect();
+                if m.is_empty() {
+                    return Ok(Vec::new());
+                }
+                let phase = Phase::from_rate(rate)?;
+                let estimates = allan_variance(&phase, &m, Overlap::Full, Counting::Standard)?;
+                Ok(estimates.into_iter().map(|estimate| Strided { estimate, stride: 1 }).collect())
+            }
+            Store::Level(level) => {
+                let mut all = Vec::new();
+                level.snapshot(&mut all)?;
+                all.sort_unstable_by_key(|strided| strided.estimate.m);
+                Ok(all)
+            }
+        }
+    }
+}
+
+/// Distance of the starts that a size is averaged over with [`Long::Strided`]: 1 up to [`LARGEST`], and then the smallest
+/// power of [`GROUP`] that leaves at most [`LARGEST`] strides.
+#[must_use]
+pub fn stride(m: usize) -> usize {
+    let mut stride = 1;
+    while m / stride > LARGEST {
+        stride *= GROUP;
+    }
+    stride
+}

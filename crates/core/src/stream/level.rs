@@ -1,0 +1,306 @@
+//! One stage of a stream: the sums for cluster sizes up to [`LARGEST`] of its samples, and the groups for the next stage.
+//!
+//! A stage holds back its last samples until all the points that their differences need have come. What it hands on are
+//! sums of [`GROUP`] samples, less an origin that keeps them small: the Allan variance does not see a constant rate.
+
+use super::Strided;
+use crate::allan::Estimate;
+use crate::compensated::Sum;
+use crate::error::Error;
+use crate::phase::{Phase, sum_in_lanes};
+use crate::squares::Squares;
+
+/// Largest cluster of a stage, in its samples.
+pub const LARGEST: usize = 4096;
+
+/// Samples that make one of the next stage.
+pub const GROUP: usize = 64;
+
+/// Starts that are summed at a time. Each time, 2·[`LARGEST`] points are summed again that will be needed once more.
+const STARTS: usize = 1 << 16;
+
+/// Samples on both sides of a start that a difference can reach.
+const REACH: usize = 2 * LARGEST;
+
+/// Sums of groups are larger than the samples of a record may be; their squares can still be summed.
+const LARGEST_SAMPLE: f64 = 1e142;
+
+/// A group that is not complete.
+#[derive(Debug, Clone, Default)]
+struct Part {
+    sum: f64,
+    count: usize,
+}
+
+impl Part {
+    fn add(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.count += other.count;
+    }
+}
+
+/// One stage.
+#[derive(Debug, Clone)]
+pub(super) struct Level {
+    /// Samples of the record in one of this stage.
+    stride: usize,
+    /// Index of the first sample, in samples of this stage.
+    start: u64,
+    count: u64,
+    squares: Squares,
+    /// Sums of squared differences of the starts that are done, by size.
+    totals: Vec<Sum>,
+    /// The first samples, [`REACH`] at most: what a merge with the stretch before needs.
+    head: Vec<f64>,
+    /// Samples from the first start that is not done.
+    pending: Vec<f64>,
+    /// Starts done.
+    done: u64,
+    /// Taken off before samples are grouped: the first one.
+    origin: Option<f64>,
+    /// Samples before the first group that begins in this stretch.
+    lead: Part,
+    /// Samples after the last group that is complete.
+    trail: Part,
+    next: Option<Box<Level>>,
+    /// Memory for the phase.
+    phase: Phase,
+}
+
+impl Level {
+    /// The first stage for sorted sizes in samples of the record, and those behind it.
+    pub(super) fn new(m: &[usize], start: u64) -> Self {
+        Self::stage(m, start, 1)
+    }
+
+    /// `m` and `start` in samples of this stage.
+    fn stage(m: &[usize], start: u64, stride: usize) -> Self {
+        let (here, behind) = m.split_at(m.partition_point(|&m| m <= LARGEST));
+        let squares = Squares::new(here);
+        let next = (!behind.is_empty()).then(|| {
+            let behind: Vec<usize> = behind.iter().map(|m| m / GROUP).collect();
+            Box::new(Self::stage(&behind, start.div_ceil(GROUP as u64), stride * GROUP))
+        });
+        Self {
+            stride,
+            start,
+            count: 0,
+            totals: vec![Sum::default(); here.len()],
+            squares,
+            head: Vec::new(),
+            pending: Vec::new(),
+            done: 0,
+            origin: None,
+            lead: Part::default(),
+            trail: Part::default(),
+            next,
+            phase: Phase::default(),
+        }
+    }
+
+    pub(super) fn samples(&self) -> u64 {
+        self.count
+    }
+
+    pub(super) fn same_sizes(&self, other: &Self) -> bool {
+        let behind = match (&self.next, &other.next) {
+            (Some(mine), Some(theirs)) => mine.same_sizes(theirs),
+            (mine, theirs) => mine.is_none() && theirs.is_none(),
+        };
+        behind && self.squares.sizes() == other.squares.sizes()
+    }
+
+    /// Takes the next samples, which are finite.
+    pub(super) fn push(&mut self, samples: &[f64]) -> Result<(), Error> {
+        let Some(&first) = samples.first() else {
+            return Ok(());
+        };
+        let origin = *self.origin.get_or_insert(first);
+        self.group(samples, origin)?;
+        self.keep_head(samples);
+        let mut rest = samples;
+        while !rest.is_empty() {
+            let room = STARTS + REACH - self.pending.len();
+            let (part, tail) = rest.split_at(room.min(rest.len()));
+            self.pending.extend_from_slice(part);
+            if self.pending.len() == STARTS + REACH {
+                self.finish_starts(STARTS)?;
+            }
+            rest = tail;
+        }
+        self.count += samples.len() as u64;
+        Ok(())
+    }
+
+    /// Samples of this stage before the first group that begins in the stretch.
+    fn lead_length(&self) -> usize {
+        let group = GROUP as u64;
+        ((group - self.start % group) % group) as usize
+    }
+
+    /// Adds samples up in groups, and hands those on that are complete.
+    fn group(&mut self, samples: &[f64], origin: f64) -> Result<(), Error> {
+        let lead_length = self.lead_length();
+        let Some(next) = &mut self.next else {
+            return Ok(());
+        };
+        let part =
+            |samples: &[f64]| Part { sum: samples.iter().map(|y| y - origin).sum(), count: samples.len() };
+        let (lead, samples) = samples.split_at((lead_length - self.lead.count).min(samples.len()));
+        self.lead.add(&part(lead));
+        let begun = if self.trail.count > 0 { GROUP - self.trail.count } else { 0 };
+        let (begun, samples) = samples.split_at(begun.min(samples.len()));
+        self.trail.add(&part(begun));
+        let mut groups = Vec::with_capacity(samples.len() / GROUP + 1);
+        if self.trail.count == GROUP {
+            groups.push(self.trail.sum);
+            self.trail = Part::default();
+        }
+        let whole = samples.chunks_exact(GROUP);
+        let rest = whole.remainder();
+        let mut moved = [0.0; GROUP];
+        groups.extend(whole.map(|group| {
+            moved.iter_mut().zip(group).for_each(|(moved, y)| *moved = y - origin);
+            sum_in_lanes(&moved)
+        }));
+        if !rest.is_empty() {
+            self.trail = part(rest);
+        }
+        next.push(&groups)
+    }
+
+    fn keep_head(&mut self, samples: &[f64]) {
+        let missing = REACH - self.head.len();
+        self.head.extend_from_slice(&samples[..missing.min(samples.len())]);
+    }
+
+    /// Sums the first starts of the pending samples, all of whose points are there, and lets those samples go.
+    fn finish_starts(&mut self, starts: usize) -> Result<(), Error> {
+        self.phase.fill(&self.pending, LARGEST_SAMPLE)?;
+        let sums = self.squares.sums(&self.phase, self.pending.len() + 1, starts);
+        add(&mut self.totals, &sums);
+        self.pending.drain(..starts);
+        self.done += starts as u64;
+        Ok(())
+    }
+
+    /// Takes over the stretch that follows.
+    pub(super) fn merge(&mut self, later: Self) -> Result<(), Error> {
+        if later.done == 0 {
+            return self.push(&later.pending);
+        }
+        // The later stretch has finished starts: it is longer than the reach, and its first group is complete.
+        let mut later = later;
+        if let Some(theirs) = later.origin {
+            let mine = *self.origin.get_or_insert(theirs);
+            later.shift(theirs - mine);
+            self.merge_groups(&mut later)?;
+        }
+        self.keep_head(&later.head);
+        let starts = self.pending.len();
+        self.pending.extend_from_slice(&later.head);
+        self.finish_starts(starts)?;
+        add(&mut self.totals, &later.totals);
+        self.done += later.done;
+        self.count += later.count;
+        self.pending = later.pending;
+        Ok(())
+    }
+
+    /// Joins the groups on both sides of the border; the later stretch has the same origin.
+    fn merge_groups(&mut self, later: &mut Self) -> Result<(), Error> {
+        let lead_length = self.lead_length();
+        let Some(next) = &mut self.next else {
+            return Ok(());
+        };
+        let group = if self.lead.count < lead_length { &mut self.lead } else { &mut self.trail };
+        group.add(&later.lead);
+        if self.trail.count == GROUP {
+            next.push(&[self.trail.sum])?;
+        }
+        self.trail = std::mem::take(&mut later.trail);
+        match later.next.take() {
+            Some(theirs) => next.merge(*theirs),
+            None => Ok(()),
+        }
+    }
+
+    /// Moves the origin of the groups down by `offset`, so that they grow by it for each sample.
+    fn shift(&mut self, offset: f64) {
+        for part in [&mut self.lead, &mut self.trail] {
+            part.sum += offset * part.count as f64;
+        }
+        if let Some(next) = &mut self.next {
+            let offset = offset * GROUP as f64;
+            next.head.iter_mut().chain(&mut next.pending).for_each(|y| *y += offset);
+            next.origin = next.origin.map(|origin| origin + offset);
+        }
+    }
+
+    /// The estimates of this stage and of those behind it.
+    pub(super) fn snapshot(&self, all: &mut Vec<Strided>) -> Result<(), Error> {
+        let mut phase = Phase::default();
+        phase.fill(&self.pending, LARGEST_SAMPLE)?;
+        let mut totals = self.totals.clone();
+        add(&mut totals, &self.squares.sums(&phase, self.pending.len() + 1, usize::MAX));
+        let ends = Ends::new(self);
+        for (&m, total) in self.squares.sizes().iter().zip(totals) {
+            let Some(pairs) = (self.count + 1).checked_sub(2 * m as u64).filter(|&pairs| pairs > 0) else {
+                continue;
+            };
+            let size = (m * self.stride) as f64;
+            let pairs_here = pairs as f64;
+            let estimate = Estimate {
+                m: m * self.stride,
+                avar: total.value() / (2.0 * size * size * pairs_here),
+                pairs: pairs as usize,
+                ramp: ends.sum_of_differences(m) / (pairs_here * size * size),
+            };
+            all.push(Strided { estimate, stride: self.stride });
+        }
+        self.next.as_ref().map_or(Ok(()), |next| next.snapshot(all))
+    }
+}
+
+fn add(totals: &mut [Sum], sums: &[Sum]) {
+    for (total, sum) in totals.iter_mut().zip(sums) {
+        *total = total.plus(*sum);
+    }
+}
+
+/// Sums of phase points over both ends of a stretch.
+struct Ends {
+    /// Sum of the first k points.
+    near: Vec<Sum>,
+    /// Sum of the last k points, relative to the last one.
+    far: Vec<Sum>,
+}
+
+impl Ends {
+    /// The phase is relative to a slope that is the same for both ends, and near the mean.
+    fn new(level: &Level) -> Self {
+        let slope = level.head.iter().sum::<f64>() / level.head.len().max(1) as f64;
+        let tail = &level.pending[level.pending.len().saturating_sub(REACH)..];
+        let sums = |steps: &mut dyn Iterator<Item = f64>| {
+            let (mut point, mut sum) = (Sum::default(), Sum::default());
+            let mut sums = vec![sum];
+            loop {
+                sum = sum.plus(point.normalized());
+                sums.push(sum);
+                let Some(step) = steps.next() else { return sums };
+                point.add(step);
+            }
+        };
+        Self {
+            near: sums(&mut level.head.iter().map(|y| y - slope)),
+            far: sums(&mut tail.iter().rev().map(|y| slope - y)),
+        }
+    }
+
+    /// Sum of all second differences of size m. It telescopes to the ends, see [`crate::trend`]; the height of one end over
+    /// the other cancels.
+    fn sum_of_differences(&self, m: usize) -> f64 {
+        let at = |sums: &[Sum]| sums[m].doubled().plus(sums[2 * m].negated());
+        at(&self.near).plus(at(&self.far)).value()
+    }
+}

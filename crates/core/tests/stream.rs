@@ -24,7 +24,7 @@ fn record(name: &str, n: usize) -> Vec<f64> {
 }
 
 fn octaves(most: usize) -> Vec<usize> {
-    (0..).map(|j| 1 << j).take_while(|&m| m <= most).collect()
+    std::iter::successors(Some(1), |m| Some(2 * m)).take_while(|&m| m <= most).collect()
 }
 
 fn assert_relative(got: f64, expected: f64, tolerance: f64, what: &str) {
@@ -207,6 +207,20 @@ fn a_merged_accumulator_goes_on() {
         whole.push(&rate).unwrap();
         same(&got.snapshot().unwrap(), &whole.snapshot().unwrap(), 1e-12);
     }
+}
+
+/// Each of the stretches is long enough that its groups have finished starts of their own.
+#[test]
+fn later_stages_are_merged_like_the_first() {
+    let n = 11_000_000;
+    let rate = record("later stages", n);
+    let m = octaves(n);
+    let mut whole = Accumulator::new(&m, Long::Strided, 17).unwrap();
+    whole.push(&rate).unwrap();
+    let expected = whole.snapshot().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed_of("later stages"));
+    let got = merged(&rate, &m, Long::Strided, 17, &[5_300_001], &mut rng);
+    same(&got.snapshot().unwrap(), &expected, 1e-12);
 }
 
 #[test]

@@ -8,6 +8,7 @@ Importing the package loads NumPy and nothing heavier; matplotlib is imported wh
 """
 
 from sigmatau._version import __version__
+from sigmatau.accumulate import Accumulator
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
@@ -22,6 +23,7 @@ from sigmatau.streams import Stream
 from sigmatau.uncertainty import percentage_error
 
 __all__ = [
+    "Accumulator",
     "Analysis",
     "Curves",
     "DataError",

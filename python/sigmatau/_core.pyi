@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "Accumulator",
     "Factor",
     "NonFinite",
     "TextError",
@@ -16,6 +17,7 @@ __all__ = [
     "read_text",
     "simulate",
     "sinusoid_avar",
+    "strides",
     "term_avar",
     "term_psd",
     "write_text",
@@ -23,6 +25,18 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
+
+@final
+class Accumulator:
+    def __new__(cls, m: _Ints, strided: bool, start: int) -> Self: ...
+    @property
+    def start(self) -> int: ...
+    @property
+    def samples(self) -> int: ...
+    def push(self, rate: _Floats) -> None: ...
+    def merge(self, later: Accumulator) -> None: ...
+    def copy(self) -> Accumulator: ...
+    def snapshot(self) -> tuple[_Ints, _Floats, _Floats, _Ints, _Ints]: ...
 
 @final
 class Factor:
@@ -44,6 +58,7 @@ def term_psd(term: str, coefficient: float, f: _Floats, tau0: float | None) -> _
 def gauss_markov_avar(sigma: float, time: float, m: _Ints, tau0: float, averaged: bool) -> _Floats: ...
 def sinusoid_avar(amplitude: float, frequency: float, m: _Ints, tau0: float) -> _Floats: ...
 def band_limited_avar(random_walk: float, shape: str, corner: float, m: _Ints, tau0: float) -> _Floats: ...
+def strides(m: _Ints) -> _Ints: ...
 def simulate(
     n: int,
     tau0: float,

@@ -15,6 +15,7 @@ from sigmatau import _core
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 
 __all__ = [
+    "Accumulator",
     "Factor",
     "TextReadError",
     "allan_variances",
@@ -24,6 +25,7 @@ __all__ = [
     "read_text",
     "simulate",
     "sinusoid_avar",
+    "strides",
     "term_avar",
     "term_psd",
     "write_text",
@@ -91,6 +93,58 @@ class Factor:
     def unwhiten(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Weights on the data, shape (n,), that give the same sum as `weights` on the whitened data."""
         return self._factor.unwhiten(np.ascontiguousarray(weights))
+
+
+class Accumulator:
+    """Running sums of one channel; see `sigmatau.accumulate.Accumulator`.
+
+    Parameters
+    ----------
+    m : ndarray of int
+        Cluster sizes; with strides, multiples of them.
+    strided : bool
+        Bounded memory, clusters of more than 4096 samples averaged over a part of their starts.
+    start : int
+        Index in the record of the first sample.
+    name : str
+        Of the channel, for errors.
+    """
+
+    __slots__ = ("_sums", "name")
+
+    def __init__(self, m: NDArray[np.int64], *, strided: bool, start: int, name: str) -> None:
+        self.name = name
+        self._sums = _core.Accumulator(np.ascontiguousarray(m, dtype=np.int64), strided, start)
+
+    @property
+    def samples(self) -> int:
+        """Samples received."""
+        return self._sums.samples
+
+    def push(self, rate: NDArray[np.float64]) -> None:
+        """Take samples, all of which are finite."""
+        self._sums.push(rate)
+
+    def merge(self, later: Accumulator) -> None:
+        """Take over what the accumulator of the following stretch has received; raises ValueError if it is not that."""
+        self._sums.merge(later._sums)
+
+    def copy(self) -> Accumulator:
+        """An accumulator with the same sums."""
+        twin = object.__new__(Accumulator)
+        twin.name, twin._sums = self.name, self._sums.copy()
+        return twin
+
+    def snapshot(
+        self,
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+        """Cluster sizes, variances, ramps per sample, pairs and strides, for the sizes that leave a pair."""
+        return self._sums.snapshot()
+
+
+def strides(m: ArrayLike) -> NDArray[np.int64]:
+    """Distance of the starts that each cluster size is averaged over in bounded memory."""
+    return _core.strides(_sizes(m))
 
 
 def allan_variances(

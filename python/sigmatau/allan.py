@@ -10,7 +10,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,7 +27,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan", "channel_curve", "cluster_sizes"]
+__all__ = [
+    "Counting",
+    "Curves",
+    "DeviationCurve",
+    "Overlap",
+    "TauGrid",
+    "allan",
+    "channel_curve",
+    "cluster_sizes",
+    "refuse_missing",
+]
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
@@ -41,6 +51,8 @@ _SEEDS: Mapping[str, tuple[int, ...]] = {
     "quarter": (8, 10, 12, 14),
     "eighth": tuple(range(8, 16)),
 }
+
+_COLUMNS = ("m", "tau", "avar", "n_pairs", "ramp", "edf", "stride")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -71,6 +83,8 @@ class DeviationCurve(Printed):
     counting : {"standard", "paper"}
     edf : ndarray or None, shape (n_tau,)
         Equivalent degrees of freedom of each variance for the noise that was fitted; None if nothing was.
+    stride : ndarray of int or None, shape (n_tau,)
+        Clusters begin at every so many samples; None if they begin at each, or with `overlap` "none" after each other.
     """
 
     channel: str
@@ -86,9 +100,10 @@ class DeviationCurve(Printed):
     overlap: Overlap = "full"
     counting: Counting = "standard"
     edf: NDArray[np.float64] | None = None
+    stride: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("m", "tau", "avar", "n_pairs", "ramp", "edf"):
+        for name in _COLUMNS:
             if getattr(self, name) is None:
                 continue
             array = np.asarray(getattr(self, name)).view()
@@ -123,6 +138,13 @@ class DeviationCurve(Printed):
         low, high = chi2_factors(self.edf, level=level)
         return self.adev * low, self.adev * high
 
+    def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
+        """The same curve at some of its cluster sizes."""
+        chosen = np.isin(self.m, sizes)
+        columns = {name: getattr(self, name) for name in _COLUMNS}
+        kept: dict[str, Any] = {name: None if c is None else c[chosen] for name, c in columns.items()}
+        return replace(self, **kept)
+
     @property
     def interval_text(self) -> str:
         """What `interval` gives, in words."""
@@ -142,6 +164,7 @@ class DeviationCurve(Printed):
             "interval": self.interval_text,
             **({} if self.edf is None else {"edf": self.edf.tolist()}),
             "n_pairs": self.n_pairs.tolist(),
+            **({} if self.stride is None else {"stride": self.stride.tolist()}),
             "estimator": "overlapped" if self.overlap == "full" else "non-overlapped",
             "counting": self.counting,
             "unit": self.unit,
@@ -247,7 +270,7 @@ def allan(
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
-        _refuse_missing(stream)
+        refuse_missing(stream)
         chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
         curves.update(chosen)
     return Curves(curves)
@@ -333,7 +356,8 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
     return np.unique(sizes_of).astype(np.int64)
 
 
-def _refuse_missing(stream: Stream) -> None:
+def refuse_missing(stream: Stream) -> None:
+    """Raise NonFiniteError if a sample of the stream is missing."""
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])

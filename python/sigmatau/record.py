@@ -17,7 +17,7 @@ from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooSho
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import CHUNK, Columns, Grid, InputKind, Stream, Transform
 
-__all__ = ["MIN_SAMPLES", "QUANTITIES", "Provenance", "Record", "make_stream", "stream_name"]
+__all__ = ["MIN_SAMPLES", "QUANTITIES", "Provenance", "Record", "conversion", "make_stream", "stream_name"]
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """Quantities with a unit of their own; any other signal keeps the unit it came in."""
@@ -213,17 +213,9 @@ def make_stream(
 
     A missing unit means SI here; a reader asks for it before it comes to this (see `sigmatau.io.read`).
     """
-    quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(name, "signal")
-    si = QUANTITIES.get(quantity)
     transforms = []
-    signal_unit = "1"
     for channel in columns:
-        spelled = unit.get(channel, unit.get(name))
-        factor = 1.0
-        if si is None:
-            signal_unit = _rate_of(spelled or "1", kind)
-        elif spelled is not None:
-            factor = _factor(spelled, channel, si, kind)
+        quantity, si, factor = conversion(channel, unit, kind)
         transforms.append(
             Transform(
                 scale=_lookup(scale, channel, name, 1.0),
@@ -243,12 +235,26 @@ def make_stream(
     return Stream(
         name=name,
         quantity=quantity,
-        unit=si or signal_unit,
+        unit=si,
         channels=tuple(columns),
         grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source),
         samples=samples,
         mask=_missing(samples, tuple(columns)),
     )
+
+
+def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[str, str, float]:
+    """Quantity of a channel, unit of its rates, and the factor to it from the unit that is given for it or its stream.
+
+    Without a unit it is in SI already. A signal keeps its unit.
+    """
+    stream = stream_name(channel)
+    quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream, "signal")
+    spelled = unit.get(channel, unit.get(stream))
+    si = QUANTITIES.get(quantity)
+    if si is None:
+        return quantity, _rate_of(spelled or "1", kind), 1.0
+    return quantity, si, 1.0 if spelled is None else _factor(spelled, channel, si, kind)
 
 
 def _lookup(values: Mapping[str, float] | None, channel: str, stream: str, default: float) -> float:

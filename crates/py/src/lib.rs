@@ -9,6 +9,7 @@ mod allan;
 mod cholesky;
 mod covariance;
 mod generate;
+mod stream;
 mod terms;
 mod text;
 
@@ -22,6 +23,8 @@ mod _core {
     use crate::covariance::covariance_tensors;
     #[pymodule_export]
     use crate::generate::simulate;
+    #[pymodule_export]
+    use crate::stream::{Accumulator, strides};
     #[pymodule_export]
     use crate::terms::{band_limited_avar, gauss_markov_avar, sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]

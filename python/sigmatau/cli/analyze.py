@@ -34,6 +34,7 @@ def analyze_command(
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
+    long: Literal["auto", "exact", "strided"] = "auto",
     plot: Path | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     threads: int | None = None,
@@ -65,6 +66,9 @@ def analyze_command(
         Average all clusters (full), or only those that share no sample (none).
     counting
         N+1-2n terms (standard), or the N-2n of the paper's eq. (6) on N rates (paper).
+    long
+        Clusters of more than 4096 samples: every pair (exact), or in bounded memory those that begin at every 64th sample or
+        less often (strided); auto does that, and says so, if the record does not fit in memory.
     plot
         Draw all axes: .png, .svg or .pdf.
     json
@@ -90,7 +94,9 @@ def analyze_command(
             offset=key_numbers(offset or [], "offset", "gyro=2048"),
         )
     with working("computing Allan variances, fitting", quiet=quiet):
-        analysis = analyze(record, taus=averaging, overlap=overlap, counting=counting, method=method, threads=threads)
+        analysis = analyze(
+            record, taus=averaging, overlap=overlap, counting=counting, method=method, long=long, threads=threads
+        )
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
     if plot is not None:

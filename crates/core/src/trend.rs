@@ -6,6 +6,7 @@
 
 use crate::compensated::Sum;
 use crate::phase::{BLOCK, Phase};
+use std::ops::Range;
 
 /// Points per partial sum that is kept; divides [`BLOCK`].
 const STEP: usize = 64;
@@ -31,19 +32,43 @@ impl<'a> Trend<'a> {
         Self { phase, sums }
     }
 
-    /// Mean of all second differences of cluster size `n`, over n²: the change of the rate per sample.
-    pub(crate) fn ramp(&self, n: usize) -> f64 {
+    /// Mean of all second differences over n², the change of the rate per sample, for consecutive cluster sizes n: each sum
+    /// from the one before, by six points.
+    pub(crate) fn ramps(&self, sizes: Range<usize>) -> Vec<f64> {
+        let points = self.phase.values.len();
+        let mut total = self.total(sizes.start);
+        sizes
+            .map(|n| {
+                let mean = total.value() / (points - 2 * n) as f64;
+                // Up to the largest size there is, beyond which no point is left.
+                if 2 * (n + 1) < points {
+                    let (near, far) = (self.point(n).plus(self.point(points - 1 - n)), 2 * n);
+                    let first = self.point(far).plus(self.point(far + 1));
+                    let last = self.point(points - 1 - far).plus(self.point(points - 2 - far));
+                    total = total.plus(near.doubled()).plus(first.plus(last).negated());
+                }
+                let size = n as f64;
+                mean / size / size
+            })
+            .collect()
+    }
+
+    /// Sum of all second differences of cluster size `n`.
+    fn total(&self, n: usize) -> Sum {
         let points = self.phase.values.len();
         let all = self.first(points);
         let last = |count: usize| all.plus(self.first(points - count).negated());
         let near = self.first(n).plus(last(n)).doubled();
         let far = self.first(2 * n).plus(last(2 * n)).negated();
-        let size = n as f64;
-        near.plus(far).value() / ((points - 2 * n) as f64) / size / size
+        near.plus(far)
+    }
+
+    fn point(&self, k: usize) -> Sum {
+        self.phase.anchors[k / BLOCK].plus(Sum { hi: self.phase.values[k], lo: 0.0 })
     }
 
     /// Sum of the first `count` points.
-    fn first(&self, count: usize) -> Sum {
+    pub(crate) fn first(&self, count: usize) -> Sum {
         let step = count / STEP;
         self.sums[step].plus(stretch(self.phase, step * STEP, count))
     }
@@ -75,6 +100,10 @@ fn stretch(phase: &Phase, start: usize, end: usize) -> Sum {
 mod tests {
     use super::*;
 
+    fn ramp(trend: &Trend, n: usize) -> f64 {
+        trend.ramps(n..n + 1)[0]
+    }
+
     fn mean_difference(phase: &Phase, n: usize) -> f64 {
         let pairs = phase.samples() + 1 - 2 * n;
         let sum: f64 = (0..pairs).map(|k| phase.second_difference(k, n)).sum();
@@ -88,8 +117,22 @@ mod tests {
         let phase = Phase::from_rate(&rate).unwrap();
         let trend = Trend::new(&phase);
         for n in [1, 2, 31, 32, 33, 64, 100, 2047, 2048, 4096, 5003] {
-            let (got, expected) = (trend.ramp(n), mean_difference(&phase, n));
+            let (got, expected) = (ramp(&trend, n), mean_difference(&phase, n));
             assert!((got - expected).abs() < 1e-10 * expected.abs().max(1e-3), "{n}: {got} {expected}");
+        }
+    }
+
+    #[test]
+    fn consecutive_sizes_are_the_same() {
+        for (samples, sizes) in [(9001, 1..4501), (9000, 4000..4501), (2, 1..2), (5000, 7..7)] {
+            let rate: Vec<f64> = (0..samples).map(|k| 1e6 + f64::from(k * k % 1009u32).sqrt()).collect();
+            let phase = Phase::from_rate(&rate).unwrap();
+            let trend = Trend::new(&phase);
+            for (n, got) in sizes.clone().zip(trend.ramps(sizes)) {
+                let expected = ramp(&trend, n);
+                // Both round at 2⁻¹⁰⁴ of sums of the phase, which are 1e12 times the differences at most.
+                assert!((got - expected).abs() <= 1e-15 * expected.abs() + 1e-18, "{n}: {got} {expected}");
+            }
         }
     }
 
@@ -100,7 +143,7 @@ mod tests {
         let trend = Trend::new(&phase);
         for n in [1, 100, 10_000] {
             // Samples are rounded to 1e-10.
-            assert!((trend.ramp(n) - 3e-7).abs() < 1e-10 / n as f64, "{n}: {}", trend.ramp(n));
+            assert!((ramp(&trend, n) - 3e-7).abs() < 1e-10 / n as f64, "{n}: {}", ramp(&trend, n));
         }
     }
 
@@ -112,7 +155,7 @@ mod tests {
             let phase = Phase::from_rate(&rate).unwrap();
             let trend = Trend::new(&phase);
             for n in [1, 63, 64, 65, 4500] {
-                let (got, expected) = (trend.ramp(n), mean_difference(&phase, n));
+                let (got, expected) = (ramp(&trend, n), mean_difference(&phase, n));
                 assert!((got - expected).abs() < 1e-15, "{at} {n}: {got} {expected}");
             }
         }

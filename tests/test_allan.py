@@ -177,8 +177,50 @@ class TestGrids:
             allan(record(np.zeros(100)), taus=taus)
 
 
+class TestEveryTime:
+    def test_nbs14(self):
+        curve = allan(record(known.nbs14()), taus="all")["y"]
+        assert curve.m.tolist() == list(range(1, 501))
+        got = dict(zip(curve.m.tolist(), curve.adev, strict=True))
+        assert {m: got[m] for m in known.NBS14_OVERLAPPED} == pytest.approx(known.NBS14_OVERLAPPED, rel=1e-12)
+        disjoint = allan(record(known.nbs14()), taus="all", overlap="none")["y"].adev
+        assert disjoint[np.array(list(known.NBS14_DISJOINT)) - 1] == pytest.approx(
+            list(known.NBS14_DISJOINT.values()), rel=1e-12
+        )
+
+    @pytest.mark.parametrize("counting", ["standard", "paper"])
+    @pytest.mark.parametrize("n", [4, 5, 20_000, 65_537])
+    def test_sizes_that_other_grids_have(self, n, counting):
+        """From 20 000 samples on, transforms make the larger ones: to 1e-9 of what the sums are."""
+        y = 1e3 + np.cumsum(np.random.default_rng(n).standard_normal(n))
+        every = allan(record(y), taus="all", counting=counting)["y"]
+        some = allan(record(y), taus="eighth", counting=counting)["y"]
+        assert every.m.tolist() == list(range(1, (n - (counting == "paper")) // 2 + 1))
+        assert every.avar[some.m - 1] == pytest.approx(some.avar, rel=1e-9)
+        # the means of the differences come from other partial sums of a phase of about n: 1e-16 of that, over m²
+        ramp = some.ramp / np.abs(some.ramp).max()
+        assert every.ramp[some.m - 1] / np.abs(some.ramp).max() == pytest.approx(ramp, rel=1e-9, abs=1e-12)
+        assert every.n_pairs[some.m - 1].tolist() == some.n_pairs.tolist()
+
+    def test_threads_do_not_show(self):
+        y = np.random.default_rng(5).standard_normal((20_000, 3))
+        one = allan(Record.from_arrays(rate=1, gyro=y), taus="all", threads=1)
+        for threads in (2, 3, None):
+            other = allan(Record.from_arrays(rate=1, gyro=y), taus="all", threads=threads)
+            assert all(np.array_equal(one[c].avar, other[c].avar) for c in one)
+            assert all(np.array_equal(one[c].ramp, other[c].ramp) for c in one)
+
+    def test_is_printed_without_its_middle(self):
+        lines = repr(allan(record(np.arange(3000.0) % 7), taus="all")["y"]).splitlines()
+        assert len(lines) == 2 + 200 + 1
+        assert lines[102].split() == ["…", "1300", "more"]
+        assert (lines[101].split()[0], lines[103].split()[0], lines[-1].split()[0]) == ("100", "1401", "1500")
+        whole = repr(allan(record(np.arange(300.0) % 7), taus="all")["y"])
+        assert len(whole.splitlines()) == 2 + 150
+
+
 @pytest.mark.parametrize("n", [4, 64, 96, 1000])
-@pytest.mark.parametrize("grid", ["octave", "half", "quarter"])
+@pytest.mark.parametrize("grid", ["octave", "half", "quarter", "all"])
 def test_paper_counting_on_every_grid(n, grid):
     """One term fewer: at m = n/2 none is left, and the grid ends before it."""
     y = np.random.default_rng(n).standard_normal(n)

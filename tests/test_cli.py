@@ -97,6 +97,24 @@ class TestAnalyze:
         assert gyro["curve"]["tau_s"][0] == 0.01
         assert gyro["curve"]["unit"] == "rad/s"
 
+    def test_every_averaging_time(self, log, tmp_path, capsys):
+        """The curve has them all; the fit is that of the default grid, the reading that of eight an octave of them."""
+        schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
+        figure, result = tmp_path / "all.svg", tmp_path / "all.json"
+        command = ["analyze", log, "--rate", 100]
+        code, table, _ = run(*command, "--taus", "all", "--plot", figure, "--json", result, capsys=capsys)
+        assert code == 0
+        content = json.loads(result.read_text(encoding="utf-8"))
+        jsonschema.validate(content, schema)
+        default = json.loads(run(*command, "--json", "-", capsys=capsys)[1])
+        for name, channel in content["channels"].items():
+            curve, samples = channel["curve"], channel["samples"]
+            assert curve["m"] == list(range(1, samples // 2 + 1))
+            assert {len(curve[key]) for key in ("tau_s", "adev", "low", "high", "edf", "n_pairs")} == {samples // 2}
+            assert channel["fit"] == default["channels"][name]["fit"]
+        assert "adequate" in table
+        assert figure.stat().st_size < 500_000
+
     @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])
     def test_figures(self, log, tmp_path, ending, capsys):
         path = tmp_path / f"a.{ending}"

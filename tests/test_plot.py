@@ -68,3 +68,17 @@ def test_a_model_without_intervals_is_dotted(record):
     (ax,) = analysis.plot().axes
     assert not [line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]
     assert [line for line in ax.lines if line.get_linestyle() == ":" and len(line.get_xdata()) > 2]
+
+
+def test_of_every_averaging_time_as_many_are_drawn_as_can_be_told_apart(record):
+    curve = allan(record, taus="all")["gyro_x"]
+    line = curve.plot(unit="rad/s").lines[0]
+    x, y = line.get_data()
+    assert len(curve.m) == 10_000
+    assert len(x) < 2000
+    assert x[:256] == pytest.approx(curve.tau[:256])
+    # 256 an octave: neighbours are two such steps apart at most
+    assert np.log2(x[1:] / x[:-1])[256:].max() < 2 / 256
+    assert np.interp(np.log(x), np.log(curve.tau), curve.adev) == pytest.approx(y)
+    assert line.get_marker() == ""
+    assert allan(record, taus="eighth")["gyro_x"].plot().lines[0].get_marker() == "o"

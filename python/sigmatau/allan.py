@@ -41,7 +41,7 @@ __all__ = [
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
-TauGrid = Literal["octave", "half", "quarter", "eighth"]
+TauGrid = Literal["octave", "half", "quarter", "eighth", "all"]
 
 # First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j, and so on. Such
 # grids are chains (2m of one size is m of another), which the kernel can share work along.
@@ -53,6 +53,9 @@ _SEEDS: Mapping[str, tuple[int, ...]] = {
 }
 
 _COLUMNS = ("m", "tau", "avar", "n_pairs", "ramp", "edf", "stride")
+
+# Every grid of parts of an octave is printed whole, up to eighths of a record of 10⁸ samples.
+_PRINTED_ROWS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -179,10 +182,13 @@ class DeviationCurve(Printed):
     def __repr__(self) -> str:
         head = f"{self.channel}: Allan deviation, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"
         low, high = self.interval()
-        rows = [
-            f"  {t:12.6g} s  {s:.6g}  [{a:.6g}, {b:.6g}]"
-            for t, s, a, b in zip(self.tau, self.adev, low, high, strict=True)
-        ]
+        columns = np.stack([self.tau, self.adev, low, high], axis=1)
+        left_out = len(columns) - _PRINTED_ROWS
+        if left_out > 0:
+            columns = np.delete(columns, np.s_[_PRINTED_ROWS // 2 : -_PRINTED_ROWS // 2], axis=0)
+        rows = [f"  {t:12.6g} s  {s:.6g}  [{a:.6g}, {b:.6g}]" for t, s, a, b in columns]
+        if left_out > 0:
+            rows.insert(_PRINTED_ROWS // 2, f"  {'…':>12}    {left_out} more")
         return "\n".join([head, f"  [ ]: {self.interval_text}", *rows])
 
 
@@ -237,9 +243,9 @@ def allan(
     ----------
     record : Record
         Static data, no sample missing.
-    taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
-        Grid of averaging times from one sample up to half the record, or the times themselves, rounded to whole samples
-        (the result holds the times after rounding). [s]
+    taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
+        Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
+        samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]
     overlap : {"full", "none"}
         Which clusters are averaged: all, eq. (10), or only those that share no sample.
     counting : {"standard", "paper"}
@@ -330,8 +336,11 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
     if largest < 1:
         raise RecordTooShortError(f"{n} samples have no two clusters to compare", need=2, got=n)
     if isinstance(taus, str):
+        if taus == "all":
+            return np.arange(1, largest + 1, dtype=np.int64)
         if taus not in _SEEDS:
-            raise OptionError(f"unknown grid of τ {taus!r}; grids: {', '.join(_SEEDS)}, or times in s", option="taus")
+            grids = ", ".join((*_SEEDS, "all"))
+            raise OptionError(f"unknown grid of τ {taus!r}; grids: {grids}, or times in s", option="taus")
         seeds = _SEEDS[taus]
         sizes = {seed << j for seed in seeds for j in range(largest.bit_length())}
         sizes |= {size // step for size in sizes for step in (2, 4, 8) if size % step == 0}

@@ -56,6 +56,10 @@ class TestExactCurves:
             assert term.value == pytest.approx(value, rel=1e-3)
             assert term.low < value < term.high
 
+    def test_of_every_time_half_octaves_are_used(self):
+        every, half = (fit(exact(MIXTURES[0], grid=grid)) for grid in ("all", "half"))
+        assert every.to_dict() == half.to_dict()
+
     def test_absent_terms_have_limits(self):
         fitted = fit(exact({"random_walk": 1e-4}))
         for name in ("quantization", "bias_instability", "rate_random_walk"):

@@ -42,6 +42,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{} axes of {AXIS_SAMPLES}, {threads} threads, phase and octaves: {ms:.1} ms", axes.len());
     }
 
+    for samples in [100_000, 1_000_000] {
+        let phase = Phase::from_rate(&rate[..samples.min(n)])?;
+        let every: Vec<usize> = (1..=phase.samples() / 2).collect();
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+            let ms = least_ms(|| {
+                pool.install(|| {
+                    drop(black_box(allan_variance(&phase, &every, Overlap::Full, Counting::Standard)));
+                });
+            });
+            println!("all {} sizes of {}, {threads} threads: {ms:.1} ms", every.len(), phase.samples());
+        }
+    }
+
     let m = half_octaves(1 << 20);
     let linear = [
         Component::Quantization,

@@ -11,6 +11,7 @@ pub mod cholesky;
 pub mod compensated;
 pub mod covariance;
 pub mod error;
+mod every_size;
 mod flicker;
 pub mod generate;
 mod kernel;

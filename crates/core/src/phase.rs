@@ -19,7 +19,7 @@ pub const SHORTEST_BLOCK: usize = 1024;
 const GROUP: usize = 16;
 
 /// Samples that are checked, summed and summed again before the next ones are looked at; divides every block.
-const PIECE: usize = 1024;
+pub(crate) const PIECE: usize = 1024;
 
 /// Largest magnitude of a sample; the squared second differences of 10⁹ of them can still be summed.
 pub const LARGEST_RATE: f64 = 1e130;
@@ -34,7 +34,7 @@ pub struct Phase {
     /// Phase at the first point of every block, the slope removed.
     pub(crate) anchors: Vec<Sum>,
     /// Sum of the points of every block but the last one of the phase, relative to the anchor.
-    pub(crate) areas: Vec<f64>,
+    pub(crate) areas: Vec<Sum>,
 }
 
 impl Default for Phase {
@@ -96,7 +96,7 @@ impl Phase {
         };
         self.values[rate.len()] = end;
         if let (Some(area), false) = (self.areas.last_mut(), full) {
-            *area += end;
+            area.add(end);
         }
         Ok(())
     }
@@ -188,7 +188,7 @@ struct Totals {
     /// Sum of its samples: the height of the next block.
     height: Sum,
     /// Sum of its points.
-    area: f64,
+    area: Sum,
 }
 
 impl Block<'_> {
@@ -206,16 +206,16 @@ impl NullaryFnOnce for Block<'_> {
     #[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
     fn call(self) -> Option<Totals> {
         let mut height = Sum::default();
-        let mut area = 0.0;
+        let mut area = Sum::default();
         // Three loops over pieces that stay in the nearest cache: one that did it all would not be vectorised.
         for (rate, points) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)) {
             if !rate.iter().fold(true, |so_far, y| so_far & (y.abs() <= self.largest)) {
                 return None;
             }
             sum_piece(rate, self.slope, &mut height, points);
-            area += sum_in_lanes(&points[..rate.len()]);
+            area.add(sum_in_lanes(&points[..rate.len()]));
         }
-        Some(Totals { height: height.normalized(), area })
+        Some(Totals { height: height.normalized(), area: area.normalized() })
     }
 }
 

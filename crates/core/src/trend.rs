@@ -5,7 +5,8 @@
 //! j points, it is 2A(n) + 2B(n) − A(2n) − B(2n).
 
 use crate::compensated::Sum;
-use crate::phase::{Phase, sum_in_lanes};
+use crate::phase::{PIECE, Phase, sum_in_lanes};
+use std::ops::Range;
 
 /// Sums over the first points of a phase, for any number of them.
 pub(crate) struct Trend<'a> {
@@ -27,41 +28,77 @@ impl<'a> Trend<'a> {
         Self { phase, sums }
     }
 
-    /// Mean of all second differences of cluster size `n`, over n²: the change of the rate per sample.
-    pub(crate) fn ramp(&self, n: usize) -> f64 {
+    /// Mean of all second differences over n², the change of the rate per sample, for consecutive cluster sizes n: each sum
+    /// from the one before, by six points.
+    pub(crate) fn ramps(&self, sizes: Range<usize>) -> Vec<f64> {
+        let points = self.phase.values.len();
+        let mut total = self.total(sizes.start);
+        sizes
+            .map(|n| {
+                let mean = total.value() / (points - 2 * n) as f64;
+                // Up to the largest size there is, beyond which no point is left.
+                if 2 * (n + 1) < points {
+                    let (near, far) = (self.point(n).plus(self.point(points - 1 - n)), 2 * n);
+                    let first = self.point(far).plus(self.point(far + 1));
+                    let last = self.point(points - 1 - far).plus(self.point(points - 2 - far));
+                    total = total.plus(near.doubled()).plus(first.plus(last).negated());
+                }
+                let size = n as f64;
+                mean / size / size
+            })
+            .collect()
+    }
+
+    /// Sum of all second differences of cluster size `n`.
+    fn total(&self, n: usize) -> Sum {
         let points = self.phase.values.len();
         let all = self.first(points);
         let last = |count: usize| all.plus(self.first(points - count).negated());
         let near = self.first(n).plus(last(n)).doubled();
         let far = self.first(2 * n).plus(last(2 * n)).negated();
-        let size = n as f64;
-        near.plus(far).value() / ((points - 2 * n) as f64) / size / size
+        near.plus(far)
+    }
+
+    fn point(&self, k: usize) -> Sum {
+        self.phase.anchors[k / self.phase.block].plus(Sum { hi: self.phase.values[k], lo: 0.0 })
     }
 
     /// Sum of the first `count` points.
-    fn first(&self, count: usize) -> Sum {
+    pub(crate) fn first(&self, count: usize) -> Sum {
         let block = count / self.phase.block;
         let points = &self.phase.values[block * self.phase.block..count];
         if points.is_empty() {
             return self.sums[block];
         }
-        self.sums[block].plus(lifted(sum_in_lanes(points), self.phase.anchors[block], points.len()))
+        let mut area = Sum::default();
+        points.chunks(PIECE).for_each(|piece| area.add(sum_in_lanes(piece)));
+        self.sums[block].plus(lifted(area.normalized(), self.phase.anchors[block], points.len()))
     }
 }
 
 /// Sum of `count` points from their sum relative to an anchor.
-fn lifted(area: f64, anchor: Sum, count: usize) -> Sum {
+fn lifted(area: Sum, anchor: Sum, count: usize) -> Sum {
     let count = count as f64;
     // The product of a float and a small integer, and its rounding error.
     let hi = anchor.hi * count;
     let error = anchor.hi.mul_add(count, -hi);
-    Sum { hi: area, lo: 0.0 }.plus(Sum { hi, lo: error + anchor.lo * count }.normalized())
+    area.plus(Sum { hi, lo: error + anchor.lo * count }.normalized())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::phase::LONGEST_BLOCK as BLOCK;
+
+    /// What plain sums over the pieces of a phase may be off by: as many roundings as points, at the height of the sum.
+    fn sum_rounding(phase: &Phase) -> f64 {
+        let height = phase.values.iter().fold(0.0, |height: f64, value| height.max(value.abs()));
+        f64::EPSILON * (PIECE * PIECE) as f64 * height
+    }
+
+    fn ramp(trend: &Trend, n: usize) -> f64 {
+        trend.ramps(n..n + 1)[0]
+    }
 
     fn mean_difference(phase: &Phase, n: usize) -> f64 {
         let pairs = phase.samples() + 1 - 2 * n;
@@ -76,7 +113,7 @@ mod tests {
         let phase = Phase::from_rate(&rate).unwrap();
         let trend = Trend::new(&phase);
         for n in [1, 2, 31, 32, 33, 64, 100, 2047, 2048, 4096, 5003] {
-            let (got, expected) = (trend.ramp(n), mean_difference(&phase, n));
+            let (got, expected) = (ramp(&trend, n), mean_difference(&phase, n));
             assert!((got - expected).abs() < 1e-10 * expected.abs().max(1e-3), "{n}: {got} {expected}");
         }
     }
@@ -86,9 +123,23 @@ mod tests {
         for n in [BLOCK - 2, BLOCK - 1, BLOCK, 2 * BLOCK - 1] {
             let rate: Vec<f64> = (0..n).map(|k| if k % 7 == 0 { 3.0 } else { -1.0 }).collect();
             let phase = Phase::from_rate(&rate).unwrap();
-            let (got, expected) = (Trend::new(&phase).ramp(n / 2), mean_difference(&phase, n / 2));
+            let (got, expected) = (ramp(&Trend::new(&phase), n / 2), mean_difference(&phase, n / 2));
             // Plain sums of some 10⁴ differences as large as 10⁴, over 10⁸.
             assert!((got - expected).abs() < 1e-12, "{n}: {got} {expected}");
+        }
+    }
+
+    #[test]
+    fn consecutive_sizes_are_the_same() {
+        for (samples, sizes) in [(9001, 1..4501), (9000, 4000..4501), (2, 1..2), (5000, 7..7)] {
+            let rate: Vec<f64> = (0..samples).map(|k| 1e6 + f64::from(k * k % 1009u32).sqrt()).collect();
+            let phase = Phase::from_rate(&rate).unwrap();
+            let trend = Trend::new(&phase);
+            for (n, got) in sizes.clone().zip(trend.ramps(sizes)) {
+                let expected = ramp(&trend, n);
+                let rounding = sum_rounding(&phase) / ((samples as usize + 1 - 2 * n) * n * n) as f64;
+                assert!((got - expected).abs() <= 1e-15 * expected.abs() + rounding, "{n}: {got} {expected}");
+            }
         }
     }
 
@@ -99,7 +150,7 @@ mod tests {
         let trend = Trend::new(&phase);
         for n in [1, 100, 10_000] {
             // Samples are rounded to 1e-10.
-            assert!((trend.ramp(n) - 3e-7).abs() < 1e-10 / n as f64, "{n}: {}", trend.ramp(n));
+            assert!((ramp(&trend, n) - 3e-7).abs() < 1e-10 / n as f64, "{n}: {}", ramp(&trend, n));
         }
     }
 
@@ -111,7 +162,7 @@ mod tests {
             let phase = Phase::from_rate(&rate).unwrap();
             let trend = Trend::new(&phase);
             for n in [1, 63, 64, 65, BLOCK / 2, BLOCK] {
-                let (got, expected) = (trend.ramp(n), mean_difference(&phase, n));
+                let (got, expected) = (ramp(&trend, n), mean_difference(&phase, n));
                 assert!((got - expected).abs() < 1e-15, "{at} {n}: {got} {expected}");
             }
         }

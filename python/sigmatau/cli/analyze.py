@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from cyclopts import Parameter
 
+from sigmatau.allan import TauGrid
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli.options import check_output, key_numbers, key_values, say, working
 from sigmatau.errors import OptionError
@@ -61,7 +62,7 @@ def analyze_command(
     method
         Fit the coefficients, with intervals (gls), or only read them off as the paper does (read-off).
     taus
-        Averaging times of the curve: octave, half, quarter or eighth octaves, or a list in seconds: 0.1,1,10.
+        Averaging times of the curve: octave, half, quarter or eighth octaves, all, or a list in seconds: 0.1,1,10.
     overlap
         Average all clusters (full), or only those that share no sample (none).
     counting
@@ -141,11 +142,11 @@ def _refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
 
 
 def _taus(text: str) -> str | list[float]:
-    if text in ("octave", "half", "quarter", "eighth"):
+    if text in get_args(TauGrid):
         return text
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise OptionError(
-            f"--taus {text!r}: want octave, half, quarter, eighth, or times in s such as 0.1,1,10", option="taus"
+            f"--taus {text!r}: want {', '.join(get_args(TauGrid))}, or times in s such as 0.1,1,10", option="taus"
         ) from None

@@ -13,7 +13,7 @@ from sigmatau.errors import OptionError
 from sigmatau.fitting.attempt import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noisefit import NoiseFit
-from sigmatau.fitting.statement import descriptive, no_fit, stated
+from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
 from sigmatau.terms import TERMS
 
 __all__ = ["fit"]
@@ -38,7 +38,8 @@ def fit(
     Parameters
     ----------
     curve : DeviationCurve
-        On half octaves, or up to eight averaging times an octave; more are thinned.
+        On half octaves, or up to eight averaging times an octave; of more, half octaves are used if they are among them,
+        or else eight an octave.
     terms : iterable of str, optional
         Terms that may be there, keys of `sigmatau.terms.TERMS`. Default: all five. A term left out is taken to be absent;
         what it does to the curve is then laid upon the others.
@@ -110,11 +111,15 @@ def fit(
 
 
 def _thinned(m: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """Indices of at most eight cluster sizes an octave, up to a third of the record."""
+    """Indices of at most eight cluster sizes an octave, up to a third of the record; of more, half octaves if there."""
     chosen: list[int] = []
-    for k, size in enumerate(m):
-        if size > n // LONGEST_SHARE:
-            break
+    usable = m[m <= n // LONGEST_SHARE]
+    for k, size in enumerate(usable):
         if not chosen or size >= m[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):
             chosen.append(k)
+    if len(chosen) < len(usable):
+        # More sizes tell nothing more, and half octaves share their work with all the other curves of that length.
+        chain = np.array(half_octaves(int(usable[0]), n // LONGEST_SHARE))
+        if np.isin(chain, usable).all():
+            return np.searchsorted(usable, chain)
     return np.array(chosen, dtype=np.int64)

@@ -24,6 +24,10 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
 _TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
 
+# Of a record's every averaging time, lines for each would make a slow figure and a large file, and look the same.
+_PER_OCTAVE = 256
+_MOST_MARKERS = 300
+
 
 class CurveLike(Protocol):
     """What is drawn: see `sigmatau.allan.DeviationCurve`."""
@@ -85,13 +89,15 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
         from matplotlib.figure import Figure
 
         ax = Figure(figsize=(7, 5), layout="constrained").subplots()
-    shown = curve.adev > 0
+    shown = _told_apart(curve.m)
+    shown = shown[curve.adev[shown] > 0]
     tau, adev = curve.tau[shown], curve.adev[shown] / factor
+    marker = "o" if len(shown) <= _MOST_MARKERS else ""
     low, high = (edge[shown] / factor for edge in curve.interval())
     # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
     low, high = np.maximum(low, 0.1 * adev), np.minimum(high, 10 * adev)
     ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
-    ax.loglog(tau, adev, color=colour, linewidth=1.6, marker="o", markersize=2.5, label=curve.channel)
+    ax.loglog(tau, adev, color=colour, linewidth=1.6, marker=marker, markersize=2.5, label=curve.channel)
     ax.set_xlabel("averaging time τ [s]")
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
     from matplotlib.ticker import FuncFormatter, LogLocator
@@ -149,15 +155,16 @@ def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
     if not fitted.model or fitted.tau_min is None:
         return
     factor, _ = _unit(curve, None)
-    adev = np.sqrt(fitted.avar(m=curve.m)) / factor
-    used = curve.tau >= fitted.tau_min * (1 - 1e-9)
+    shown = _told_apart(curve.m)
+    tau, adev = curve.tau[shown], np.sqrt(fitted.avar(m=curve.m[shown])) / factor
+    used = tau >= fitted.tau_min * (1 - 1e-9)
     if fitted.verdict != "adequate":
         used = np.zeros_like(used)
     # The two pieces share a point.
     before = ~used | (np.cumsum(used) == 1)
-    ax.plot(curve.tau[used], adev[used], color=colour, linestyle="--", linewidth=1.1, zorder=3)
+    ax.plot(tau[used], adev[used], color=colour, linestyle="--", linewidth=1.1, zorder=3)
     if before.sum() > 1:
-        ax.plot(curve.tau[before], adev[before], color=colour, linestyle=":", linewidth=1.1, zorder=3)
+        ax.plot(tau[before], adev[before], color=colour, linestyle=":", linewidth=1.1, zorder=3)
 
 
 def _draw_line(
@@ -211,6 +218,12 @@ def _free_place(
 def save(figure: Figure, path: str) -> None:
     """Write a figure; the ending names the format: .png, .svg or .pdf."""
     figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+
+
+def _told_apart(m: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Indices of the cluster sizes that a figure can tell apart; all, unless there are very many."""
+    bins = np.floor(np.log2(m) * _PER_OCTAVE)
+    return np.flatnonzero(np.diff(bins, prepend=-1) > 0)
 
 
 def _unit(curve: CurveLike, unit: str | None) -> tuple[float, str]:

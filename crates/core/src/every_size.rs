@@ -1,0 +1,250 @@
+//! The Allan variance at every cluster size up to half the record, in about N log² N operations in place of N² / 4.
+//!
+//! # The sum over a record
+//!
+//! With `q(n) = Σ_j (x(j + n) − x(j))²`, over all j with both points in the record, the identity
+//! (c − b − (b − a))² = 2 (b − a)² + 2 (c − b)² − (c − a)² gives for the sum of the squared second differences
+//!
+//! D(n) = 4 q(n) − q(2n) − 2 h(n) − 2 t(n),
+//!
+//! where h(n), the head, is the part of q(n) from the first n points on, which no second difference has as its middle
+//! and last, and t(n), the tail, the same at the end. A sum of squared differences is made of sums of squares, which slide
+//! with n, and of a correlation, which Fourier transforms give for all n at once; for the head see [`triangle`].
+//!
+//! # By blocks
+//!
+//! Squares of a phase that wanders far are large, and D is their small difference. Second differences do not see a straight
+//! line: so the phase is cut into blocks, 16 times as long as the shortest n and 4 times as the longest, and each has a line
+//! of its own taken out, through the block and the points that its starts j reach. Where x(j) is in one block and the
+//! middle x(j + n) in the next, whose slope is greater by s, the second difference belongs with the line of the next. With
+//! δ = n s its three squares have to be those of x(j + n) − x(j) − δ, of x(j + 2n) − x(j + n) − δ and of
+//! x(j + 2n) − x(j) − 2δ. The second is, being counted from its own start, and the other two change 2 q − q by
+//! Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border: sums of points, not of products.
+//!
+//! What is left of the phase in a block is as large as its second differences, to a factor that depends only on the shape
+//! of its spectrum, whatever the drift and the mean of the record.
+//!
+//! # Errors
+//!
+//! A correlation by Fourier transforms errs by some ε times the sum of squares E. Most D(n) are of the order of E. They
+//! are much smaller where n is a multiple of the period of a strong line. Where the bound for the error of D exceeds
+//! [`TOLERANCE`] · D, the value is not given and has to be summed directly; not if the bound is below what the rounding
+//! of the phase makes, as in a record that is constant, because the direct sum is no better then. A record that repeats
+//! itself exactly, or whose phase has one point far off, so comes to cost up to N² / 8 terms: never more than one by one.
+//!
+//! The transforms use the vectors that the processor has, so that the last bits may differ from one kind to another; they do
+//! not depend on the number of threads.
+//!
+//! Memory: some 20 numbers for each sample, when n is of the order of the record.
+
+mod correlation;
+mod stretch;
+#[cfg(test)]
+mod tests;
+mod triangle;
+
+use crate::compensated::Sum;
+use crate::phase::Phase;
+use crate::trend::Trend;
+use correlation::Correlator;
+use rayon::prelude::*;
+use std::ops::Range;
+use stretch::{Line, Stretch};
+
+/// Cluster sizes below this are cheaper summed directly.
+pub const SMALLEST: usize = 256;
+
+/// Sums of fewer terms are cheaper done directly, and most of what a transform handles would not be in them.
+const FEW: usize = 512;
+
+/// Largest relative error of a sum that is given.
+const TOLERANCE: f64 = 5e-10;
+
+/// Error of a correlation, in ‖block‖ ‖window‖: twice the worst that the tests have seen, of a strong line.
+const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
+
+/// Sums of the squared second differences of the first `points` of a phase, for n from [`SMALLEST`] up to `largest`; none
+/// where cancellation leaves less than nine digits or the terms are few.
+///
+/// Runs on the current rayon pool. How the record is cut and in which order its parts are added does not depend on the
+/// number of threads, and neither do the sums.
+pub fn sums_of_squares(phase: &Phase, trend: &Trend, points: usize, largest: usize) -> Vec<Option<f64>> {
+    let largest = largest.min(points.saturating_sub(FEW) / 2);
+    let correlator = Correlator::new();
+    let mut sums = Vec::new();
+    let mut smallest = SMALLEST;
+    while smallest <= largest {
+        let group = Group::new(phase, trend, points, smallest, largest, &correlator);
+        sums.extend(group.trusted());
+        smallest = group.sizes.end;
+    }
+    sums
+}
+
+/// Cluster sizes that share their blocks.
+struct Group<'a> {
+    phase: &'a Phase,
+    correlator: &'a Correlator,
+    points: usize,
+    sizes: Range<usize>,
+    /// Starts j of each block; each is at least four times the largest size, or there is only one.
+    blocks: Vec<Range<usize>>,
+    lines: Vec<Line>,
+}
+
+/// What one block adds to the sums.
+struct Part {
+    /// By size.
+    sums: Vec<f64>,
+    /// Bound of their errors.
+    error: f64,
+    /// What the rounding of the phase makes of them.
+    rounding: f64,
+}
+
+impl<'a> Group<'a> {
+    fn new(
+        phase: &'a Phase,
+        trend: &Trend,
+        points: usize,
+        smallest: usize,
+        largest: usize,
+        correlator: &'a Correlator,
+    ) -> Self {
+        let length = 16 * smallest;
+        // The last block takes the rest: at least as long as the others.
+        let count = (points / length).max(1);
+        let end = if count == 1 { largest + 1 } else { (4 * smallest).min(largest + 1) };
+        let border = |block: usize| if block == count { points } else { block * length };
+        let blocks: Vec<_> = (0..count).map(|block| border(block)..border(block + 1)).collect();
+        let reach = 2 * (end - 1);
+        let through = |block: &Range<usize>| Line::through(trend, &reached(block, reach, points));
+        let lines = blocks.par_iter().map(through).collect();
+        Self { phase, correlator, points, sizes: smallest..end, blocks, lines }
+    }
+
+    /// The sums that can be trusted.
+    fn trusted(&self) -> Vec<Option<f64>> {
+        let (sums, error, rounding) = self.sums();
+        let trusted = |sum: f64| {
+            // A sum that is not a number is neither.
+            let exact = error <= TOLERANCE * sum;
+            let nothing = error <= rounding && sum >= -error;
+            (exact || nothing).then_some(sum.max(0.0))
+        };
+        sums.into_iter().map(|sum| trusted(sum.value())).collect()
+    }
+
+    /// The sums, the bound of their errors, and what the rounding of the phase makes of them.
+    fn sums(&self) -> (Vec<Sum>, f64, f64) {
+        let parts: Vec<Part> = (0..self.blocks.len()).into_par_iter().map(|block| self.part(block)).collect();
+        let mut sums = vec![Sum::default(); self.sizes.len()];
+        let (mut error, mut rounding) = (0.0, 0.0);
+        for part in parts {
+            sums.iter_mut().zip(part.sums).for_each(|(sum, of_block)| sum.add(of_block));
+            error += part.error;
+            rounding += part.rounding;
+        }
+        (sums, error, rounding)
+    }
+
+    fn part(&self, block: usize) -> Part {
+        let starts = self.blocks[block].clone();
+        let lags = 2 * (self.sizes.end - 1) + 1;
+        let reached = reached(&starts, lags - 1, self.points);
+        let stretch = Stretch::new(self.phase, &reached, &self.lines[block]);
+        let values = &stretch.values;
+        let last = block + 1 == self.blocks.len();
+        let (increments, (head, tail)) = rayon::join(
+            || increments(values, starts.len(), lags, self.correlator),
+            || {
+                rayon::join(
+                    || (block == 0).then(|| self.head(values)),
+                    || last.then(|| self.head(&values.iter().rev().take(lags).copied().collect::<Vec<_>>())),
+                )
+            },
+        );
+        let mut sums: Vec<f64> =
+            self.sizes.clone().map(|n| 4.0 * increments[n] - increments[2 * n]).collect();
+        drop(increments);
+        for end in [head, tail].into_iter().flatten() {
+            sums.iter_mut().zip(end).for_each(|(sum, part)| *sum -= 2.0 * part);
+        }
+        if !last {
+            let step = self.lines[block + 1].slope - self.lines[block].slope;
+            self.add_border(&values[starts.len()..], step, &mut sums);
+        }
+        let squares: f64 = values.iter().map(|value| value * value).sum();
+        // Twice 4 + 1 in the increments, and twice 2 in the head and in the tail.
+        let error = TRANSFORM_ERROR
+            * squares
+            * (10.0 + if block == 0 { 4.0 } else { 0.0 } + if last { 4.0 } else { 0.0 });
+        // Variances 1, 4 and 1 of three points.
+        let rounding = 6.0 * stretch.rounding * stretch.rounding * starts.len() as f64;
+        Part { sums, error, rounding }
+    }
+
+    /// Σ_{k<n} (x(k + n) − x(k))², for every size.
+    fn head(&self, values: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.sizes.len()];
+        triangle::head_products(values, self.sizes.start, &mut sums, self.correlator);
+        // All the points before 2n, each in one of the squares.
+        let (before, next) = values.split_at(2 * (self.sizes.start - 1));
+        let mut squares = Sum::default();
+        for value in before {
+            squares.add(value * value);
+        }
+        for (sum, pair) in sums.iter_mut().zip(next.chunks_exact(2)) {
+            squares.add(pair[0] * pair[0]);
+            squares.add(pair[1] * pair[1]);
+            *sum = squares.value() - 2.0 * *sum;
+        }
+        sums
+    }
+
+    /// Gives the second differences across the end of a block the line of the next, steeper by `step`; `beyond` are the
+    /// values after the end.
+    fn add_border(&self, beyond: &[f64], step: f64, sums: &mut [f64]) {
+        let (before, next) = beyond.split_at(2 * (self.sizes.start - 1));
+        let (mut near, mut far) = (Sum::default(), Sum::default());
+        for (k, value) in before.iter().enumerate() {
+            far.add(*value);
+            if k < self.sizes.start - 1 {
+                near.add(*value);
+            }
+        }
+        for ((n, sum), pair) in self.sizes.clone().zip(sums).zip(next.chunks_exact(2)) {
+            near.add(beyond[n - 1]);
+            far.add(pair[0]);
+            far.add(pair[1]);
+            let delta = n as f64 * step;
+            let differences = far.value() - 2.0 * near.value();
+            *sum += delta * (4.0 * differences - 2.0 * n as f64 * delta);
+        }
+    }
+}
+
+/// The points that second differences with a start in the block have.
+fn reached(block: &Range<usize>, reach: usize, points: usize) -> Range<usize> {
+    block.start..points.min(block.end + reach)
+}
+
+/// The sum of (x(j + l) − x(j))² over the first `starts` values, as far as x(j + l) is there, for each l below `lags`.
+fn increments(values: &[f64], starts: usize, lags: usize, correlator: &Correlator) -> Vec<f64> {
+    let mut sums = vec![0.0; lags];
+    if starts == values.len() {
+        correlator.auto(values, &mut sums);
+    } else {
+        correlator.cross(&values[..starts], values, &mut sums);
+    }
+    let square = |k: usize| values[k] * values[k];
+    let mut squares = Sum::default();
+    (0..starts).for_each(|k| squares.add(2.0 * square(k)));
+    for (lag, sum) in sums.iter_mut().enumerate() {
+        *sum = squares.value() - 2.0 * *sum;
+        // On to the next lag: the first x(j + l) goes, and a new one comes or the last x(j) goes too.
+        squares.add(-square(lag));
+        squares.add(values.get(starts + lag).map_or_else(|| -square(values.len() - lag - 1), |x| x * x));
+    }
+    sums
+}

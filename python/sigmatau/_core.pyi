@@ -14,6 +14,7 @@ __all__ = [
     "band_limited_avar",
     "covariance_tensors",
     "gauss_markov_avar",
+    "parse_text",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -79,4 +80,7 @@ def read_text(
     wanted: list[int],
     exact: int | None,
 ) -> tuple[list[_Floats], _Ints | None]: ...
+def parse_text(
+    lines: bytes, delimiter: str | None, comment: list[str], columns: int, wanted: list[int]
+) -> list[_Floats]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...

@@ -22,6 +22,7 @@ __all__ = [
     "band_limited_avar",
     "covariance_tensors",
     "gauss_markov_avar",
+    "parse_text",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -304,6 +305,16 @@ def read_text(
     """
     try:
         return _core.read_text(path, delimiter, list(comment), skip_lines, columns, list(wanted), exact)
+    except _core.TextError as error:
+        raise TextReadError(*error.args) from None
+
+
+def parse_text(
+    lines: bytes, *, delimiter: str | None, comment: tuple[str, ...], columns: int, wanted: tuple[int, ...]
+) -> list[NDArray[np.float64]]:
+    """Columns of lines that are in memory; parameters and errors as in `read_text`, lines counted from the first one."""
+    try:
+        return _core.parse_text(lines, delimiter, list(comment), columns, list(wanted))
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
 

@@ -103,6 +103,8 @@ class Accumulator(Printed):
         self._quantities = [quantity for quantity, _, _ in kinds]
         self._units = [unit for _, unit, _ in kinds]
         self._factors = [factor / (self.tau0 if input == "increments" else 1.0) for _, _, factor in kinds]
+        if isinstance(taus, str) and taus == "all":
+            raise OptionError("`taus` 'all' takes a whole record: see `sigmatau.allan`", option="taus")
         sizes = cluster_sizes(taus, n=_LONGEST, tau0=self.tau0)
         if long == "strided":
             sizes = strided_sizes(sizes)
@@ -243,6 +245,8 @@ def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strid
         If a sample is missing.
     """
     refuse_missing(stream)
+    if isinstance(taus, str) and taus == "all":
+        raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
     sizes = cluster_sizes(taus, n=stream.grid.n, tau0=stream.grid.tau0)
     sums = Accumulator(*stream.channels, rate=stream.grid.rate, taus=sizes * stream.grid.tau0, long=long)
     sums._quantities = [stream.quantity] * len(stream.channels)

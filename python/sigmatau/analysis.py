@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -26,7 +26,7 @@ from sigmatau.terms import avar
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Analysis", "Method", "analyze"]
+__all__ = ["Analysis", "Long", "Method", "analyze", "of_curves"]
 
 Method = Literal["gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
@@ -94,8 +94,11 @@ class Analysis(Printed):
 
     def summary(self) -> str:
         """The grids and the table of coefficients, as the command line prints them."""
-        coefficients = fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
-        return "\n".join([*self.grids.values(), "", coefficients])
+        return "\n".join([*self.grids.values(), "", self.coefficients()])
+
+    def coefficients(self) -> str:
+        """The table of coefficients."""
+        return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
 
     def __repr__(self) -> str:
         return "\n".join([self.summary(), *map(str, self.findings)])
@@ -184,6 +187,46 @@ def analyze(
         fits=fits,
         read_off={channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: _grid_text(stream) for stream in record.streams},
+    )
+
+
+def of_curves(
+    curves: Mapping[str, DeviationCurve],
+    *,
+    source: Provenance = Provenance(),  # noqa: B008  frozen
+    findings: Sequence[Finding] = (),
+    grids: Mapping[str, str] | None = None,
+    method: Method = "gls",
+) -> Analysis:
+    """Fit and read off overlapped curves that are there already, such as those of an `Accumulator`.
+
+    Raises
+    ------
+    DataError
+        If no curve is above 0.
+    """
+    said = list(findings)
+    kept: dict[str, DeviationCurve] = {}
+    fits: dict[str, NoiseFit] = {}
+    for channel, curve in curves.items():
+        if not curve.adev.max() > 0:
+            message = f"every one of {curve.n} samples is the same"
+            said.append(Finding(code="constant_channel", severity="error", channel=channel, message=message))
+            continue
+        kept[channel] = curve
+        if method == "gls":
+            fits[channel] = fit(curve)
+            kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
+            said += _findings(fits[channel])
+    if not kept:
+        raise DataError("no channel is left to analyse: every one of them never changes")
+    return Analysis(
+        source=source,
+        findings=tuple(said),
+        curves=Curves(kept),
+        fits=fits,
+        read_off={channel: read_off(curve) for channel, curve in kept.items()},
+        grids=dict(grids or {}),
     )
 
 

@@ -32,6 +32,23 @@ pub fn read_text<'py>(
     Ok((floats, table.integers.map(|c| c.into_pyarray(py))))
 }
 
+/// The same from lines in memory.
+#[pyfunction]
+pub fn parse_text<'py>(
+    py: Python<'py>,
+    lines: &[u8],
+    delimiter: Option<&str>,
+    comment: Vec<String>,
+    columns: usize,
+    wanted: Vec<usize>,
+) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
+    let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
+    let comment = comment.into_iter().map(String::into_bytes).collect();
+    let dialect = Dialect { delimiter, comment, skip_lines: 0, columns };
+    let table = py.detach(|| formats::read_columns(lines, &dialect, &wanted, None)).map_err(refused)?;
+    Ok(table.columns.into_iter().map(|c| c.into_pyarray(py)).collect())
+}
+
 #[pyfunction]
 pub fn write_text(
     py: Python<'_>,

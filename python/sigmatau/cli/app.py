@@ -34,6 +34,12 @@ sigmatau plan imu.toml --term bias_instability --rate 100 --hours 2
 sigmatau plan imu.toml --term rate_random_walk --rate 100 --value "20 deg/h/sqrt(h)"
 sigmatau plan result.json --term bias_instability --hours 12""",
     ),
+    "watch": (
+        "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",
+        """\
+logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
+sigmatau watch growing.csv --json last.json""",
+    ),
     "demo": (
         "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",
         "sigmatau demo --output demo",

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_analysis", "draw_curve", "save"]
+__all__ = ["curve_unit", "draw_analysis", "draw_curve", "save"]
 
 # Okabe & Ito's palette: told apart with any colour vision, and in print by its lightness.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -83,7 +83,7 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
         Default: deg/h for gyros, µg for accelerometers, its own for other signals.
     colour : str
     """
-    factor, text = _unit(curve, unit)
+    factor, text = curve_unit(curve, unit)
     if ax is None:
         _pyplot_needed()
         from matplotlib.figure import Figure
@@ -154,7 +154,7 @@ def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
     """The model's deviation; a model without intervals dotted all along."""
     if not fitted.model or fitted.tau_min is None:
         return
-    factor, _ = _unit(curve, None)
+    factor, _ = curve_unit(curve, None)
     shown = _told_apart(curve.m)
     tau, adev = curve.tau[shown], np.sqrt(fitted.avar(m=curve.m[shown])) / factor
     used = tau >= fitted.tau_min * (1 - 1e-9)
@@ -171,7 +171,7 @@ def _draw_line(
     ax: Axes, curve: CurveLike, name: str, coefficient: CoefficientLike, colour: str, named: list[tuple[float, float]]
 ) -> None:
     term = TERMS[name]
-    factor, _ = _unit(curve, None)
+    factor, _ = curve_unit(curve, None)
     read_at = term.read_at if term.read_at is not None else math.sqrt(coefficient.tau_min * coefficient.tau_max)
     level = coefficient.value * term.level / factor
 
@@ -226,7 +226,8 @@ def _told_apart(m: NDArray[np.int64]) -> NDArray[np.intp]:
     return np.flatnonzero(np.diff(bins, prepend=-1) > 0)
 
 
-def _unit(curve: CurveLike, unit: str | None) -> tuple[float, str]:
+def curve_unit(curve: CurveLike, unit: str | None) -> tuple[float, str]:
+    """Factor from the unit that a curve is drawn in to SI, and how that unit is written."""
     wanted = unit or _PLOT_UNITS.get(curve.quantity)
     if wanted is None:
         return 1.0, curve.unit

@@ -21,7 +21,7 @@ from sigmatau.record import MIN_SAMPLES, QUANTITIES, Provenance, Record, make_st
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind
 
-__all__ = ["Options", "assemble"]
+__all__ = ["Options", "assemble", "find_rate", "resolve"]
 
 _SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
 
@@ -86,12 +86,7 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
     OptionError, DataError
         Without the name of the file, which the caller puts before the message.
     """
-    choice = choose(table.columns, options.channels)
-    _check_keys(choice, options)
-    _check_kind(table, choice, options)
-    choice = _without_text_stamps(table, choice, options)
-    unit, notes, overruled = _units(table, choice, options)
-
+    choice, unit, notes, overruled = resolve(table, options)
     wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
     raw = table.load(wanted, choice.time)
     rows = len(raw[wanted[0]])
@@ -139,6 +134,24 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
         ),
         findings=(*overruled, *findings),
     )
+
+
+def resolve(table: Table, options: Options) -> tuple[Choice, dict[str, str], list[str], list[Finding]]:
+    """Which column is what, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
+    choice = choose(table.columns, options.channels)
+    _check_keys(choice, options)
+    _check_kind(table, choice, options)
+    choice = _without_text_stamps(table, choice, options)
+    return choice, *_units(table, choice, options)
+
+
+def find_rate(
+    table: Table, choice: Choice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
+) -> tuple[float, str]:
+    """Sampling rate from the option or the first stamps, and how it was found."""
+    raw = {} if choice.time is None else {choice.time: stamps_raw}
+    rate, _, source, _, _ = _rate(table, choice, raw, spelled, options)
+    return rate, source
 
 
 def _mapping(name: str, value: object) -> Mapping[str, object]:

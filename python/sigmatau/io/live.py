@@ -1,0 +1,263 @@
+"""Samples as they come: lines of text on standard input, or at the end of a file that grows.
+
+The layout is found out from the first lines, as it is for a whole file. A line that cannot be read is left out and
+counted, because one bad byte on a serial line should not end a night's record; nothing is put in its place.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.assemble import Options, find_rate, resolve
+from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
+from sigmatau.io.read.table import HEAD, Table
+
+__all__ = ["Live", "follow"]
+
+_PIECE = 1 << 18  # read at a time [bytes]
+_PAUSE = 0.05  # before a file that has ended is looked at again [s]
+_WAITING = 64  # pieces that may be read ahead
+_FIRST_LINES = 50  # that are waited for, to find out the layout and the rate
+_LONGEST_LINE = 1 << 20  # [bytes]
+
+
+def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
+    """The bytes of standard input (``-``) or of a growing file, as they come.
+
+    Parameters
+    ----------
+    source : str
+    every : float
+        An empty piece is yielded whenever nothing has come for so long. [s]
+    idle : float, optional
+        End if nothing has come for so long. [s] Without it, a file is followed for ever and standard input to its end.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or has become shorter.
+    """
+    pieces: queue.Queue[bytes | DataError | None] = queue.Queue(_WAITING)
+    stop = threading.Event()
+    threading.Thread(target=_read, args=(source, pieces, stop), daemon=True).start()
+    last = time.monotonic()
+    try:
+        while True:
+            try:
+                piece = pieces.get(timeout=every)
+            except queue.Empty:
+                if idle is not None and time.monotonic() - last > idle:
+                    return
+                yield b""
+                continue
+            if piece is None:
+                return
+            if isinstance(piece, DataError):
+                raise piece
+            last = time.monotonic()
+            yield piece
+    finally:
+        stop.set()
+
+
+def _read(source: str, pieces: queue.Queue[bytes | DataError | None], stop: threading.Event) -> None:
+    """Put what comes into the queue; None at the end, a DataError if there is something wrong."""
+    try:
+        if source == "-":
+            while piece := os.read(sys.stdin.fileno(), _PIECE):
+                _put(pieces, piece, stop)
+            _put(pieces, None, stop)
+            return
+        with Path(source).open("rb") as file:
+            while not stop.is_set():
+                if piece := file.read(_PIECE):
+                    _put(pieces, piece, stop)
+                    continue
+                if os.fstat(file.fileno()).st_size < file.tell():
+                    _put(pieces, DataError(f"{source}: has become shorter while it was read"), stop)
+                    return
+                time.sleep(_PAUSE)
+    except OSError as error:
+        _put(pieces, DataError(f"{source}: cannot be read: {error.strerror or error}"), stop)
+
+
+def _put(pieces: queue.Queue[bytes | DataError | None], piece: bytes | DataError | None, stop: threading.Event) -> None:
+    while not stop.is_set():
+        try:
+            pieces.put(piece, timeout=0.2)
+        except queue.Full:
+            continue
+        return
+
+
+@dataclass(slots=True)
+class Live:
+    """Lines into samples.
+
+    Attributes
+    ----------
+    options : Options
+        What the user said of the columns.
+    rate : float
+        Sampling rate; 0 until the layout is known. [Hz]
+    source_of_rate : str
+        How it was found, in words.
+    unit : dict
+        Unit by channel, as spelled.
+    lost : int
+        Lines that could not be read.
+    lost_example : str
+        What was wrong with the last of them.
+    lines : int
+        Lines of data that were read.
+    """
+
+    options: Options
+    rate: float = 0.0
+    source_of_rate: str = ""
+    unit: dict[str, str] = field(default_factory=dict)
+    lost: int = 0
+    lost_example: str = ""
+    lines: int = 0
+    _rest: bytes = b""
+    _layout: Layout | None = None
+    _choice: Choice | None = None
+    _stamps: tuple[float, float] | None = None
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels in the order of the columns of `push`; empty until the layout is known."""
+        return () if self._choice is None else tuple(self._choice.channels)
+
+    def rate_by_stamps(self) -> float | None:
+        """Samples over the time between the first and the last stamp, if there are stamps with a unit. [Hz]"""
+        if self._stamps is None or self.lines < 2 or self._stamps[1] <= self._stamps[0]:
+            return None
+        return (self.lines + self.lost - 1) / (self._stamps[1] - self._stamps[0])
+
+    def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
+        """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes.
+
+        `last` says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
+
+        Raises
+        ------
+        DataError, OptionError
+            As `sigmatau.read` does, if the first lines are no table or do not say what is needed.
+        """
+        self._rest += piece
+        end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
+        if self._layout is None:
+            head = self._rest[:end]
+            if not last and head.count(b"\n") < _FIRST_LINES and len(self._rest) < HEAD:
+                return np.empty((0, 0))
+            self._rest = self._find_out(head) + self._rest[end:]
+            end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
+        lines, self._rest = self._rest[:end], self._rest[end:]
+        if len(self._rest) > _LONGEST_LINE:
+            raise DataError("a line is longer than 1 MiB, so this is no table of numbers")
+        return self._numbers(lines)
+
+    def _find_out(self, head: bytes) -> bytes:
+        """Take layout, columns, units and rate from the first lines; what is left of them is data."""
+        layout = find_layout(head, whole=True)
+        table = Table(
+            format="text",
+            columns=layout.columns,
+            notes=(),
+            load=_not_loaded,
+            where=lambda row: f"row {row} of the data",
+        )
+        choice, unit, _, _ = resolve(table, self.options)
+        self._layout, self._choice, self.unit = layout, choice, unit
+        body = b"".join(head.splitlines(keepends=True)[layout.skip_lines :])
+        stamps = np.empty(0)
+        if choice.time is not None and self.options.rate is None:
+            good, _ = self._good(body)
+            stamps = np.concatenate([columns[-1] for columns in good]) if good else stamps
+            if len(stamps) < 3:
+                raise OptionError("gives too few time stamps to tell the rate: say --rate HZ", option="rate")
+        self.rate, self.source_of_rate = find_rate(table, choice, stamps, unit.get("time"), self.options)
+        return body
+
+    def _wanted(self) -> tuple[int, ...]:
+        assert self._choice is not None
+        time = () if self._choice.time is None else (self._choice.time,)
+        return tuple(dict.fromkeys((*self._choice.channels.values(), *time)))
+
+    def _good(self, lines: bytes) -> tuple[list[list[NDArray[np.float64]]], list[str]]:
+        """Columns of the stretches between lines that cannot be read, and what is wrong with those."""
+        assert self._layout is not None
+        good: list[list[NDArray[np.float64]]] = []
+        bad: list[str] = []
+        while lines.strip():
+            until: int | None = None
+            try:
+                good.append(self._parse(lines))
+            except _kernels.TextReadError as error:
+                if error.kind == "empty":
+                    break
+                until = max(error.line, 1)
+                bad.append(error.text or f"{error.got} fields in place of {error.expected}")
+            if until is None:
+                break
+            split = lines.splitlines(keepends=True)
+            before = b"".join(split[: until - 1])
+            if before.strip():
+                good.append(self._parse(before))
+            lines = b"".join(split[until:])
+        return good, bad
+
+    def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
+        assert self._layout is not None
+        return _kernels.parse_text(
+            lines,
+            delimiter=self._layout.delimiter,
+            comment=COMMENTS,
+            columns=len(self._layout.columns),
+            wanted=self._wanted(),
+        )
+
+    def _numbers(self, lines: bytes) -> NDArray[np.float64]:
+        assert self._choice is not None
+        good, bad = self._good(lines)
+        self.lost += len(bad)
+        self.lost_example = bad[-1] if bad else self.lost_example
+        wanted = self._wanted()
+        at = {index: k for k, index in enumerate(wanted)}
+        channels = self._choice.channels
+        rows = [np.stack([columns[at[index]] for index in channels.values()], axis=1) for columns in good]
+        samples = np.concatenate(rows) if rows else np.empty((0, len(channels)))
+        if self._choice.time is not None and "time" in self.unit and good:
+            self._note_stamps(good, at[self._choice.time])
+        self.lines += len(samples)
+        for k, channel in enumerate(channels):
+            stream = channel.split("_")[0]
+            offset = self.options.offset.get(channel, self.options.offset.get(stream, 0.0))
+            scale = self.options.scale.get(channel, self.options.scale.get(stream, 1.0))
+            samples[:, k] = (samples[:, k] - offset) * scale
+        return samples
+
+    def _note_stamps(self, good: list[list[NDArray[np.float64]]], column: int) -> None:
+        from sigmatau.units import find
+
+        second = find(self.unit["time"]).factor * float(self.options.scale.get("time", 1.0))
+        first = self._stamps[0] if self._stamps else float(good[0][column][0]) * second
+        self._stamps = (first, float(good[-1][column][-1]) * second)
+
+
+def _not_loaded(*_: object) -> dict[int, NDArray[np.float64]]:
+    raise AssertionError("a live table is not loaded")

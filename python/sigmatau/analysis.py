@@ -232,6 +232,8 @@ def of_curves(
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
     """The curves asked for and those to fit, from one pass over the samples."""
+    if isinstance(taus, str) and taus == "all":
+        raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
     n, tau0 = stream.grid.n, stream.grid.tau0
     wanted = strided_sizes(cluster_sizes(taus, n=n, tau0=tau0))
     half = strided_sizes(cluster_sizes("half", n=n, tau0=tau0))

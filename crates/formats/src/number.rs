@@ -1,7 +1,7 @@
 //! The plain decimal number: digits, a point, digits, an exponent. Anything else is left to the slow way.
 
 /// Bytes that may be looked at beyond the end of a number. \[bytes\]
-pub(crate) const PAD: usize = 16;
+pub(crate) const PAD: usize = 32;
 
 /// Digits of the longest integer that always fits 64 bits.
 const DIGITS: usize = 19;
@@ -35,11 +35,42 @@ pub(crate) struct Written {
 /// Reads the plain number that begins at `start`; nothing if there is none.
 ///
 /// There must be [`PAD`] bytes after the number, whatever they are.
-#[inline]
+#[inline(always)]
 pub(crate) fn scan(text: &[u8], start: usize) -> Option<Written> {
     let sign = text[start];
     let negative = sign == b'-';
-    let mut at = start + usize::from(negative | (sign == b'+'));
+    let at = start + usize::from(negative | (sign == b'+'));
+    match long_fraction(text, at, negative) {
+        None => general(text, at, negative),
+        written => written,
+    }
+}
+
+/// One digit, the point and 16 to 23 digits: how doubles below ten are written in full.
+#[inline(always)]
+fn long_fraction(text: &[u8], at: usize, negative: bool) -> Option<Written> {
+    let window: &[u8; 26] = text[at..].first_chunk()?;
+    let first = window[0].wrapping_sub(b'0');
+    let (one, two, three) = (ascii(window, 2), ascii(window, 10), ascii(window, 18));
+    let count = digits_in(three);
+    let end = at + 18 + count;
+    if first > 9 || window[1] != b'.' || others(one) | others(two) != 0 || count == 8 || text[end] | 0x20 == b'e' {
+        return None;
+    }
+    // Zeros before the first digit that counts, up to eight of them.
+    let zeros = if first == 0 { (one.trailing_zeros() / 8) as usize } else { 0 };
+    let sixteen = (u64::from(first) * TENS[8] + value_of(one)) * TENS[8] + value_of(two);
+    Some(Written {
+        negative,
+        mantissa: sixteen.wrapping_mul(TENS[count]).wrapping_add(value_of(low(three, count))),
+        fits: count + 16 + usize::from(first > 0) - zeros <= DIGITS,
+        exponent: -16 - count as i32,
+        whole: false,
+        end,
+    })
+}
+
+fn general(text: &[u8], mut at: usize, negative: bool) -> Option<Written> {
     let (mut mantissa, mut digits) = (u64::from(text[at].wrapping_sub(b'0')), 1);
     if text[at + 1] == b'.' && mantissa < 10 {
         at += 1;
@@ -88,7 +119,7 @@ pub(crate) fn scan(text: &[u8], start: usize) -> Option<Written> {
 
 impl Written {
     /// The nearest double, if it is found in a quick way.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn nearest(self) -> Option<f64> {
         if !self.fits {
             return None;
@@ -103,7 +134,8 @@ impl Written {
         } else {
             return None;
         };
-        Some(if self.negative { -size } else { size })
+        // Without a branch, which noise about zero would have guessed wrong every other time.
+        Some(f64::from_bits(size.to_bits() | (u64::from(self.negative) << 63)))
     }
 
     /// The integer, if it is written as one and fits.
@@ -118,7 +150,7 @@ impl Written {
 /// 10^−k never ends in binary, so that the true product lies above that of m and the bits that are kept of 10^−k, and by
 /// less than one unit of its upper word. Where that unit could carry into the bit that rounds, nothing is told; elsewhere
 /// the true product is no tie, and the bit alone decides.
-#[inline]
+#[inline(always)]
 fn quotient(m: u64, k: usize) -> Option<f64> {
     let &(inverse, power) = INVERSES.get(k)?;
     let shift = m.leading_zeros();
@@ -132,33 +164,50 @@ fn quotient(m: u64, k: usize) -> Option<f64> {
     }
     let rounded = ((upper >> cut) + 1) >> 1;
     let scale = power + 64 + cut as i32 + 1 - shift as i32;
-    Some(rounded as f64 * f64::from_bits(((1023 + scale) as u64) << 52))
+    // As a signed integer, which takes one instruction.
+    Some(rounded as i64 as f64 * f64::from_bits(((1023 + scale) as u64) << 52))
 }
 
 /// Takes digits up to the first byte that is none.
-#[inline]
+#[inline(always)]
 fn run(text: &[u8], at: &mut usize, mantissa: &mut u64, digits: &mut usize) {
     let begin = *at;
     loop {
         let eight = ascii(text, *at);
-        let others = (eight.wrapping_add(0x7676_7676_7676_7676) | eight) & 0x8080_8080_8080_8080;
-        if others == 0 {
+        let count = digits_in(eight);
+        if count == 8 {
             *mantissa = mantissa.wrapping_mul(TENS[8]).wrapping_add(value_of(eight));
             *at += 8;
             continue;
         }
-        let count = (others.trailing_zeros() / 8) as usize;
-        // The digits to the upper end, zeros before them; in two steps, because there may be none.
-        let few = (eight << (56 - 8 * count)) << 8;
-        *mantissa = mantissa.wrapping_mul(TENS[count]).wrapping_add(value_of(few));
+        *mantissa = mantissa.wrapping_mul(TENS[count]).wrapping_add(value_of(low(eight, count)));
         *at += count;
         break;
     }
     *digits += *at - begin;
 }
 
+/// Marks the bytes that are no digits; those after the first may be wrong.
+#[inline(always)]
+fn others(eight: u64) -> u64 {
+    (eight.wrapping_add(0x7676_7676_7676_7676) | eight) & 0x8080_8080_8080_8080
+}
+
+/// Digits before the first byte that is none.
+#[inline(always)]
+fn digits_in(eight: u64) -> usize {
+    (others(eight).trailing_zeros() / 8) as usize
+}
+
+/// The first `count` digits, fewer than eight, at the upper end with zeros before them.
+#[inline(always)]
+fn low(eight: u64, count: usize) -> u64 {
+    // In two steps, because there may be none.
+    (eight << (56 - 8 * count)) << 8
+}
+
 /// Eight bytes as one number, the first one lowest, a digit as its value.
-#[inline]
+#[inline(always)]
 fn ascii(text: &[u8], at: usize) -> u64 {
     let mut eight = [0; 8];
     eight.copy_from_slice(&text[at..at + 8]);
@@ -166,7 +215,7 @@ fn ascii(text: &[u8], at: usize) -> u64 {
 }
 
 /// The number that eight digits make: pairs first, then the four pairs in two multiplications.
-#[inline]
+#[inline(always)]
 fn value_of(eight: u64) -> u64 {
     const PAIRS: u64 = 0x0000_00ff_0000_00ff;
     let pairs = eight.wrapping_mul(10).wrapping_add(eight >> 8);

@@ -129,7 +129,7 @@ impl<'a> Layout<'a> {
         next
     }
 
-    #[inline]
+    #[inline(always)]
     fn quick_fields(&self, text: &[u8], start: usize, byte: u8, rows: &mut Rows) -> Option<usize> {
         let mut at = start;
         let last = self.places.len().checked_sub(1)?;
@@ -153,7 +153,7 @@ impl<'a> Layout<'a> {
         line_end(text, at)
     }
 
-    #[inline]
+    #[inline(always)]
     fn quick_words(&self, text: &[u8], start: usize, rows: &mut Rows) -> Option<usize> {
         let blank = |at: usize| text[at..].iter().take_while(|&&b| b == b' ' || b == b'\t').count();
         let mut at = start + blank(start);
@@ -181,7 +181,7 @@ impl<'a> Layout<'a> {
     }
 
     /// Reads the bare number that begins at `start`; where it ends.
-    #[inline]
+    #[inline(always)]
     fn quick_number(
         &self,
         text: &[u8],

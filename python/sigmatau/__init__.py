@@ -5,29 +5,14 @@
 >>> st.analyze(record)  # doctest: +SKIP
 
 Importing the package loads nothing else: each name is imported when it is first used, with NumPy and no more than it needs;
-SciPy when something is fitted, matplotlib when something is drawn.
+SciPy when something is fitted, matplotlib when something is drawn. A new name goes into `__init__.pyi` too.
 """
 
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from sigmatau._version import __version__
-
-if TYPE_CHECKING:
-    from sigmatau.allan import Curves, DeviationCurve, allan
-    from sigmatau.analysis import Analysis, analyze
-    from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-    from sigmatau.fitting import NoiseFit, fit
-    from sigmatau.io import read
-    from sigmatau.model import NoiseModel, simulate
-    from sigmatau.planning import detectable
-    from sigmatau.readoff import ReadOff, read_off
-    from sigmatau.record import Record
-    from sigmatau.results import Finding
-    from sigmatau.streams import Stream
-    from sigmatau.uncertainty import percentage_error
 
 __all__ = [
     "Analysis",
@@ -96,17 +81,16 @@ _MODULES = (
     "units",
 )
 
-if not TYPE_CHECKING:  # a type checker knows the names from above, and no others
 
-    def __getattr__(name: str) -> object:
-        if name in _HOMES:
-            value = getattr(import_module(_HOMES[name]), name)
-        elif name in _MODULES:
-            value = import_module(f"sigmatau.{name}")
-        else:
-            raise AttributeError(f"module 'sigmatau' has no attribute {name!r}")
-        globals()[name] = value
-        return value
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+    elif name in _MODULES:
+        value = import_module(f"sigmatau.{name}")
+    else:
+        raise AttributeError(f"module 'sigmatau' has no attribute {name!r}")
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

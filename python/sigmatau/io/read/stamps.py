@@ -69,14 +69,16 @@ def check_order(stamps: NDArray[Any], where: Callable[[int], str], name: str) ->
     if stamps.dtype.kind in "iu" and int(stamps.max()) - int(stamps.min()) >= 1 << 62:
         stamps = stamps.astype(np.float64)
     intervals = np.diff(stamps)
-    if intervals.min() < 0:
+    signed = stamps.dtype.kind == "f" or stamps.dtype == np.int64  # in others a step back is a large one forward
+    if not signed or intervals.min() < 0:
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
-        row = int(back[0]) + 1
-        times = "" if len(back) == 1 else f", and {len(back) - 1} times more further on"
-        raise DataError(
-            f", {where(row)}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
-            " sort the rows, or cut the file there"
-        )
+        if len(back):
+            row = int(back[0]) + 1
+            times = "" if len(back) == 1 else f", and {len(back) - 1} times more further on"
+            raise DataError(
+                f", {where(row)}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
+                " sort the rows, or cut the file there"
+            )
     if stamps[0] == stamps[-1]:
         raise DataError(
             f"all stamps in column {name} are {stamps[0]}, so they say no rate; name another column by"
@@ -112,7 +114,7 @@ def fit(
     rare = min(max(math.ceil(n / _RARE), 3), n // 4)
     shortest, longest = float(intervals.min()), float(intervals.max())
     kept = intervals
-    if not (0 < shortest and longest <= _LONG * shortest):  # else no interval can be so long
+    if not (shortest > 0 and longest <= _LONG * shortest):  # else no interval can be so long
         usual = float(np.partition(intervals, n - 1 - rare)[n - 1 - rare])
         kept = intervals[intervals <= _LONG * usual] if usual > 0 else intervals
     interval = float(kept.sum()) / len(kept)

@@ -1,5 +1,8 @@
 //! The plain decimal number: digits, a point, digits, an exponent. Anything else is left to the slow way.
 
+// A call costs as much as the work of one of these, which is done for every number.
+#![allow(clippy::inline_always)]
+
 /// Bytes that may be looked at beyond the end of a number. \[bytes\]
 pub(crate) const PAD: usize = 32;
 
@@ -8,8 +11,8 @@ const DIGITS: usize = 19;
 
 /// Powers of ten that a double holds exactly.
 const EXACT: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
-    1e21, 1e22,
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+    1e19, 1e20, 1e21, 1e22,
 ];
 
 const TENS: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
@@ -39,7 +42,7 @@ pub(crate) struct Written {
 pub(crate) fn scan(text: &[u8], start: usize) -> Option<Written> {
     let sign = text[start];
     let negative = sign == b'-';
-    let at = start + usize::from(negative | (sign == b'+'));
+    let at = start + usize::from(matches!(sign, b'-' | b'+'));
     match long_fraction(text, at, negative) {
         None => general(text, at, negative),
         written => written,
@@ -54,7 +57,12 @@ fn long_fraction(text: &[u8], at: usize, negative: bool) -> Option<Written> {
     let (one, two, three) = (ascii(window, 2), ascii(window, 10), ascii(window, 18));
     let count = digits_in(three);
     let end = at + 18 + count;
-    if first > 9 || window[1] != b'.' || others(one) | others(two) != 0 || count == 8 || text[end] | 0x20 == b'e' {
+    if first > 9
+        || window[1] != b'.'
+        || others(one) | others(two) != 0
+        || count == 8
+        || text[end] | 0x20 == b'e'
+    {
         return None;
     }
     // Zeros before the first digit that counts, up to eight of them.
@@ -104,7 +112,7 @@ fn general(text: &[u8], mut at: usize, negative: bool) -> Option<Written> {
     if text[at] | 0x20 == b'e' {
         at += 1;
         let down = text[at] == b'-';
-        at += usize::from(down | (text[at] == b'+'));
+        at += usize::from(matches!(text[at], b'-' | b'+'));
         let (mut power, mut digits) = (0, 0);
         run(text, &mut at, &mut power, &mut digits);
         if !(1..=4).contains(&digits) {

@@ -1,5 +1,8 @@
 //! Lines into rows of numbers, each line held to the layout: a quick way for plain rows, and a slow one for all the rest.
 
+// A call costs as much as the work of one of these, which is done for every number.
+#![allow(clippy::inline_always)]
+
 use memchr::{memchr, memchr3, memrchr};
 
 use crate::number::scan;
@@ -53,9 +56,11 @@ impl<'a> Layout<'a> {
             assert!(places[column].is_none(), "column {column} is wanted twice");
             places[column] = Some(place);
         }
-        let parted = matches!(dialect.delimiter, Delimiter::Whitespace | Delimiter::Byte(b',' | b';' | b'\t' | b'|'));
+        let parted =
+            matches!(dialect.delimiter, Delimiter::Whitespace | Delimiter::Byte(b',' | b';' | b'\t' | b'|'));
         // A comment must not look like a number, or like nothing.
-        let comments = dialect.comment.iter().all(|c| c.first().is_some_and(|b| !b"+-.0123456789 \t\r".contains(b)));
+        let comments =
+            dialect.comment.iter().all(|c| c.first().is_some_and(|b| !b"+-.0123456789 \t\r".contains(b)));
         let exact_is_wanted = exact.is_none_or(|column| wanted.contains(&column));
         let quick = parted && comments && exact_is_wanted;
         Self { dialect, wanted: wanted.len(), places, exact, quick }
@@ -140,7 +145,10 @@ impl<'a> Layout<'a> {
                     self.quick_number(text, at + spaces, column, place, rows)?
                 }
                 None if column == 0 && !self.begins_plainly(text[at]) => return None,
-                None => at + memchr3(byte, b'\n', b'"', &text[at..]).filter(|&length| text[at + length] != b'"')?,
+                None => {
+                    at + memchr3(byte, b'\n', b'"', &text[at..])
+                        .filter(|&length| text[at + length] != b'"')?
+                }
             };
             if column < last {
                 if text[at] != byte {
@@ -193,7 +201,9 @@ impl<'a> Layout<'a> {
         let written = scan(text, start)?;
         let value = match written.nearest() {
             Some(value) => value,
-            None => fast_float2::parse(&text[start..written.end]).ok().filter(|value: &f64| value.is_finite())?,
+            None => {
+                fast_float2::parse(&text[start..written.end]).ok().filter(|value: &f64| value.is_finite())?
+            }
         };
         rows.columns[place].push(value);
         if self.exact == Some(column) && rows.integers.is_some() {
@@ -205,7 +215,8 @@ impl<'a> Layout<'a> {
 
     /// Whether a line that begins so is neither blank nor a comment, and its first field has no quotes.
     fn begins_plainly(&self, first: u8) -> bool {
-        !b" \t\r\n\"".contains(&first) && self.dialect.comment.iter().all(|comment| comment.first() != Some(&first))
+        !b" \t\r\n\"".contains(&first)
+            && self.dialect.comment.iter().all(|comment| comment.first() != Some(&first))
     }
 
     /// One line without its line feed.

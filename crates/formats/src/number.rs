@@ -35,50 +35,37 @@ pub(crate) struct Written {
     pub(crate) end: usize,
 }
 
-/// Reads the plain number that begins at `start`; nothing if there is none.
+/// The value and the end of a plain number that begins with one digit, the point and 16 to 23 digits, as doubles below ten
+/// are written in full; nothing if there is none, or its value is not found in a quick way.
 ///
 /// There must be [`PAD`] bytes after the number, whatever they are.
 #[inline(always)]
-pub(crate) fn scan(text: &[u8], start: usize) -> Option<Written> {
-    let sign = text[start];
-    let negative = sign == b'-';
-    let at = start + usize::from(matches!(sign, b'-' | b'+'));
-    match long_fraction(text, at, negative) {
-        None => general(text, at, negative),
-        written => written,
-    }
-}
-
-/// One digit, the point and 16 to 23 digits: how doubles below ten are written in full.
-#[inline(always)]
-fn long_fraction(text: &[u8], at: usize, negative: bool) -> Option<Written> {
+pub(crate) fn long_fraction(text: &[u8], start: usize) -> Option<(f64, usize)> {
+    let (negative, at) = sign(text, start);
     let window: &[u8; 26] = text[at..].first_chunk()?;
     let first = window[0].wrapping_sub(b'0');
     let (one, two, three) = (ascii(window, 2), ascii(window, 10), ascii(window, 18));
     let count = digits_in(three);
-    let end = at + 18 + count;
-    if first > 9
-        || window[1] != b'.'
-        || others(one) | others(two) != 0
-        || count == 8
-        || text[end] | 0x20 == b'e'
-    {
+    if first > 9 || window[1] != b'.' || others(one) | others(two) != 0 || count == 8 {
         return None;
     }
+    let end = at + 18 + count;
     // Zeros before the first digit that counts, up to eight of them.
     let zeros = if first == 0 { (one.trailing_zeros() / 8) as usize } else { 0 };
     let sixteen = (u64::from(first) * TENS[8] + value_of(one)) * TENS[8] + value_of(two);
-    Some(Written {
-        negative,
-        mantissa: sixteen.wrapping_mul(TENS[count]).wrapping_add(value_of(low(three, count))),
-        fits: count + 16 + usize::from(first > 0) - zeros <= DIGITS,
-        exponent: -16 - count as i32,
-        whole: false,
-        end,
-    })
+    let mantissa = sixteen.wrapping_mul(TENS[count]).wrapping_add(value_of(low(three, count)));
+    let fits = count + 16 + usize::from(first > 0) - zeros <= DIGITS;
+    if !fits || mantissa == 0 || text[end] | 0x20 == b'e' {
+        return None;
+    }
+    Some((signed(quotient(mantissa, 16 + count)?, negative), end))
 }
 
-fn general(text: &[u8], mut at: usize, negative: bool) -> Option<Written> {
+/// Reads the plain number that begins at `start`; nothing if there is none.
+///
+/// There must be [`PAD`] bytes after the number, whatever they are.
+pub(crate) fn scan(text: &[u8], start: usize) -> Option<Written> {
+    let (negative, mut at) = sign(text, start);
     let (mut mantissa, mut digits) = (u64::from(text[at].wrapping_sub(b'0')), 1);
     if text[at + 1] == b'.' && mantissa < 10 {
         at += 1;
@@ -127,7 +114,6 @@ fn general(text: &[u8], mut at: usize, negative: bool) -> Option<Written> {
 
 impl Written {
     /// The nearest double, if it is found in a quick way.
-    #[inline(always)]
     pub(crate) fn nearest(self) -> Option<f64> {
         if !self.fits {
             return None;
@@ -142,8 +128,7 @@ impl Written {
         } else {
             return None;
         };
-        // Without a branch, which noise about zero would have guessed wrong every other time.
-        Some(f64::from_bits(size.to_bits() | (u64::from(self.negative) << 63)))
+        Some(signed(size, self.negative))
     }
 
     /// The integer, if it is written as one and fits.
@@ -151,6 +136,19 @@ impl Written {
         let size = i64::try_from(self.mantissa).ok()?;
         (self.fits && self.whole).then_some(if self.negative { -size } else { size })
     }
+}
+
+/// Whether there is a minus, and where the digits begin.
+#[inline(always)]
+fn sign(text: &[u8], start: usize) -> (bool, usize) {
+    let first = text[start];
+    (first == b'-', start + usize::from(matches!(first, b'-' | b'+')))
+}
+
+/// Without a branch, which noise about zero would have guessed wrong every other time.
+#[inline(always)]
+fn signed(size: f64, negative: bool) -> f64 {
+    f64::from_bits(size.to_bits() | (u64::from(negative) << 63))
 }
 
 /// The double nearest to m / 10^k, for m > 0 and k > 0, if it can be told.
@@ -267,7 +265,11 @@ mod tests {
 
     fn quick(text: &str) -> Option<(Option<f64>, Option<i64>, usize)> {
         let padded = [text.as_bytes(), &[b','; PAD]].concat();
-        scan(&padded, 0).map(|written| (written.nearest(), written.integer(), written.end))
+        let found = scan(&padded, 0).map(|written| (written.nearest(), written.integer(), written.end));
+        if let Some(long) = long_fraction(&padded, 0) {
+            assert_eq!(found, Some((Some(long.0), None, long.1)), "{text}");
+        }
+        found
     }
 
     /// Random digits (splitmix64, seed fixed): as the standard library reads them, to the bit.

@@ -5,7 +5,7 @@
 
 use memchr::{memchr, memchr3, memrchr};
 
-use crate::number::scan;
+use crate::number::{long_fraction, scan};
 use crate::text::{Delimiter, Dialect, Table, TextError};
 
 /// Characters of a field that an error quotes.
@@ -198,6 +198,13 @@ impl<'a> Layout<'a> {
         place: usize,
         rows: &mut Rows,
     ) -> Option<usize> {
+        let is_exact = self.exact == Some(column) && rows.integers.is_some();
+        if !is_exact {
+            if let Some((value, end)) = long_fraction(text, start) {
+                rows.columns[place].push(value);
+                return Some(end);
+            }
+        }
         let written = scan(text, start)?;
         let value = match written.nearest() {
             Some(value) => value,
@@ -206,7 +213,7 @@ impl<'a> Layout<'a> {
             }
         };
         rows.columns[place].push(value);
-        if self.exact == Some(column) && rows.integers.is_some() {
+        if is_exact {
             // One that does not fit may be a fault of this way: the other decides.
             rows.integers.as_mut()?.push(written.integer()?);
         }

@@ -1,5 +1,7 @@
 """Records in pieces against records as a whole; what a stream refuses; records that do not fit."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,7 @@ class TestAgainstTheWholeRecord:
     def test_merging_in_any_order(self):
         y = rates(300_000)
         cuts = [0, 10, 90_001, 180_000, 300_000]
-        parts = [pushed([y[a:b]], start=a, long="strided") for a, b in zip(cuts, cuts[1:], strict=False)]
+        parts = [pushed([y[a:b]], start=a, long="strided") for a, b in itertools.pairwise(cuts)]
         parts[2].merge(parts[3])
         parts[0].merge(parts[1])
         parts[0].merge(parts[2])
@@ -109,7 +111,9 @@ class TestRefusals:
         before = stream.snapshot()["accel_y"].avar.tolist()
         chunk = y[2000:].copy()
         chunk[7, 1] = bad
-        with pytest.raises(NonFiniteError, match="`accel_y` is .* at index 2507 of the record, 7 of the chunk") as caught:
+        with pytest.raises(
+            NonFiniteError, match=r"`accel_y` is .* at index 2507 of the record, 7 of the chunk"
+        ) as caught:
             stream.push(chunk)
         assert (caught.value.channel, caught.value.index) == ("accel_y", 2507)
         assert stream.n == 2000

@@ -1,6 +1,8 @@
 """The curve: known answers, identities, laws, and a slow twin written from another equation."""
 
 import math
+import os
+import signal
 
 import numpy as np
 import pytest
@@ -322,3 +324,15 @@ def test_results_are_frozen():
     with pytest.raises(AttributeError):
         curve.n = 3
     assert repr(curve).splitlines()[0] == "y: Allan deviation, 10 samples at 1 Hz [1]"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_a_forked_process_has_threads_of_its_own():
+    """Its copy of the pool has none, and would wait for them for ever."""
+    y = np.random.default_rng(0).standard_normal(300_000)
+    expected = allan(record(y))["y"].avar.tolist()
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)
+        os._exit(0 if allan(record(y))["y"].avar.tolist() == expected else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

@@ -371,15 +371,6 @@ def test_help_has_examples(capsys):
     assert "--channels time=1,gyro=2:4" in run("analyze", "--help", capsys=capsys)[1]
 
 
-def test_importing_loads_nothing_heavy():
-    code = (
-        "import sys, sigmatau; "
-        "print([m for m in ('scipy', 'matplotlib', 'pandas', 'rich', 'cyclopts') if m in sys.modules])"
-    )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert out.strip() == "[]"
-
-
 def test_as_a_module(log):
     done = subprocess.run(
         [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],

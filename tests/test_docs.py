@@ -66,6 +66,7 @@ def _write_logs(folder):
         "time [s]," + ",".join(f"{n} [{'deg/s' if n.startswith('g') else 'g'}]" for n in names),
     )
     np.savetxt(folder / "imu.txt", np.column_stack([t, y]))
+    table("growing.csv", np.column_stack([t, y]), "time [s]," + ",".join(f"{n} [rad/s]" for n in names[:3]) + ",p,q,r")
     for name in ("log.csv", "daq.csv", "counts.csv"):
         wanted = names if name == "log.csv" else names[:3]
         table(name, y[:, : len(wanted)], ",".join(wanted))
@@ -81,7 +82,7 @@ def _write_logs(folder):
 def test_command_lines(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     _write_logs(tmp_path)
-    command = command.replace("--hours 2", "--hours 0.01")
+    command = command.replace("--hours 2", "--hours 0.01").replace("--idle 60", "--idle 0.2 --every 0.1")
     argv = shlex.split(command, comments=True)[1:]
     assert main(argv) == 0, capsys.readouterr().err
     for written in re.findall(r"(?:--plot|--json|-o) (\S+)", command):

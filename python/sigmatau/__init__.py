@@ -4,23 +4,15 @@
 >>> record = st.read("static.csv", unit={"gyro": "deg/s", "accel": "g"})  # doctest: +SKIP
 >>> st.analyze(record)  # doctest: +SKIP
 
-Importing the package loads NumPy and nothing heavier; matplotlib is imported when something is drawn.
+Importing the package loads nothing else: each name is imported when it is first used, with NumPy and no more than it needs;
+SciPy when something is fitted, matplotlib when something is drawn. A new name goes into `__init__.pyi` too.
 """
 
+import sys
+from importlib import import_module
+from types import ModuleType
+
 from sigmatau._version import __version__
-from sigmatau.accumulate import Accumulator
-from sigmatau.allan import Curves, DeviationCurve, allan
-from sigmatau.analysis import Analysis, analyze
-from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.fitting import NoiseFit, fit
-from sigmatau.io import read
-from sigmatau.model import NoiseModel, simulate
-from sigmatau.planning import detectable
-from sigmatau.readoff import ReadOff, read_off
-from sigmatau.record import Record
-from sigmatau.results import Finding
-from sigmatau.streams import Stream
-from sigmatau.uncertainty import percentage_error
 
 __all__ = [
     "Accumulator",
@@ -47,3 +39,77 @@ __all__ = [
     "read_off",
     "simulate",
 ]
+
+_HOMES = {
+    "Accumulator": "sigmatau.accumulate",
+    "Analysis": "sigmatau.analysis",
+    "Curves": "sigmatau.allan",
+    "DataError": "sigmatau.errors",
+    "DeviationCurve": "sigmatau.allan",
+    "Finding": "sigmatau.results",
+    "NoiseFit": "sigmatau.fitting",
+    "NoiseModel": "sigmatau.model",
+    "NonFiniteError": "sigmatau.errors",
+    "OptionError": "sigmatau.errors",
+    "ReadOff": "sigmatau.readoff",
+    "Record": "sigmatau.record",
+    "RecordTooShortError": "sigmatau.errors",
+    "Stream": "sigmatau.streams",
+    "allan": "sigmatau.allan",
+    "analyze": "sigmatau.analysis",
+    "detectable": "sigmatau.planning",
+    "fit": "sigmatau.fitting",
+    "percentage_error": "sigmatau.uncertainty",
+    "read": "sigmatau.io",
+    "read_off": "sigmatau.readoff",
+    "simulate": "sigmatau.model",
+}
+
+
+_MODULES = (
+    "accumulate",
+    "analysis",
+    "errors",
+    "fitting",
+    "io",
+    "model",
+    "planning",
+    "readoff",
+    "record",
+    "results",
+    "streams",
+    "tables",
+    "terms",
+    "uncertainty",
+    "units",
+)
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+    elif name in _MODULES:
+        value = import_module(f"sigmatau.{name}")
+    else:
+        raise AttributeError(f"module 'sigmatau' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES, *_MODULES})
+
+
+class _Package(ModuleType):
+    """The package, in which `allan` is the function; importing the module of that name would else put it there."""
+
+    @property
+    def allan(self) -> object:
+        return import_module("sigmatau.allan").allan
+
+    @allan.setter
+    def allan(self, module: object) -> None:
+        pass
+
+
+sys.modules[__name__].__class__ = _Package

@@ -5,8 +5,10 @@ A `Record` is a tuple of streams, a note of where they came from, and what was n
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -17,13 +19,51 @@ from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooSho
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import CHUNK, Columns, Grid, InputKind, Stream, Transform
 
-__all__ = ["MIN_SAMPLES", "QUANTITIES", "Provenance", "Record", "conversion", "make_stream", "stream_name"]
+__all__ = ["MIN_SAMPLES", "QUANTITIES", "Checksum", "Provenance", "Record", "conversion", "make_stream", "stream_name"]
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """Quantities with a unit of their own; any other signal keeps the unit it came in."""
 
 MIN_SAMPLES = 4
 """Fewer samples than this give no curve worth the name."""
+
+
+class Checksum:
+    """The SHA-256 of a file, computed when it is first asked for: of a large log it takes as long as to read it.
+
+    Parameters
+    ----------
+    file : Path
+        As it is now: if it is changed before the checksum is asked for, there is none.
+    """
+
+    __slots__ = ("_file", "_found", "_state")
+
+    def __init__(self, file: Path) -> None:
+        self._file = file.absolute()
+        self._state = _state(file.stat())
+        self._found: str | None = None
+
+    def value(self) -> str | None:
+        """The checksum; None if the file is not what it was."""
+        if self._found is None:
+            import hashlib
+
+            try:
+                with self._file.open("rb") as stream:
+                    if _state(os.fstat(stream.fileno())) != self._state:
+                        return None
+                    digest = hashlib.file_digest(stream, "sha256").hexdigest()
+                    if _state(os.fstat(stream.fileno())) != self._state:
+                        return None
+            except OSError:
+                return None
+            self._found = digest
+        return self._found
+
+
+def _state(status: os.stat_result) -> tuple[int, ...]:
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,8 +76,6 @@ class Provenance:
         File, as it was named by the caller.
     format : str
         ``"text"``, ``"npy"``, ``"npz"``, ``"array"``, ``"simulation"``.
-    sha256 : str or None
-        Checksum of the file's bytes.
     rows : int
         Rows of data read.
     conversions : tuple of str
@@ -48,10 +86,15 @@ class Provenance:
 
     path: str | None = None
     format: str = "array"
-    sha256: str | None = None
     rows: int = 0
     conversions: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
+    checksum: Checksum | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def sha256(self) -> str | None:
+        """Checksum of the file's bytes, computed when it is first asked for; None if the file has been changed since."""
+        return None if self.checksum is None else self.checksum.value()
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -208,10 +251,12 @@ def make_stream(
     offset: Mapping[str, float] | None = None,
     grid_source: str = "given",
     start: float = 0.0,
+    finite: bool = False,
 ) -> Stream:
     """A stream from raw columns; units, scales and offsets are looked up by channel, then by stream.
 
-    A missing unit means SI here; a reader asks for it before it comes to this (see `sigmatau.io.read`).
+    A missing unit means SI here; a reader asks for it before it comes to this (see `sigmatau.io.read`). `finite` says
+    that the raw columns have been found free of NaN and infinities.
     """
     transforms = []
     for channel in columns:
@@ -239,7 +284,7 @@ def make_stream(
         channels=tuple(columns),
         grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source),
         samples=samples,
-        mask=_missing(samples, tuple(columns)),
+        mask=_missing(samples, tuple(columns), finite=finite),
     )
 
 
@@ -282,10 +327,12 @@ def _rate_of(spelled: str, kind: InputKind) -> str:
     return "1" if spelled == "s" else f"{spelled}/s"
 
 
-def _missing(samples: Columns, channels: Sequence[str]) -> NDArray[np.bool_] | None:
+def _missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:
     n = len(samples)
     mask: NDArray[np.bool_] | None = None
     for c, channel in enumerate(channels):
+        if finite and samples.shrinks(c):
+            continue
         for start in range(0, n, CHUNK):
             x = samples.read(c, start, min(start + CHUNK, n))
             with np.errstate(over="ignore", invalid="ignore"):

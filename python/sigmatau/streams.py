@@ -79,6 +79,11 @@ class Columns:
         lost = 1 if self.transforms[0].kind == "accumulated" else 0
         return max(len(self.raw[0]) - lost, 0)
 
+    def shrinks(self, channel: int) -> bool:
+        """Whether no rate of a channel is larger than the raw number it is made from."""
+        t = self.transforms[channel]
+        return t.kind == "rate" and t.offset == 0 and abs(t.scale * t.factor) <= 1
+
     def read(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
         """Rates of one channel in SI, samples `start` to `stop`; shape (stop - start,)."""
         t = self.transforms[channel]

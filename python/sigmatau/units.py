@@ -202,7 +202,8 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
     OptionError
         If the unit is unknown, or of another kind.
     """
-    unit = _BY_SPELLING.get(_normalise(spelling))
+    # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
+    unit = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
     kinds = (si,) if isinstance(si, str) else si
     choices = ", ".join(symbol for kind in kinds for symbol in known(kind)) if kinds else ", ".join(known())
     if unit is None:

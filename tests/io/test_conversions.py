@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from sigmatau import units
 from sigmatau.io import read, write_record
 from sigmatau.record import Record
 
@@ -86,3 +87,10 @@ def test_a_record_that_is_written_is_read_again(tmp_path, name):
         assert stream.grid.rate == pytest.approx(200, rel=1e-13)
         for channel in stream.channels:
             np.testing.assert_array_equal(stream.column(channel), record.stream_of(channel).column(channel))
+
+
+def test_the_symbol_of_a_unit_means_itself_in_either_case():
+    for symbol in units.known():
+        found = units.find(symbol)
+        assert found.symbol == symbol
+        assert {units.find(f" {symbol.upper()}"), units.find(symbol.replace("/", " per "))} == {found}

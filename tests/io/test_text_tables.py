@@ -154,6 +154,40 @@ def test_provenance_says_what_was_done(tmp_path):
     assert "100 Hz from time stamps in column 'time [s]'" in words
 
 
+def test_no_checksum_of_a_file_that_was_changed(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(with_header(NAMES))
+    kept, changed, gone = (read(path, **OPTIONS).provenance for _ in range(3))
+    first = kept.sha256
+    assert first == kept.to_dict()["sha256"] is not None
+    with path.open("a") as log:
+        log.write("\n")
+    assert changed.sha256 is None
+    path.unlink()
+    assert gone.sha256 is None
+    assert kept.sha256 == first
+
+
+def test_a_large_table_is_the_same_as_its_rows(tmp_path):
+    """Large enough to be read in pieces."""
+    rng = np.random.default_rng(5)
+    n = 120_000
+    columns = [np.arange(n) / 100, *rng.standard_normal((2, n)) * [[1e-3], [1e2]]]
+    path = tmp_path / "log.csv"
+    _kernels.write_text(str(path), "time [s],wx [rad/s],accel_x [m/s^2]", ",", columns, gzip=False)
+    assert path.stat().st_size > 4 << 20
+    record = read(path)
+    assert record.provenance.rows == n
+    for channel, column in zip(("gyro_x", "accel_x"), columns[1:], strict=True):
+        np.testing.assert_array_equal(record.stream_of(channel).column(channel), column)
+    lines = path.read_bytes().split(b"\n")
+    for at in (60_000, 110_000):
+        lines[at] = b"1.0,oops,2"
+    path.write_bytes(b"\n".join(lines))
+    with pytest.raises(ValueError, match=r"line 60001: column wx \[rad/s\] has 'oops'"):
+        read(path)
+
+
 def test_a_mistake_deep_in_the_file_is_found(tmp_path):
     path = tmp_path / "log.csv"
     lines = [f"{i / 100},{i}" for i in range(60_000)]  # beyond what the layout is found out from

@@ -5,8 +5,11 @@
 
 #![forbid(unsafe_code)]
 
+mod number;
+mod pieces;
+mod rows;
 mod text;
 mod write;
 
-pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns};
+pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
 pub use write::{write_columns, write_file};

@@ -1,5 +1,6 @@
 //! Allan variances of arrays.
 
+use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -26,8 +27,7 @@ pub fn allan_variances<'py>(
     let overlap = if overlapped { Overlap::Full } else { Overlap::None };
     let counting = if paper { Counting::Paper } else { Counting::Standard };
     let threads = (threads > 0).then_some(threads);
-    let channels = py
-        .detach(|| allan::allan_variances(&columns, &sizes, overlap, counting, threads))
+    let channels = detached(py, || allan::allan_variances(&columns, &sizes, overlap, counting, threads))
         .map_err(|error| wrong(&columns, error))?;
     let pairs: Vec<i64> = channels.first().into_iter().flatten().map(|e| e.pairs as i64).collect();
     let by_channel = |of: fn(&Estimate) -> f64| -> Arrays<'py> {

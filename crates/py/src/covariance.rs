@@ -1,6 +1,7 @@
 //! The exact covariance of Allan variances, as tensors that Python contracts with its coefficients.
 
 use crate::allan::{sizes, value_error};
+use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sigmatau_core::covariance::{Component, Gamma};
@@ -23,8 +24,7 @@ pub fn covariance_tensors<'py>(
     // In samples, as the core has them.
     let processes = correlation_times.iter().map(|time| Component::GaussMarkov { tc: time / tau0 });
     let components: Vec<Component> = LINEAR.into_iter().chain(processes).collect();
-    let gamma = py
-        .detach(|| Gamma::new(n, &sizes, &components)?.at_interval(tau0))
+    let gamma = detached(py, || Gamma::new(n, &sizes, &components)?.at_interval(tau0))
         .map_err(|error| value_error(&error))?;
     let terms = 0..components.len();
     let pairs = terms.clone().flat_map(|p| terms.clone().map(move |q| (p, q)));

@@ -9,6 +9,7 @@ mod allan;
 mod cholesky;
 mod covariance;
 mod generate;
+mod pool;
 mod stream;
 mod terms;
 mod text;

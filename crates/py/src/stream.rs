@@ -1,6 +1,7 @@
 //! The accumulator of a stream, one channel each, as an object that Python holds on to.
 
 use crate::allan::{sizes, value_error};
+use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sigmatau_core::stream::{self, Long, Strided};
@@ -32,11 +33,11 @@ impl Accumulator {
 
     fn push(&mut self, py: Python<'_>, rate: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let rate = rate.as_slice()?;
-        py.detach(|| self.0.push(rate)).map_err(|error| value_error(&error))
+        detached(py, || self.0.push(rate)).map_err(|error| value_error(&error))
     }
 
     fn merge(&mut self, py: Python<'_>, later: &Self) -> PyResult<()> {
-        py.detach(|| self.0.merge(&later.0)).map_err(|error| value_error(&error))
+        detached(py, || self.0.merge(&later.0)).map_err(|error| value_error(&error))
     }
 
     fn copy(&self) -> Self {
@@ -49,9 +50,10 @@ impl Accumulator {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Integers<'py>, Floats<'py>, Floats<'py>, Integers<'py>, Integers<'py>)> {
-        let found = py.detach(|| self.0.snapshot()).map_err(|error| value_error(&error))?;
-        let integers =
-            |of: fn(&Strided) -> usize| found.iter().map(|s| of(s) as i64).collect::<Vec<_>>().into_pyarray(py);
+        let found = detached(py, || self.0.snapshot()).map_err(|error| value_error(&error))?;
+        let integers = |of: fn(&Strided) -> usize| {
+            found.iter().map(|s| of(s) as i64).collect::<Vec<_>>().into_pyarray(py)
+        };
         let floats = |of: fn(&Strided) -> f64| found.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
         Ok((
             integers(|s| s.estimate.m),

@@ -25,9 +25,7 @@ pub fn read_text<'py>(
     let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
     let comment = comment.into_iter().map(String::into_bytes).collect();
     let dialect = Dialect { delimiter, comment, skip_lines, columns };
-    let table = py
-        .detach(|| formats::read_columns(formats::open(&path)?, &dialect, &wanted, exact))
-        .map_err(refused)?;
+    let table = py.detach(|| formats::read_file(&path, &dialect, &wanted, exact)).map_err(refused)?;
     let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
     Ok((floats, table.integers.map(|c| c.into_pyarray(py))))
 }

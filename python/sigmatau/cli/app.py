@@ -38,7 +38,7 @@ sigmatau plan result.json --term bias_instability --hours 12""",
         "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",
         """\
 logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
-sigmatau watch growing.csv --json last.json""",
+sigmatau watch growing.csv --idle 60 --json last.json""",
     ),
     "demo": (
         "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",

@@ -167,14 +167,11 @@ class _Watched:
     def findings(self) -> list[Finding]:
         found = []
         if self.live.lost:
-            found.append(
-                Finding(
-                    code="lines_lost",
-                    severity="warning",
-                    message=f"{self.live.lost} lines left out that could not be read, the last: {self.live.lost_example!r}",
-                    effect="samples behind them are taken to follow at once",
-                )
-            )
+            lines = "1 line" if self.live.lost == 1 else f"{self.live.lost} lines"
+            last = "" if self.live.lost == 1 else ", the last"
+            message = f"{lines} left out that could not be read{last}: {self.live.lost_example!r}"
+            effect = "samples behind are taken to follow at once"
+            found.append(Finding(code="lines_lost", severity="warning", message=message, effect=effect))
         measured = self.live.rate_by_stamps()
         if measured is not None and abs(measured / self.live.rate - 1) > _AGREE:
             found.append(

@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -185,11 +185,13 @@ class Live:
         self._layout, self._choice, self.unit = layout, choice, unit
         body = b"".join(head.splitlines(keepends=True)[layout.skip_lines :])
         stamps = np.empty(0)
-        if choice.time is not None and self.options.rate is None:
-            good, _ = self._good(body)
-            stamps = np.concatenate([columns[-1] for columns in good]) if good else stamps
-            if len(stamps) < 3:
+        if choice.time is not None:
+            at = self._wanted().index(choice.time)
+            stamps = np.concatenate([stamps, *(columns[at] for columns in self._good(body)[0])])
+            if len(stamps) < 3 and self.options.rate is None:
                 raise OptionError("gives too few time stamps to tell the rate: say --rate HZ", option="rate")
+        if len(stamps) < 3:  # nothing to check
+            choice = replace(choice, time=None)
         self.rate, self.source_of_rate = find_rate(table, choice, stamps, unit.get("time"), self.options)
         return body
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
 from sigmatau.io.read.table import Table
-from sigmatau.record import MIN_SAMPLES, QUANTITIES, Provenance, Record, make_stream, stream_name
+from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind
 
@@ -88,6 +87,7 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
     """
     choice, unit, notes, overruled = resolve(table, options)
     wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
+    checksum = Checksum(file)
     raw = table.load(wanted, choice.time)
     rows = len(raw[wanted[0]])
     need = MIN_SAMPLES + (options.input == "accumulated")
@@ -111,6 +111,7 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
             offset=options.offset,
             grid_source=source,
             start=start,
+            finite=True,  # of every table
         )
         for name, columns in by_stream.items()
     )
@@ -120,7 +121,6 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
         provenance=Provenance(
             path=str(file),
             format=table.format,
-            sha256=_checksum(file),
             rows=rows,
             conversions=(
                 *table.notes,
@@ -131,6 +131,7 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
                 *found,
             ),
             ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
+            checksum=checksum,
         ),
         findings=(*overruled, *findings),
     )
@@ -351,8 +352,3 @@ def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
     if options.input == "accumulated":
         done.append("accumulated values differenced and divided by the sample interval")
     return done
-
-
-def _checksum(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

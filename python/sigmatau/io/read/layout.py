@@ -23,6 +23,7 @@ _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab
 _LINES = 2000  # looked at
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*")  # the row of most logs
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _UNIT_GAP = re.compile(r"\s+(?=[\[(])")
@@ -63,6 +64,18 @@ class _Line:
         if delimiter not in self.fields:
             self.fields[delimiter] = _split(self.text, delimiter)
         return self.fields[delimiter]
+
+    def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
+        """Number of fields, how many of them are numbers, and whether the last is empty; no fields if this is no data."""
+        if delimiter == "," and _NUMBERS.fullmatch(self.text):
+            n = self.text.count(",") + 1
+            return n, n, False
+        if "," in self.text and '"' not in self.text and len(self.text.split(delimiter, 1)) < 2:
+            return 0, 0, False  # one field, and no number
+        parts = self.split(delimiter)
+        if not _is_data(parts):
+            return 0, 0, False
+        return len(parts), sum(map(_is_number, parts)), not parts[-1]
 
 
 def find_layout(data: bytes, *, whole: bool) -> Layout:
@@ -183,14 +196,13 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
         trailing: dict[int, int] = {}
         lines: dict[int, int] = {}
         for row in rows:
-            parts = row.split(delimiter)
-            if not _is_data(parts):
+            n, found, open_end = row.numbers(delimiter)
+            if not n:
                 continue
-            n = len(parts)
             lines[n] = lines.get(n, 0) + 1
-            numbers[n] = numbers.get(n, 0) + sum(map(_is_number, parts))
+            numbers[n] = numbers.get(n, 0) + found
             fields[n] = fields.get(n, 0) + n
-            trailing[n] = trailing.get(n, 0) + (n > 1 and not parts[-1])
+            trailing[n] = trailing.get(n, 0) + (n > 1 and open_end)
         for n, count in numbers.items():
             score = (count, count / fields[n])
             if score > best:
@@ -208,7 +220,7 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
 
 
 def _refuse_sentences(rows: list[_Line]) -> None:
-    sentences = [row for row in rows if re.match(r"\$[A-Z]{3,},", row.text)]
+    sentences = [row for row in rows if row.text.startswith("$") and re.match(r"\$[A-Z]{3,},", row.text)]
     if 2 * len(sentences) > len(rows):
         name = sentences[0].text.split(",")[0]
         raise DataError(
@@ -220,6 +232,8 @@ def _refuse_sentences(rows: list[_Line]) -> None:
 def _refuse_decimal_commas(rows: list[_Line]) -> None:
     for delimiter in (";", "\t", None):
         for row in rows:
+            if "," not in row.text or len(row.text.split(delimiter, 1)) < 2:
+                continue  # as nearly every row; the fields need not be looked at
             fields = [f for f in row.split(delimiter) if f]
             if (
                 len(row.split(delimiter)) > 1
@@ -231,9 +245,15 @@ def _refuse_decimal_commas(rows: list[_Line]) -> None:
 
 def _refuse_halves(rows: list[_Line], first: _Line, columns: int) -> None:
     """Decimal commas in a table parted by commas, or of one column: each number falls into two whole ones."""
-    data = [row.split(",") for row in rows if _is_data(row.split(","), columns)]
-    if columns % 2 or not all(f.lstrip("+-").isdigit() for fields in data for f in fields[:columns]):
+    if columns % 2:
         return
+    data = []
+    for row in rows:
+        fields = row.split(",")
+        if _is_data(fields, columns):
+            if not all(f.lstrip("+-").isdigit() for f in fields[:columns]):
+                return
+            data.append(fields)
     padded = any(len(f) > 1 and f[0] == "0" for fields in data for f in fields[1:columns:2])
     header = next((row for row in reversed(rows) if row.number < first.number), None)
     halved = header is not None and 2 * max(len(header.split(d)) for d in _DELIMITERS) == columns

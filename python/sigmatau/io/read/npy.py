@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
@@ -87,6 +86,8 @@ def _npz(path: Path) -> Table:
     loaders: list[Callable[[], NDArray[Any]]] = []
     refused: list[str] = []
     try:
+        import zipfile  # in the call, for those who read text
+
         with zipfile.ZipFile(path) as archive:
             names = [n for n in archive.namelist() if n.endswith(".npy")]
             for name in names:
@@ -118,6 +119,8 @@ class _Member:
         self.path, self.name, self.part = path, name, part
 
     def __call__(self) -> NDArray[Any]:
+        import zipfile
+
         with zipfile.ZipFile(self.path) as archive, archive.open(self.name) as member:
             array: NDArray[Any] = np.lib.format.read_array(_Whole(member), allow_pickle=False)
         return np.ascontiguousarray(_pick(array, self.part))

@@ -68,20 +68,22 @@ def check_order(stamps: NDArray[Any], where: Callable[[int], str], name: str) ->
     """
     if stamps.dtype.kind in "iu" and int(stamps.max()) - int(stamps.min()) >= 1 << 62:
         stamps = stamps.astype(np.float64)
-    back = np.flatnonzero(stamps[1:] < stamps[:-1])
-    if len(back):
-        row = int(back[0]) + 1
-        times = "" if len(back) == 1 else f", and {len(back) - 1} times more further on"
-        raise DataError(
-            f", {where(row)}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
-            " sort the rows, or cut the file there"
-        )
+    intervals = np.diff(stamps)
+    signed = stamps.dtype.kind == "f" or stamps.dtype == np.int64  # in others a step back is a large one forward
+    if not signed or intervals.min() < 0:
+        back = np.flatnonzero(stamps[1:] < stamps[:-1])
+        if len(back):
+            row = int(back[0]) + 1
+            times = "" if len(back) == 1 else f", and {len(back) - 1} times more further on"
+            raise DataError(
+                f", {where(row)}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
+                " sort the rows, or cut the file there"
+            )
     if stamps[0] == stamps[-1]:
         raise DataError(
             f"all stamps in column {name} are {stamps[0]}, so they say no rate; name another column by"
             " --channels time=…, or cut this one out and give --rate HZ"
         )
-    intervals = np.diff(stamps)
     return intervals.astype(np.float64, copy=False)
 
 
@@ -110,8 +112,11 @@ def fit(
     """
     n = len(intervals)
     rare = min(max(math.ceil(n / _RARE), 3), n // 4)
-    usual = float(np.partition(intervals, n - 1 - rare)[n - 1 - rare])
-    kept = intervals[intervals <= _LONG * usual] if usual > 0 else intervals
+    shortest, longest = float(intervals.min()), float(intervals.max())
+    kept = intervals
+    if not (shortest > 0 and longest <= _LONG * shortest):  # else no interval can be so long
+        usual = float(np.partition(intervals, n - 1 - rare)[n - 1 - rare])
+        kept = intervals[intervals <= _LONG * usual] if usual > 0 else intervals
     interval = float(kept.sum()) / len(kept)
     tau0 = interval * second
     rate = 1.0 / tau0
@@ -147,6 +152,8 @@ def _implausible(rate: float) -> tuple[Finding, ...]:
 def _irregular(
     intervals: NDArray[np.float64], interval: float, second: float, where: Callable[[int], str]
 ) -> tuple[Finding, ...]:
+    if intervals.max() <= _LATE * interval:
+        return ()
     # Stamps that repeat are coarser than the sampling, and the clock's own step is no gap.
     repeated = np.count_nonzero(intervals == 0) > 0.01 * len(intervals)
     step = float(intervals[intervals > 0].min()) if repeated else 0.0

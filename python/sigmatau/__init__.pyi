@@ -1,0 +1,42 @@
+"""What the package offers, for type checkers: the names that `__init__.py` imports when they are used."""
+
+from sigmatau._version import __version__
+from sigmatau.accumulate import Accumulator
+from sigmatau.allan import Curves, DeviationCurve, allan
+from sigmatau.analysis import Analysis, analyze
+from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.fitting import NoiseFit, fit
+from sigmatau.io import read
+from sigmatau.model import NoiseModel, simulate
+from sigmatau.planning import detectable
+from sigmatau.readoff import ReadOff, read_off
+from sigmatau.record import Record
+from sigmatau.results import Finding
+from sigmatau.streams import Stream
+from sigmatau.uncertainty import percentage_error
+
+__all__ = [
+    "Accumulator",
+    "Analysis",
+    "Curves",
+    "DataError",
+    "DeviationCurve",
+    "Finding",
+    "NoiseFit",
+    "NoiseModel",
+    "NonFiniteError",
+    "OptionError",
+    "ReadOff",
+    "Record",
+    "RecordTooShortError",
+    "Stream",
+    "__version__",
+    "allan",
+    "analyze",
+    "detectable",
+    "fit",
+    "percentage_error",
+    "read",
+    "read_off",
+    "simulate",
+]

@@ -4,6 +4,7 @@
 
 use sigmatau_core::allan::{Counting, Overlap, allan_variance, allan_variances, largest_cluster};
 use sigmatau_core::covariance::{Component, Gamma};
+use sigmatau_core::deviations::{Kind, deviations};
 use sigmatau_core::generate::{Coefficients, simulate};
 use sigmatau_core::phase::Phase;
 use std::hint::black_box;
@@ -31,6 +32,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         });
         let terms: usize = m.iter().map(|m| n + 1 - 2 * m).sum();
         println!("{} {name}: {ms:.1} ms, {:.0} ps a term", m.len(), ms * 1e9 / terms as f64);
+    }
+
+    let axis = &rate[..AXIS_SAMPLES.min(n)];
+    for kind in [Kind::Hadamard(Overlap::Full), Kind::Modified] {
+        let m: Vec<usize> =
+            octaves(axis.len()).into_iter().filter(|&m| m <= kind.largest(axis.len())).collect();
+        let ms = least_ms(|| pool.install(|| drop(black_box(deviations(kind, axis, &m)))));
+        println!("{kind:?}, {} octaves of {} samples, with the phase: {ms:.1} ms", m.len(), axis.len());
     }
 
     let axes: Vec<&[f64]> = rate.chunks_exact(AXIS_SAMPLES).take(AXES).collect();

@@ -1,0 +1,168 @@
+//! The running sum of a phase, kept so that its third differences lose no digits.
+//!
+//! As the phase is kept relative to the height of an anchor in every block, its sum is kept relative to a parabola: the
+//! sum of the straight line from the anchor of the block to the next. Only the origins of the parabolas are large, and
+//! they are kept to twice the usual precision.
+
+use super::thirds::{Correction, Curve};
+use crate::compensated::{Sum, two_sum};
+use crate::phase::{BLOCK, Phase};
+use rayon::prelude::*;
+
+/// The sums X(p) = Σ x(i), i < p, of a phase of N + 1 points: N + 2 of them, the first 0.
+pub struct Integral {
+    values: Vec<f64>,
+    parabolas: Vec<Parabola>,
+}
+
+/// What the points of a block are relative to: height + slope·o + bend·o (o − 1) / 2 at the o-th point of the block.
+#[derive(Clone, Copy, Default)]
+struct Parabola {
+    height: Sum,
+    slope: Sum,
+    bend: f64,
+    /// Of the first point after the block, relative to the parabola.
+    end: f64,
+}
+
+impl Integral {
+    pub fn new(phase: &Phase) -> Self {
+        let points = phase.values.len();
+        let mut values = vec![0.0; points + 1];
+        let blocks = values.len().div_ceil(BLOCK);
+        let of_block = |(block, sums): (usize, &mut [f64])| {
+            let start = block * BLOCK;
+            let Some(&slope) = phase.anchors.get(block) else {
+                // The last sum alone, after the last phase.
+                return Parabola::default();
+            };
+            let inside = &phase.values[start..points.min(start + BLOCK)];
+            let rise = match phase.anchors.get(block + 1) {
+                Some(_) => phase.step_to(block + 1),
+                None => inside[inside.len() - 1],
+            };
+            let bend = forty_bits(rise / inside.len() as f64);
+            let end = sum(inside, bend, sums);
+            Parabola { height: Sum::default(), slope, bend, end }
+        };
+        let mut parabolas: Vec<Parabola> = values.par_chunks_mut(BLOCK).enumerate().map(of_block).collect();
+        for block in 1..blocks {
+            let before = parabolas[block - 1];
+            parabolas[block].height = before.at(BLOCK).plus(Sum { hi: before.end, lo: 0.0 });
+        }
+        Self { values, parabolas }
+    }
+}
+
+/// Running sums of a block less those of its line, and the sum of all.
+fn sum(phase: &[f64], bend: f64, sums: &mut [f64]) -> f64 {
+    let mut running = Sum::default();
+    // The last block has one sum more than phases, unless that begins a block.
+    let mut slots = sums.iter_mut();
+    for (i, &x) in phase.iter().enumerate() {
+        if let Some(slot) = slots.next() {
+            *slot = running.value();
+        }
+        let (difference, error) = two_sum(x, -bend * i as f64);
+        running.add(difference);
+        running.lo += error;
+    }
+    if let Some(slot) = slots.next() {
+        *slot = running.value();
+    }
+    running.value()
+}
+
+impl Parabola {
+    /// Its value at the o-th point.
+    fn at(&self, o: usize) -> Sum {
+        let pairs = (o * o.wrapping_sub(1) / 2) as f64;
+        self.height.plus(times(self.slope, o as f64)).plus(product(self.bend, pairs))
+    }
+}
+
+/// What a window refers to: the value, slope and half the bend of a parabola where the window begins.
+#[derive(Clone, Copy)]
+pub struct Frame {
+    value: Sum,
+    slope: Sum,
+    bend: f64,
+}
+
+/// What the frames of four windows add: a parabola again.
+#[derive(Clone, Copy)]
+pub struct Quadratic {
+    value: f64,
+    slope: f64,
+    bend: f64,
+}
+
+impl Correction for Quadratic {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Part of a loop that is only fast as a whole.
+    fn at(self, index: f64) -> f64 {
+        self.value + index * (self.slope + index * self.bend)
+    }
+}
+
+impl Curve for Integral {
+    type Origin = Frame;
+    type Correction = Quadratic;
+
+    fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    fn origin(&self, point: usize) -> Frame {
+        let parabola = self.parabolas[point / BLOCK];
+        let o = point % BLOCK;
+        Frame {
+            value: parabola.at(o),
+            slope: parabola.slope.plus(product(parabola.bend, o as f64 - 0.5)),
+            bend: 0.5 * parabola.bend,
+        }
+    }
+
+    fn correction(&self, [x, y, z, w]: [Frame; 4]) -> Quadratic {
+        let third = |x: Sum, y: Sum, z: Sum, w: Sum| {
+            let inner = y.plus(z.negated());
+            w.plus(x.negated()).plus(inner.doubled()).plus(inner).value()
+        };
+        Quadratic {
+            value: third(x.value, y.value, z.value, w.value),
+            slope: third(x.slope, y.slope, z.slope, w.slope),
+            bend: (w.bend - x.bend) + 3.0 * (y.bend - z.bend),
+        }
+    }
+
+    fn lift(&self, point: usize, window: &mut [f64]) {
+        let border = BLOCK - point % BLOCK;
+        if border < window.len() {
+            let (before, after) = (self.parabolas[point / BLOCK], self.parabolas[point / BLOCK + 1]);
+            // Of `after` over `before`, from the first point of `after` on.
+            let slope_before = before.slope.plus(product(before.bend, BLOCK as f64));
+            let slope = after.slope.plus(slope_before.negated()).value();
+            let bend = 0.5 * (after.bend - before.bend);
+            for (o, value) in window[border..].iter_mut().enumerate() {
+                let o = o as f64;
+                *value += before.end + o * (slope + (o - 1.0) * bend);
+            }
+        }
+    }
+}
+
+/// A number with its last 13 bits cleared, so that its products with numbers below 2¹³ are exact.
+fn forty_bits(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & !0x1fff)
+}
+
+/// A product and its rounding error.
+fn product(a: f64, b: f64) -> Sum {
+    let hi = a * b;
+    Sum { hi, lo: a.mul_add(b, -hi) }
+}
+
+fn times(sum: Sum, factor: f64) -> Sum {
+    let Sum { hi, lo } = product(sum.hi, factor);
+    Sum { hi, lo: lo + sum.lo * factor }.normalized()
+}

@@ -6,8 +6,12 @@
 
 mod hadamard;
 mod integral;
+mod lifted;
 mod modified;
+mod theo1;
 mod thirds;
+mod tie;
+mod total;
 
 pub mod freedom;
 
@@ -23,6 +27,14 @@ pub enum Kind {
     Modified,
     /// Hadamard deviation: third differences of the phase. Unit of the rate.
     Hadamard(Overlap),
+    /// Total deviation: the phase is extended by reflection at both ends. Unit of the rate.
+    Total,
+    /// Theo1, at the averaging time 0.75·m; m is even. Unit of the rate.
+    Theo1,
+    /// Largest range of the phase in any window of m + 1 points. Unit of the phase.
+    Mtie,
+    /// Root mean square of what the phase moves by in m samples. Unit of the phase.
+    TieRms,
 }
 
 /// A deviation at one cluster size.
@@ -43,19 +55,22 @@ impl Kind {
         match self {
             Self::Modified => (samples + 1) / 3,
             Self::Hadamard(_) => samples / 3,
+            Self::Total => samples.saturating_sub(1),
+            Self::Theo1 => samples / 2 * 2,
+            Self::Mtie | Self::TieRms => samples,
         }
     }
 
     /// Fewest samples that leave a cluster size.
     #[must_use]
     pub fn least_samples(self) -> usize {
-        (1..).find(|&samples| self.largest(samples) >= self.smallest()).unwrap_or(usize::MAX)
+        (1..100).find(|&samples| self.largest(samples) >= self.smallest()).unwrap_or(100)
     }
 
     /// Smallest cluster size.
     #[must_use]
     pub fn smallest(self) -> usize {
-        1
+        if self == Self::Theo1 { 10 } else { 1 }
     }
 
     fn check(self, samples: usize, m: &[usize]) -> Result<(), Error> {
@@ -63,7 +78,7 @@ impl Kind {
         if largest < smallest {
             return Err(Error::TooShort { need: self.least_samples(), got: samples });
         }
-        match m.iter().find(|&&m| m < smallest || m > largest) {
+        match m.iter().find(|&&m| m < smallest || m > largest || (self == Self::Theo1 && m % 2 == 1)) {
             Some(&m) => Err(Error::ClusterSize { m, largest }),
             None => Ok(()),
         }
@@ -78,11 +93,15 @@ impl Kind {
 /// the first `m` that is out of range.
 pub fn deviations(kind: Kind, rate: &[f64], m: &[usize]) -> Result<Vec<Deviation>, Error> {
     kind.check(rate.len(), m)?;
-    let phase = Phase::from_rate(rate)?;
+    let phase = || Phase::from_rate(rate);
     Ok(match kind {
-        Kind::Modified => modified::modified(&phase, m),
-        Kind::Hadamard(Overlap::Full) => hadamard::overlapping(&phase, m),
-        Kind::Hadamard(Overlap::None) => hadamard::disjoint(&phase, m),
+        Kind::Modified => modified::modified(rate, m)?,
+        Kind::Hadamard(Overlap::Full) => hadamard::overlapping(&phase()?, m),
+        Kind::Hadamard(Overlap::None) => hadamard::disjoint(&phase()?, m),
+        Kind::Total => total::total(&phase()?, m)?,
+        Kind::Theo1 => theo1::theo1(&phase()?, m),
+        Kind::Mtie => tie::mtie(&phase()?, rate, m),
+        Kind::TieRms => tie::tie_rms(&phase()?, rate, m),
     })
 }
 

@@ -26,27 +26,25 @@ struct Parabola {
 }
 
 impl Integral {
-    pub fn new(phase: &Phase) -> Self {
-        let points = phase.values.len();
-        let mut values = vec![0.0; points + 1];
-        let blocks = values.len().div_ceil(BLOCK);
-        let of_block = |(block, sums): (usize, &mut [f64])| {
-            let start = block * BLOCK;
-            let Some(&slope) = phase.anchors.get(block) else {
-                // The last sum alone, after the last phase.
-                return Parabola::default();
-            };
-            let inside = &phase.values[start..points.min(start + BLOCK)];
-            let rise = match phase.anchors.get(block + 1) {
-                Some(_) => phase.step_to(block + 1),
-                None => inside[inside.len() - 1],
-            };
-            let bend = forty_bits(rise / inside.len() as f64);
-            let end = sum(inside, bend, sums);
-            Parabola { height: Sum::default(), slope, bend, end }
+    /// Takes the place of the phase, in its memory.
+    pub fn of(phase: Phase) -> Self {
+        let rises: Vec<f64> = (1..phase.anchors.len()).map(|block| phase.step_to(block)).collect();
+        let Phase { mut values, anchors, .. } = phase;
+        let of_block = |(block, points): (usize, &mut [f64])| {
+            let rise = rises.get(block).copied().unwrap_or(points[points.len() - 1]);
+            let bend = forty_bits(rise / points.len() as f64);
+            Parabola { height: Sum::default(), slope: anchors[block], bend, end: sum(points, bend) }
         };
         let mut parabolas: Vec<Parabola> = values.par_chunks_mut(BLOCK).enumerate().map(of_block).collect();
-        for block in 1..blocks {
+        // One sum more than there are phases: in the last block, or in one of its own.
+        let last = parabolas[parabolas.len() - 1].end;
+        if values.len() % BLOCK == 0 {
+            values.push(0.0);
+            parabolas.push(Parabola::default());
+        } else {
+            values.push(last);
+        }
+        for block in 1..parabolas.len() {
             let before = parabolas[block - 1];
             parabolas[block].height = before.at(BLOCK).plus(Sum { hi: before.end, lo: 0.0 });
         }
@@ -54,21 +52,16 @@ impl Integral {
     }
 }
 
-/// Running sums of a block less those of its line, and the sum of all.
-fn sum(phase: &[f64], bend: f64, sums: &mut [f64]) -> f64 {
+/// Puts the running sum in the place of the points of a block less their line, each sum without its own point; returns
+/// the sum of all.
+fn sum(points: &mut [f64], bend: f64) -> f64 {
     let mut running = Sum::default();
-    // The last block has one sum more than phases, unless that begins a block.
-    let mut slots = sums.iter_mut();
-    for (i, &x) in phase.iter().enumerate() {
-        if let Some(slot) = slots.next() {
-            *slot = running.value();
-        }
-        let (difference, error) = two_sum(x, -bend * i as f64);
-        running.add(difference);
-        running.lo += error;
-    }
-    if let Some(slot) = slots.next() {
-        *slot = running.value();
+    for (i, point) in points.iter_mut().enumerate() {
+        let (difference, before) = two_sum(*point, -bend * i as f64);
+        *point = running.value();
+        let (hi, after) = two_sum(running.hi, difference);
+        // One addition to `lo` a point: each waits for the one before.
+        running = Sum { hi, lo: running.lo + (before + after) };
     }
     running.value()
 }

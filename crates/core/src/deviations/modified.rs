@@ -7,23 +7,41 @@
 use super::Deviation;
 use super::integral::Integral;
 use super::thirds::sums_of_squares;
-use crate::allan::{Counting, Overlap, allan_variance};
-use crate::phase::Phase;
+use crate::compensated::Sum;
+use crate::error::Error;
+use crate::phase::{BLOCK, PhaseBuilder};
 
 /// All N + 2 − 3m terms.
-pub(super) fn modified(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
-    let integral = Integral::new(phase);
+pub(super) fn modified(rate: &[f64], m: &[usize]) -> Result<Vec<Deviation>, Error> {
+    // With room for the sum that is one more than the phases.
+    let mut builder = PhaseBuilder::new(rate.len() + 1);
+    builder.push(rate)?;
+    let integral = Integral::of(builder.finish());
     let sums = sums_of_squares(&integral, m);
-    // With one sample to average over it is the Allan variance.
-    let first = m.contains(&1).then(|| allan_variance(phase, &[1], Overlap::Full, Counting::Standard));
-    let first = first.and_then(Result::ok).and_then(|estimates| estimates.first().map(|e| e.avar));
     let of_size = |(&m, sum): (&usize, f64)| {
-        let (size, terms) = (m as f64, phase.samples() + 2 - 3 * m);
-        let deviation = match first {
-            Some(avar) if m == 1 => avar.sqrt(),
-            _ => (sum / (2.0 * terms as f64)).sqrt() / (size * size),
-        };
-        Deviation { m, deviation, terms }
+        let (size, terms) = (m as f64, rate.len() + 2 - 3 * m);
+        // Without anything to average over it is the Allan variance, and needs no sum.
+        let sum = if m == 1 { steps(rate) } else { sum };
+        Deviation { m, deviation: (sum / (2.0 * terms as f64)).sqrt() / (size * size), terms }
     };
-    m.iter().zip(sums).map(of_size).collect()
+    Ok(m.iter().zip(sums).map(of_size).collect())
+}
+
+/// Σ (y(k + 1) − y(k))².
+fn steps(rate: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let later = rate.get(1..).unwrap_or_default();
+    let mut sum = Sum::default();
+    for (before, after) in rate.chunks(BLOCK).zip(later.chunks(BLOCK)) {
+        let mut lanes = [0.0; LANES];
+        for (before, after) in before.chunks(LANES).zip(after.chunks(LANES)) {
+            for (lane, (x, y)) in lanes.iter_mut().zip(before.iter().zip(after)) {
+                *lane += (y - x) * (y - x);
+            }
+        }
+        for lane in lanes {
+            sum.add(lane);
+        }
+    }
+    sum.value()
 }

@@ -226,12 +226,12 @@ impl<C: Correction, const T: usize> WithSimd for Chain<'_, C, T> {
         for start in (0..STARTS).step_by(LANES) {
             let x = at(self.first, start);
             let mut y = at(self.once, start);
-            for i in 0..T {
-                let (z, w) = (at(self.twice[i], start), at(self.thrice[i], start));
+            let windows = self.twice.into_iter().zip(self.thrice).zip(self.correction);
+            for (sum, ((twice, thrice), correction)) in sums.iter_mut().zip(windows) {
+                let (z, w) = (at(twice, start), at(thrice, start));
                 for lane in 0..LANES {
-                    let d = third_difference(x[lane], y[lane], z[lane], w[lane])
-                        + self.correction[i].at(index[lane]);
-                    sums[i][lane] += d * d;
+                    let d = third_difference(x[lane], y[lane], z[lane], w[lane]) + correction.at(index[lane]);
+                    sum[lane] += d * d;
                 }
                 y = z;
             }

@@ -10,6 +10,7 @@ Importing the package loads NumPy and nothing heavier; matplotlib is imported wh
 from sigmatau._version import __version__
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
+from sigmatau.deviations import Deviation, Deviations, deviation
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.io import read
@@ -25,7 +26,9 @@ __all__ = [
     "Analysis",
     "Curves",
     "DataError",
+    "Deviation",
     "DeviationCurve",
+    "Deviations",
     "Finding",
     "NoiseFit",
     "NoiseModel",
@@ -39,6 +42,7 @@ __all__ = [
     "allan",
     "analyze",
     "detectable",
+    "deviation",
     "fit",
     "percentage_error",
     "read",

@@ -15,6 +15,7 @@ __all__ = [
     "deviation_limits",
     "deviations_of_channels",
     "gauss_markov_avar",
+    "quadratic_edf",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -45,6 +46,7 @@ def deviation_limits(kind: str, samples: int) -> tuple[int, int, int]: ...
 def deviations_of_channels(
     kind: str, columns: list[_Floats], m: _Ints, overlapped: bool, threads: int
 ) -> tuple[list[_Floats], _Ints]: ...
+def quadratic_edf(kind: str, samples: int, m: _Ints, coefficients: list[float], tau0: float) -> _Floats: ...
 def stationary_moments(
     kind: str, overlapped: bool, samples: int, m: _Ints, coefficients: list[float], tau0: float
 ) -> tuple[_Floats, _Floats]: ...

@@ -23,6 +23,7 @@ __all__ = [
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
+    "quadratic_edf",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -171,6 +172,23 @@ def stationary_moments(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Expected variances and degrees of freedom of ``"allan"``, ``"modified"`` or ``"hadamard"`` variances."""
     return _core.stationary_moments(kind, overlap == "full", n, _sizes(m), _five(coefficients), tau0)
+
+
+def quadratic_edf(
+    kind: str, *, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
+) -> NDArray[np.float64]:
+    """Degrees of freedom of ``"total"`` or ``"theo1"``."""
+    try:
+        return _core.quadratic_edf(kind, n, _sizes(m), _five(coefficients), tau0)
+    except ValueError as error:
+        if "quantization" in str(error):
+            raise OptionError(
+                f"the degrees of freedom of {kind!r} are not known where quantization noise is more than 1 % of the"
+                " variance, beyond 48 samples of averaging: leave it out of `noise`, or take the modified or the Hadamard"
+                " deviation",
+                option="noise",
+            ) from None
+        raise
 
 
 def theo1_expectation(m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:

@@ -27,7 +27,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Counting", "Curves", "DeviationCurve", "Overlap", "TauGrid", "allan", "channel_curve", "cluster_sizes"]
+__all__ = [
+    "Counting",
+    "Curves",
+    "DeviationCurve",
+    "Overlap",
+    "TauGrid",
+    "allan",
+    "channel_curve",
+    "cluster_sizes",
+    "refuse_missing",
+]
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
@@ -247,7 +257,7 @@ def allan(
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
-        _refuse_missing(stream)
+        refuse_missing(stream)
         chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
         curves.update(chosen)
     return Curves(curves)
@@ -333,7 +343,8 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
     return np.unique(sizes_of).astype(np.int64)
 
 
-def _refuse_missing(stream: Stream) -> None:
+def refuse_missing(stream: Stream) -> None:
+    """Raise `NonFiniteError` if a sample of a stream is missing."""
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])

@@ -14,6 +14,7 @@ mod tie;
 mod total;
 
 pub mod freedom;
+pub mod quadratic;
 
 use crate::allan::Overlap;
 use crate::error::Error;

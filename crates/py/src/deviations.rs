@@ -6,7 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::allan::Overlap;
 use sigmatau_core::deviations::freedom::{self, Coefficients, Stationary};
-use sigmatau_core::deviations::{self, Kind};
+use sigmatau_core::deviations::{self, Kind, quadratic};
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -80,6 +80,25 @@ pub fn stationary_moments<'py>(
     let of =
         |part: fn(&freedom::Moments) -> f64| moments.iter().map(part).collect::<Vec<_>>().into_pyarray(py);
     Ok((of(|moments| moments.variance), of(|moments| moments.edf)))
+}
+
+/// Degrees of freedom of the total variance or of Theo1.
+#[pyfunction]
+pub fn quadratic_edf<'py>(
+    py: Python<'py>,
+    kind: &str,
+    samples: usize,
+    m: PyReadonlyArray1<'py, i64>,
+    coefficients: [f64; 5],
+    tau0: f64,
+) -> PyResult<Floats<'py>> {
+    let kind = kind_of(kind, true)?;
+    let sizes = sizes(&m)?;
+    let coefficients = Coefficients::at_interval(coefficients, tau0);
+    let edf = py
+        .detach(|| quadratic::degrees_of_freedom(kind, samples, &sizes, &coefficients))
+        .map_err(|error| value_error(&error))?;
+    Ok(edf.into_pyarray(py))
 }
 
 /// Expected Theo1 variances for the coefficients Q, N, B, K, R.

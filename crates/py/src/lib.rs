@@ -23,7 +23,7 @@ mod _core {
     use crate::covariance::covariance_tensors;
     #[pymodule_export]
     use crate::deviations::{
-        deviation_limits, deviations_of_channels, stationary_moments, theo1_expectation,
+        deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,
     };
     #[pymodule_export]
     use crate::generate::simulate;

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import known
 from sigmatau import NoiseModel, Record, allan, deviation, simulate
+from sigmatau.cli import main
 from sigmatau.deviations import KINDS
 from sigmatau.deviations.moments import bias, degrees_of_freedom
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
@@ -70,19 +71,37 @@ def twin(kind, y, m):
     return math.sqrt(np.mean([(window[-1] - window[0]) ** 2 for window in moves])), len(moves)
 
 
-class TestKnownAnswers:
-    # NIST SP 1065, table 31, seven digits: m = 1, 10, 100 (time in the unit of tau0).
-    NBS14 = {
-        "modified": (2.922319e-1, 6.172376e-2, 2.170921e-2),
-        "hadamard": (2.943883e-1, 9.581083e-2, 3.237638e-2),
-        "total": (2.922319e-1, 9.134743e-2, 3.406530e-2),
-        "time": (1.687202e-1, 3.563623e-1, 1.253382e0),
-    }
+# NIST SP 1065, table 31, seven digits: m = 1, 10, 100 (time in the unit of tau0).
+NBS14 = {
+    "modified": (2.922319e-1, 6.172376e-2, 2.170921e-2),
+    "hadamard": (2.943883e-1, 9.581083e-2, 3.237638e-2),
+    "total": (2.922319e-1, 9.134743e-2, 3.406530e-2),
+    "time": (1.687202e-1, 3.563623e-1, 1.253382e0),
+}
 
+# Files of Stable32's results, their column of deviations, and the estimator; five digits.
+TABLES = {
+    "mdev": ("modified", "full", 5),
+    "mdev_octave": ("modified", "full", 5),
+    "hdev": ("hadamard", "none", 5),
+    "hdev_octave": ("hadamard", "none", 5),
+    "ohdev": ("hadamard", "full", 5),
+    "ohdev_octave": ("hadamard", "full", 5),
+    "totdev_octave": ("total", "full", 5),
+    "tdev": ("time", "full", 5),
+    "tdev_octave": ("time", "full", 5),
+    "mtie": ("mtie", "full", 3),
+    "tierms": ("tie_rms", "full", 3),
+    "theo1_alpha0": ("theo1", "full", 5),
+    "theo1_alpha0_decade": ("theo1", "full", 5),
+}
+
+
+class TestKnownAnswers:
     @pytest.mark.parametrize("kind", NBS14)
     def test_nbs14(self, kind):
         got = dev(known.nbs14(), kind, [1, 10, 100])
-        for m, value in zip((1, 10, 100), self.NBS14[kind], strict=True):
+        for m, value in zip((1, 10, 100), NBS14[kind], strict=True):
             assert got[m] == pytest.approx(value, rel=0.51e-6), m
 
     def test_nbs14_disjoint_hadamard(self):
@@ -110,26 +129,9 @@ class TestKnownAnswers:
         got = dev(known.NINE_POINTS, kind, [1, 2])
         assert [got[1], got[2]] == pytest.approx(values, rel=0.6e-6)
 
-    # Files of Stable32's results, their column of deviations, and the estimator; five digits.
-    TABLES = {
-        "mdev": ("modified", "full", 5),
-        "mdev_octave": ("modified", "full", 5),
-        "hdev": ("hadamard", "none", 5),
-        "hdev_octave": ("hadamard", "none", 5),
-        "ohdev": ("hadamard", "full", 5),
-        "ohdev_octave": ("hadamard", "full", 5),
-        "totdev_octave": ("total", "full", 5),
-        "tdev": ("time", "full", 5),
-        "tdev_octave": ("time", "full", 5),
-        "mtie": ("mtie", "full", 3),
-        "tierms": ("tie_rms", "full", 3),
-        "theo1_alpha0": ("theo1", "full", 5),
-        "theo1_alpha0_decade": ("theo1", "full", 5),
-    }
-
     @pytest.mark.parametrize("name", TABLES)
     def test_phase_dat(self, field_data, name):
-        kind, overlap, column = self.TABLES[name]
+        kind, overlap, column = TABLES[name]
         phase = np.loadtxt(field_data / "phasedat" / "PHASE.DAT")
         with (field_data / "phasedat" / f"phase_dat_{name}.txt").open(encoding="utf-8") as file:
             table = np.array([line.split() for line in file if line.strip() and line.split()[0].isdigit()], dtype=float)
@@ -411,7 +413,7 @@ class TestResult:
         curve = deviation(record([1.0, 3.0, 2.0, 5.0, 4.0]), kind="hadamard", overlap="none")["y"]
         assert repr(curve).splitlines() == [
             "y: non-overlapped Hadamard deviation, 5 samples at 1 Hz [1]",
-            "             1 s  2.1602       3 terms",
+            "             1 s  1.50923      3 terms",
         ]
 
     def test_frozen(self):
@@ -449,3 +451,54 @@ class TestResult:
             assert curve.n_terms.min() >= 1
             assert (np.diff(curve.tau) > 0).all()
             assert kind != "theo1" or (curve.m % 2 == 0).all()
+
+
+class TestCommandLine:
+    @pytest.fixture
+    def log(self, tmp_path):
+        path = tmp_path / "log.csv"
+        y = np.random.default_rng(known.seed_of("command line")).standard_normal((300, 2))
+        np.savetxt(path, y, delimiter=",", header="gyro_x [deg/s],accel_z [g]", comments="")
+        return str(path)
+
+    def test_table(self, log, capsys):
+        assert main(["deviation", log, "--rate", "100", "--kind", "tie_rms", "--taus", "0.1,1"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0] == "gyro_x: TIE rms [rad], 300 samples at 100 Hz"
+        assert lines[1].split()[:2] == ["0.1", "s"]
+        assert lines[1].endswith("291 terms")
+        assert lines[3] == "accel_z: TIE rms [m/s], 300 samples at 100 Hz"
+
+    def test_intervals_json_and_figure(self, log, tmp_path, capsys):
+        import json
+
+        figure = tmp_path / "figure.svg"
+        arguments = ["deviation", log, "--rate", "100", "--kind", "hadamard", "--overlap", "none"]
+        assert main([*arguments, "--noise", "random_walk", "--json", "-", "--plot", str(figure)]) == 0
+        result = json.loads(capsys.readouterr().out)
+        curve = result["channels"]["accel_z"]
+        assert (curve["unit"], curve["overlap"], result["noise"]) == ("m/s^2", "none", "random_walk")
+        assert all(a < b for a, b in zip(curve["low"], curve["high"], strict=True))
+        assert figure.stat().st_size > 5000
+        written = tmp_path / "result.json"
+        assert main([*arguments, "--noise", "random_walk", "--json", str(written)]) == 0
+        assert json.loads(written.read_text()) == result
+        assert "[ ]: 95 % by χ² with the degrees of freedom of random walk" in capsys.readouterr().out
+
+    @pytest.mark.parametrize(
+        ("options", "words"),
+        [
+            (["--kind", "hdev"], "hdev"),
+            ([], "kind"),
+            (["--kind", "total", "--overlap", "none"], "leave it out"),
+            (["--kind", "mtie", "--noise", "random_walk"], "no law of the MTIE"),
+            (["--kind", "modified", "--noise", "white"], "unknown term 'white'"),
+            (["--kind", "modified", "--taus", "5"], "out of reach"),
+        ],
+    )
+    def test_wrong_options(self, log, options, words, capsys):
+        assert main(["deviation", log, "--rate", "100", *options]) == 2
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        assert words in captured.err
+        assert captured.err.count("\n") == 1

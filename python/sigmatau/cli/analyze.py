@@ -10,8 +10,15 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
-from sigmatau.cli.options import check_output, key_numbers, key_values, say, working
-from sigmatau.errors import OptionError
+from sigmatau.cli.options import (
+    averaging_times,
+    check_output,
+    key_numbers,
+    key_values,
+    refuse_same,
+    say,
+    working,
+)
 from sigmatau.io import read
 from sigmatau.io.write import atomic
 
@@ -77,8 +84,8 @@ def analyze_command(
     as_text = json is not None and str(json) == "-"
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(None if as_text else json, (), "json")
-    _refuse_same(log, plot=plot, json=None if as_text else json)
-    averaging = _taus(taus)
+    refuse_same(log, plot=plot, json=None if as_text else json)
+    averaging = averaging_times(taus)
     with working(f"reading {log}", quiet=quiet):
         record = read(
             log,
@@ -123,23 +130,3 @@ def write_json(analysis: Analysis, path: Path) -> None:
 
 def _json_text(analysis: Analysis) -> str:
     return json.dumps(analysis.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def _refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
-    """No output may take the place of the log or of another output."""
-    for option, path in (("plot", plot), ("json", json)):
-        if path is not None and path.exists() and log.exists() and path.samefile(log):
-            raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
-    if plot is not None and plot == json:
-        raise OptionError(f"--plot and --json both name {plot}; name two files", option="json")
-
-
-def _taus(text: str) -> str | list[float]:
-    if text in ("octave", "half", "quarter", "eighth"):
-        return text
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise OptionError(
-            f"--taus {text!r}: want octave, half, quarter, eighth, or times in s such as 0.1,1,10", option="taus"
-        ) from None

@@ -124,9 +124,10 @@ def bias(
     if kind != "theo1":
         raise OptionError(f"only total and theo1 estimate the Allan deviation with a bias, not {kind!r}", option="kind")
     expected = _kernels.theo1_expectation(m, coefficients, tau0)
-    # 0.75 m is a half-integer for every other even m.
+    # 0.75 m is a half-integer for every other even m: on a power law between its neighbours.
     low, high = np.floor(0.75 * m).astype(np.int64), np.ceil(0.75 * m).astype(np.int64)
-    avar = np.sqrt(_allan(coefficients, low, tau0) * _allan(coefficients, high, tau0))
+    share = np.log(0.75 * m / low) / np.log(np.maximum(high / low, 1 + 1e-9))
+    avar = _allan(coefficients, low, tau0) ** (1 - share) * _allan(coefficients, high, tau0) ** share
     return np.asarray(expected / avar)
 
 

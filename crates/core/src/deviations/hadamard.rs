@@ -2,7 +2,7 @@
 //! and (19). A constant rate and a straight drift of it leave no trace.
 
 use super::Deviation;
-use super::thirds::{Correction, Curve, sums_of_squares};
+use super::thirds::{Correction, Curve, sums_of_squares, third_of_sums};
 use crate::compensated::Sum;
 use crate::phase::{BLOCK, Phase};
 use rayon::prelude::*;
@@ -67,9 +67,7 @@ impl Curve for Phase {
         if blocks[0] == blocks[3] {
             return Constant(0.0);
         }
-        let [x, y, z, w] = blocks.map(|block| self.anchors[block]);
-        let inner = y.plus(z.negated());
-        Constant(w.plus(x.negated()).plus(inner.doubled()).plus(inner).value())
+        Constant(third_of_sums(blocks.map(|block| self.anchors[block])))
     }
 
     fn lift(&self, point: usize, window: &mut [f64]) {

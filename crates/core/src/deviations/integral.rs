@@ -4,7 +4,7 @@
 //! sum of the straight line from the anchor of the block to the next. Only the origins of the parabolas are large, and
 //! they are kept to twice the usual precision.
 
-use super::thirds::{Correction, Curve};
+use super::thirds::{Correction, Curve, third_of_sums};
 use crate::compensated::{Sum, two_sum};
 use crate::phase::{BLOCK, Phase};
 use rayon::prelude::*;
@@ -70,7 +70,12 @@ impl Parabola {
     /// Its value at the o-th point.
     fn at(&self, o: usize) -> Sum {
         let pairs = (o * o.wrapping_sub(1) / 2) as f64;
-        self.height.plus(times(self.slope, o as f64)).plus(product(self.bend, pairs))
+        let o = o as f64;
+        let (rise, curve) = (product(self.slope.hi, o), product(self.bend, pairs));
+        let (hi, first) = two_sum(self.height.hi, rise.hi);
+        let (hi, second) = two_sum(hi, curve.hi);
+        let lo = (self.height.lo + rise.lo) + (self.slope.lo * o + curve.lo);
+        Sum { hi, lo: lo + (first + second) }
     }
 }
 
@@ -111,20 +116,17 @@ impl Curve for Integral {
         let o = point % BLOCK;
         Frame {
             value: parabola.at(o),
-            slope: parabola.slope.plus(product(parabola.bend, o as f64 - 0.5)),
+            slope: sum_of(parabola.slope, product(parabola.bend, o as f64 - 0.5)),
             bend: 0.5 * parabola.bend,
         }
     }
 
-    fn correction(&self, [x, y, z, w]: [Frame; 4]) -> Quadratic {
-        let third = |x: Sum, y: Sum, z: Sum, w: Sum| {
-            let inner = y.plus(z.negated());
-            w.plus(x.negated()).plus(inner.doubled()).plus(inner).value()
-        };
+    fn correction(&self, frames: [Frame; 4]) -> Quadratic {
+        let [x, y, z, w] = frames.map(|frame| frame.bend);
         Quadratic {
-            value: third(x.value, y.value, z.value, w.value),
-            slope: third(x.slope, y.slope, z.slope, w.slope),
-            bend: (w.bend - x.bend) + 3.0 * (y.bend - z.bend),
+            value: third_of_sums(frames.map(|frame| frame.value)),
+            slope: third_of_sums(frames.map(|frame| frame.slope)),
+            bend: (w - x) + 3.0 * (y - z),
         }
     }
 
@@ -155,7 +157,8 @@ fn product(a: f64, b: f64) -> Sum {
     Sum { hi, lo: a.mul_add(b, -hi) }
 }
 
-fn times(sum: Sum, factor: f64) -> Sum {
-    let Sum { hi, lo } = product(sum.hi, factor);
-    Sum { hi, lo: lo + sum.lo * factor }.normalized()
+/// Their sum, whose parts may overlap.
+fn sum_of(a: Sum, b: Sum) -> Sum {
+    let (hi, error) = two_sum(a.hi, b.hi);
+    Sum { hi, lo: error + (a.lo + b.lo) }
 }

@@ -4,7 +4,7 @@
 //! the sum of the phase. Both curves are kept relative to an origin in every block of [`BLOCK`] points, so that small
 //! differences of large numbers never occur; what the origins add to a third difference is a [`Correction`].
 
-use crate::compensated::Sum;
+use crate::compensated::{Sum, two_sum};
 use crate::phase::BLOCK;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -241,6 +241,16 @@ impl<C: Correction, const T: usize> WithSimd for Chain<'_, C, T> {
         }
         *self.sums = sums;
     }
+}
+
+/// The third difference of four numbers of twice the usual precision, rounded only once but for their last digits.
+pub fn third_of_sums([x, y, z, w]: [Sum; 4]) -> f64 {
+    let (outer, outer_error) = two_sum(w.hi, -x.hi);
+    let (inner, inner_error) = two_sum(y.hi, -z.hi);
+    let (thrice, thrice_error) = two_sum(2.0 * inner, inner);
+    let (sum, error) = two_sum(outer, thrice);
+    let rest = (w.lo - x.lo) + 3.0 * (y.lo - z.lo);
+    sum + ((error + thrice_error) + (outer_error + 3.0 * inner_error) + rest)
 }
 
 #[inline(always)]

@@ -172,7 +172,7 @@ fn theo1() {
 #[test]
 fn time_interval_errors() {
     for kind in [Kind::Mtie, Kind::TieRms] {
-        assert_exact(kind, 30_000, &[1, 2, 3, 7, 10, 64, 100, 1000, 4095, 4096, 5000, 29_999, 30_000], 1e-12);
+        assert_exact(kind, 9_000, &[1, 2, 3, 7, 10, 64, 100, 1000, 4095, 4096, 5000, 8_999, 9_000], 1e-12);
     }
 }
 
@@ -214,8 +214,8 @@ fn threads_do_not_show() {
 
 #[test]
 fn a_ramp_is_invisible_to_the_hadamard_deviation_only() {
-    let (n, slope) = (30_000, 0.25);
-    let rate: Vec<f64> = (0..n).map(|k| 7.0 + slope * k as f64).collect();
+    let (n, slope) = (30_000u32, 0.25);
+    let rate: Vec<f64> = (0..n).map(|k| 7.0 + slope * f64::from(k)).collect();
     for d in deviations(Kind::Hadamard(Overlap::Full), &rate, &[1, 10, 1000, 10_000]).unwrap() {
         assert!(d.deviation < 1e-9 * slope, "{d:?}");
     }

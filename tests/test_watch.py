@@ -82,13 +82,13 @@ class TestLines:
         assert live.rate == 10
 
     def test_no_final_newline_and_few_lines(self):
-        live = Live(options(rate=1, channels={"y": 1}))
+        live = Live(options(rate=1, channels={"y": 1}, unit={"y": "V"}))
         assert pushed(live, b"1\n2\n3", 2)[:, 0].tolist() == [1, 2, 3]
 
     @pytest.mark.parametrize(
         ("text", "given", "words"),
         [
-            (b"1,2\n3,4\n", {}, "recognised"),
+            (b"1,2\n3,4\n", {}, "which column is what"),
             (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
             (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "--rate"),
             (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),

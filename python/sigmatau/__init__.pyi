@@ -4,6 +4,7 @@ from sigmatau._version import __version__
 from sigmatau.accumulate import Accumulator
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
+from sigmatau.deviations import Deviation, Deviations, deviation
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.io import read
@@ -20,7 +21,9 @@ __all__ = [
     "Analysis",
     "Curves",
     "DataError",
+    "Deviation",
     "DeviationCurve",
+    "Deviations",
     "Finding",
     "NoiseFit",
     "NoiseModel",
@@ -34,6 +37,7 @@ __all__ = [
     "allan",
     "analyze",
     "detectable",
+    "deviation",
     "fit",
     "percentage_error",
     "read",

@@ -13,14 +13,19 @@ __all__ = [
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
+    "deviation_limits",
+    "deviations_of_channels",
     "gauss_markov_avar",
     "parse_text",
+    "quadratic_edf",
     "read_text",
     "simulate",
     "sinusoid_avar",
+    "stationary_moments",
     "strides",
     "term_avar",
     "term_psd",
+    "theo1_expectation",
     "write_text",
 ]
 
@@ -52,6 +57,15 @@ def allan_variances(
     columns: list[_Floats], m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[list[_Floats], list[_Floats], _Ints]: ...
 def covariance_tensors(n: int, m: _Ints, tau0: float, correlation_times: list[float]) -> tuple[_Floats, _Floats]: ...
+def deviation_limits(kind: str, samples: int) -> tuple[int, int, int]: ...
+def deviations_of_channels(
+    kind: str, columns: list[_Floats], m: _Ints, overlapped: bool, threads: int
+) -> tuple[list[_Floats], _Ints]: ...
+def quadratic_edf(kind: str, samples: int, m: _Ints, coefficients: list[float], tau0: float) -> _Floats: ...
+def stationary_moments(
+    kind: str, overlapped: bool, samples: int, m: _Ints, coefficients: list[float], tau0: float
+) -> tuple[_Floats, _Floats]: ...
+def theo1_expectation(m: _Ints, coefficients: list[float], tau0: float) -> _Floats: ...
 def term_avar(
     term: str, coefficient: float, m: _Ints, tau0: float, cutoff: float | None, averaged: bool
 ) -> _Floats: ...

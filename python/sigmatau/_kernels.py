@@ -21,14 +21,19 @@ __all__ = [
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
+    "deviation_limits",
+    "deviations",
     "gauss_markov_avar",
     "parse_text",
+    "quadratic_edf",
     "read_text",
     "simulate",
     "sinusoid_avar",
+    "stationary_moments",
     "strides",
     "term_avar",
     "term_psd",
+    "theo1_expectation",
     "write_text",
 ]
 
@@ -167,12 +172,10 @@ def allan_variances(
         Mean of all the overlapping second differences of the phase over m²: change of the rate per sample, by channel.
     pairs : ndarray of int, shape (n_tau,)
     """
-    if overlap not in ("full", "none"):
-        raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
+    _check_overlap(overlap)
     if counting not in ("standard", "paper"):
         raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
-    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
-        raise OptionError(f"`threads` must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
+    _check_threads(threads)
     arrays = [_contiguous(column, name) for column, name in zip(columns, names, strict=True)]
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     n = len(arrays[0])
@@ -187,15 +190,65 @@ def allan_variances(
             arrays, sizes, overlap == "full", counting == "paper", threads or 0
         )
     except _core.NonFinite as error:
-        channel, index = error.args[1], error.args[2]
-        name = names[channel]
-        value = float(arrays[channel][index])
-        raise NonFiniteError(
-            f"`{name}` is {value:g} in SI at index {index}: not finite, or too large to be squared; cut it out first",
-            channel=name,
-            index=index,
-        ) from None
+        raise _non_finite(error, arrays, names) from None
     return variances, ramps, pairs
+
+
+def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:
+    """Smallest and largest cluster size of an estimator, and the fewest samples that leave one."""
+    return _core.deviation_limits(kind, n)
+
+
+def deviations(
+    kind: str,
+    columns: Sequence[ArrayLike],
+    m: NDArray[np.int64],
+    *,
+    overlap: str,
+    threads: int | None,
+    names: Sequence[str],
+) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
+    """Deviations of several channels of one length, and how many terms each averages; see `sigmatau.deviations`.
+
+    Those that measure the phase itself are in the unit of the rate times one sample.
+    """
+    _check_overlap(overlap)
+    _check_threads(threads)
+    arrays = [_contiguous(column, name) for column, name in zip(columns, names, strict=True)]
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    try:
+        return _core.deviations_of_channels(kind, arrays, sizes, overlap == "full", threads or 0)
+    except _core.NonFinite as error:
+        raise _non_finite(error, arrays, names) from None
+
+
+def stationary_moments(
+    kind: str, *, overlap: str, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Expected variances and degrees of freedom of ``"allan"``, ``"modified"`` or ``"hadamard"`` variances."""
+    return _core.stationary_moments(kind, overlap == "full", n, _sizes(m), _five(coefficients), tau0)
+
+
+def quadratic_edf(
+    kind: str, *, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
+) -> NDArray[np.float64]:
+    """Degrees of freedom of ``"total"`` or ``"theo1"``."""
+    try:
+        return _core.quadratic_edf(kind, n, _sizes(m), _five(coefficients), tau0)
+    except ValueError as error:
+        if "quantization" in str(error):
+            raise OptionError(
+                f"the degrees of freedom of {kind!r} are not known where quantization noise is more than 1 % of the"
+                " variance, beyond 48 samples of averaging: leave it out of `noise`, or take the modified or the Hadamard"
+                " deviation",
+                option="noise",
+            ) from None
+        raise
+
+
+def theo1_expectation(m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
+    """Expected Theo1 variances at the even sizes `m`."""
+    return _core.theo1_expectation(_sizes(m), _five(coefficients), tau0)
 
 
 def term_avar(
@@ -322,6 +375,32 @@ def parse_text(
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
     """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
     _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
+
+
+def _five(coefficients: Mapping[str, float]) -> list[float]:
+    names = ("quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
+    return [float(coefficients.get(name, 0.0)) for name in names]
+
+
+def _check_overlap(overlap: str) -> None:
+    if overlap not in ("full", "none"):
+        raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
+        raise OptionError(f"`threads` must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
+
+
+def _non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: Sequence[str]) -> NonFiniteError:
+    channel, index = error.args[1], error.args[2]
+    name = names[channel]
+    value = float(arrays[channel][index])
+    return NonFiniteError(
+        f"`{name}` is {value:g} in SI at index {index}: not finite, or too large to be squared; cut it out first",
+        channel=name,
+        index=index,
+    )
 
 
 def _contiguous(column: ArrayLike, name: str) -> NDArray[np.float64]:

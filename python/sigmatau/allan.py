@@ -366,7 +366,7 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
 
 
 def refuse_missing(stream: Stream) -> None:
-    """Raise NonFiniteError if a sample of the stream is missing."""
+    """Raise `NonFiniteError` if a sample of a stream is missing."""
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])

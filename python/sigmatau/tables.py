@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from sigmatau.deviations import Deviation
 from sigmatau.fitting.noisefit import NoiseFit
 from sigmatau.readoff import ReadOff
 from sigmatau.results import seconds
 from sigmatau.terms import TERMS
 
-__all__ = ["fit_table", "read_off_table"]
+__all__ = ["deviation_table", "fit_table", "read_off_table"]
 
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
@@ -92,4 +93,24 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
     lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
     lines += ["", *_LEGEND]
     lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+    return "\n".join(lines)
+
+
+def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:
+    """Deviations channel by channel in SI; with a `noise`, their 95 % intervals for it."""
+    lines: list[str] = []
+    for channel, curve in deviations.items():
+        lines.append(f"{channel}: {curve.label} [{curve.unit}], {curve.n} samples at {1 / curve.tau0:.6g} Hz")
+        rows = [(f"{tau:.6g} s", f"{value:.5g}") for tau, value in zip(curve.tau, curve.deviation, strict=True)]
+        texts = [f"{terms} terms" for terms in curve.n_terms]
+        if noise is not None:
+            low, high = curve.interval(noise=noise)
+            texts = [f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True)]
+        lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
+    if noise is not None:
+        shown = noise if isinstance(noise, str) else ", ".join(noise)
+        lines += [
+            "",
+            f"[ ]: 95 % by χ² with the degrees of freedom of {shown.replace('_', ' ')}, if that is the noise.",
+        ]
     return "\n".join(lines)

@@ -4,6 +4,7 @@
 
 use sigmatau_core::allan::{Counting, Overlap, allan_variance, allan_variances, largest_cluster};
 use sigmatau_core::covariance::{Component, Gamma};
+use sigmatau_core::deviations::{Kind, deviations};
 use sigmatau_core::generate::{Coefficients, simulate};
 use sigmatau_core::phase::Phase;
 use std::hint::black_box;
@@ -32,6 +33,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let terms: usize = m.iter().map(|m| n + 1 - 2 * m).sum();
         println!("{} {name}: {ms:.1} ms, {:.0} ps a term", m.len(), ms * 1e9 / terms as f64);
     }
+
+    let axis = &rate[..AXIS_SAMPLES.min(n)];
+    for kind in [Kind::Hadamard(Overlap::Full), Kind::Modified, Kind::Total, Kind::TieRms, Kind::Mtie] {
+        let m: Vec<usize> =
+            octaves(axis.len()).into_iter().filter(|&m| m <= kind.largest(axis.len())).collect();
+        let ms = least_ms(|| pool.install(|| drop(black_box(deviations(kind, axis, &m)))));
+        println!("{kind:?}, {} octaves of {} samples, with the phase: {ms:.1} ms", m.len(), axis.len());
+    }
+
+    let shorter = &axis[..axis.len().min(100_000)];
+    let m: Vec<usize> = octaves(shorter.len()).into_iter().filter(|&m| m >= 16).collect();
+    let ms = least_ms(|| pool.install(|| drop(black_box(deviations(Kind::Theo1, shorter, &m)))));
+    println!("Theo1, {} octaves of {} samples: {ms:.0} ms", m.len(), shorter.len());
 
     let axes: Vec<&[f64]> = rate.chunks_exact(AXIS_SAMPLES).take(AXES).collect();
     for threads in [1, 2] {

@@ -15,7 +15,7 @@
 //! alone: [`Gamma`].
 
 mod flicker;
-mod lags;
+pub(crate) mod lags;
 mod terms;
 
 pub use terms::{Component, Term};

@@ -10,6 +10,7 @@ pub mod bandlimited;
 pub mod cholesky;
 pub mod compensated;
 pub mod covariance;
+pub mod deviations;
 pub mod error;
 mod every_size;
 mod flicker;

@@ -29,6 +29,8 @@ pub const LARGEST_RATE: f64 = 1e130;
 pub struct Phase {
     /// Points per anchor: a power of two.
     pub(crate) block: usize,
+    /// Rate that was taken out before the samples were summed.
+    pub(crate) slope: f64,
     /// Phase relative to the anchor of the block, the slope removed.
     pub(crate) values: Vec<f64>,
     /// Phase at the first point of every block, the slope removed.
@@ -40,7 +42,13 @@ pub struct Phase {
 impl Default for Phase {
     /// The phase of no samples.
     fn default() -> Self {
-        Self { block: LONGEST_BLOCK, values: vec![0.0], anchors: vec![Sum::default()], areas: Vec::new() }
+        Self {
+            block: LONGEST_BLOCK,
+            slope: 0.0,
+            values: vec![0.0],
+            anchors: vec![Sum::default()],
+            areas: Vec::new(),
+        }
     }
 }
 
@@ -62,14 +70,15 @@ impl Phase {
     ///
     /// Those of [`Phase::from_rate`]. The phase is of no use after it.
     pub fn refill(&mut self, rate: &[f64]) -> Result<(), Error> {
-        self.fill(rate, LARGEST_RATE)
+        self.fill(rate, LARGEST_RATE, LONGEST_BLOCK)
     }
 
-    /// [`Phase::refill`] with another limit than [`LARGEST_RATE`].
-    pub(crate) fn fill(&mut self, rate: &[f64], largest: f64) -> Result<(), Error> {
+    /// [`Phase::refill`] with other limits than [`LARGEST_RATE`] and [`LONGEST_BLOCK`].
+    pub(crate) fn fill(&mut self, rate: &[f64], largest: f64, longest: usize) -> Result<(), Error> {
         self.values.resize(rate.len() + 1, 0.0);
-        let Survey { slope, block: length } = Survey::of(rate);
-        self.block = length;
+        let Survey { slope, block } = Survey::of(rate);
+        let length = block.min(longest);
+        (self.block, self.slope) = (length, slope);
         let blocks = rate.par_chunks(length).zip(self.values.par_chunks_mut(length));
         let totals: Vec<Option<Totals>> =
             blocks.map(|(rate, points)| Block { rate, slope, largest, points }.sum()).collect();

@@ -49,7 +49,7 @@ pub fn value_error(error: &Error) -> PyErr {
 }
 
 /// The core names the sample; which channel it is in has to be looked up.
-fn wrong(columns: &[&[f64]], error: Error) -> PyErr {
+pub fn wrong(columns: &[&[f64]], error: Error) -> PyErr {
     let Error::NonFinite { index } = error else {
         return value_error(&error);
     };

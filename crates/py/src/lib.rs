@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 mod allan;
 mod cholesky;
 mod covariance;
+mod deviations;
 mod generate;
 mod pool;
 mod stream;
@@ -22,6 +23,10 @@ mod _core {
     use crate::cholesky::Factor;
     #[pymodule_export]
     use crate::covariance::covariance_tensors;
+    #[pymodule_export]
+    use crate::deviations::{
+        deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,
+    };
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]

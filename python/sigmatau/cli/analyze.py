@@ -5,14 +5,20 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.allan import TauGrid
 from sigmatau.analysis import Analysis, analyze
-from sigmatau.cli.options import check_output, key_numbers, key_values, say, working
-from sigmatau.errors import OptionError
+from sigmatau.cli.options import (
+    averaging_times,
+    check_output,
+    key_numbers,
+    key_values,
+    refuse_same,
+    say,
+    working,
+)
 from sigmatau.io import read
 from sigmatau.io.write import atomic
 
@@ -82,8 +88,8 @@ def analyze_command(
     as_text = json is not None and str(json) == "-"
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(None if as_text else json, (), "json")
-    _refuse_same(log, plot=plot, json=None if as_text else json)
-    averaging = _taus(taus)
+    refuse_same(log, plot=plot, json=None if as_text else json)
+    averaging = averaging_times(taus)
     with working(f"reading {log}", quiet=quiet):
         record = read(
             log,
@@ -130,23 +136,3 @@ def write_json(analysis: Analysis, path: Path) -> None:
 
 def _json_text(analysis: Analysis) -> str:
     return json.dumps(analysis.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def _refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
-    """No output may take the place of the log or of another output."""
-    for option, path in (("plot", plot), ("json", json)):
-        if path is not None and path.exists() and log.exists() and path.samefile(log):
-            raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
-    if plot is not None and plot == json:
-        raise OptionError(f"--plot and --json both name {plot}; name two files", option="json")
-
-
-def _taus(text: str) -> str | list[float]:
-    if text in get_args(TauGrid):
-        return text
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise OptionError(
-            f"--taus {text!r}: want {', '.join(get_args(TauGrid))}, or times in s such as 0.1,1,10", option="taus"
-        ) from None

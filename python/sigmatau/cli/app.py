@@ -23,6 +23,12 @@ sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s""",
     ),
+    "deviation": (
+        "Deviations other than Allan's, of every axis: modified Allan, Hadamard, total, time, Theo1, MTIE, TIE rms.",
+        """\
+sigmatau deviation static.csv --kind hadamard --noise random_walk --plot hadamard.png
+sigmatau deviation static.csv --kind mtie --taus 0.1,1 --json mtie.json""",
+    ),
     "simulate": (
         "Simulate a sensor at rest from its noise model, and write the log.",
         "sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o simulated.csv",

@@ -8,10 +8,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import get_args
 
+from sigmatau.allan import TauGrid
 from sigmatau.errors import DataError, OptionError
 
-__all__ = ["check_output", "key_numbers", "key_values", "say", "working"]
+__all__ = ["averaging_times", "check_output", "key_numbers", "key_values", "refuse_same", "say", "working"]
 
 
 def key_values(values: Sequence[str], option: str, example: str) -> dict[str, str]:
@@ -54,6 +56,28 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
         raise DataError(f"{path}: is no regular file, and would be replaced; give the name of a file")
     if not path.parent.is_dir():
         raise DataError(f"{path}: there is no directory {path.parent}")
+
+
+def refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
+    """No output may take the place of the log or of another output."""
+    for option, path in (("plot", plot), ("json", json)):
+        if path is not None and path.exists() and log.exists() and path.samefile(log):
+            raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
+    if plot is not None and plot == json:
+        raise OptionError(f"--plot and --json both name {plot}; name two files", option="json")
+
+
+def averaging_times(text: str) -> str | list[float]:
+    """The option ``--taus``: the name of a grid, or times in seconds."""
+    grids = get_args(TauGrid)
+    if text in grids:
+        return text
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise OptionError(
+            f"--taus {text!r}: want {', '.join(grids)}, or times in s such as 0.1,1,10", option="taus"
+        ) from None
 
 
 def say(message: str, *, quiet: bool = False) -> None:

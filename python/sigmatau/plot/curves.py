@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["curve_unit", "draw_analysis", "draw_curve", "save"]
+__all__ = ["curve_unit", "draw_analysis", "draw_curve", "draw_deviation", "draw_deviations", "save"]
 
 # Okabe & Ito's palette: told apart with any colour vision, and in print by its lightness.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -47,6 +47,23 @@ class CurveLike(Protocol):
     @property
     def interval_text(self) -> str: ...
     def interval(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+
+
+class DeviationLike(Protocol):
+    """What is drawn: see `sigmatau.deviations.Deviation`."""
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def tau(self) -> NDArray[np.float64]: ...
+    @property
+    def deviation(self) -> NDArray[np.float64]: ...
 
 
 class FitLike(Protocol):
@@ -84,22 +101,70 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
     colour : str
     """
     factor, text = curve_unit(curve, unit)
-    if ax is None:
-        _pyplot_needed()
-        from matplotlib.figure import Figure
-
-        ax = Figure(figsize=(7, 5), layout="constrained").subplots()
-    shown = _told_apart(curve.m)
-    shown = shown[curve.adev[shown] > 0]
-    tau, adev = curve.tau[shown], curve.adev[shown] / factor
-    marker = "o" if len(shown) <= _MOST_MARKERS else ""
-    low, high = (edge[shown] / factor for edge in curve.interval())
-    # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
-    low, high = np.maximum(low, 0.1 * adev), np.minimum(high, 10 * adev)
-    ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
-    ax.loglog(tau, adev, color=colour, linewidth=1.6, marker=marker, markersize=2.5, label=curve.channel)
-    ax.set_xlabel("averaging time τ [s]")
+    ax = _axes() if ax is None else ax
+    _draw(ax, curve.channel, curve.tau, curve.adev / factor, tuple(edge / factor for edge in curve.interval()), colour)
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
+    return ax
+
+
+def draw_deviation(
+    curve: DeviationLike,
+    *,
+    ax: Axes | None = None,
+    unit: str | None = None,
+    band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    colour: str = _COLOURS[0],
+) -> Axes:
+    """One deviation of `sigmatau.deviation`, with a band if there is one; units as in `draw_curve`."""
+    factor, text = curve_unit(curve, unit)
+    ax = _axes() if ax is None else ax
+    edges = None if band is None else tuple(edge / factor for edge in band)
+    _draw(ax, curve.channel, curve.tau, curve.deviation / factor, edges, colour)
+    ax.set_ylabel(f"{curve.label} [{text}]")
+    return ax
+
+
+def draw_deviations(
+    curves: Mapping[str, DeviationLike], bands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+) -> Figure:
+    """Deviations of all channels, one panel a quantity and unit."""
+    figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()})
+    for ax, key, channels in panels:
+        for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
+            draw_deviation(curves[channel], ax=ax, band=bands.get(channel), colour=colour)
+        ax.set_title(_TITLES.get(key, key))
+        if any(channel in bands for channel in channels):
+            ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
+        ax.legend(fontsize=8, loc="best")
+    return figure
+
+
+def _axes() -> Axes:
+    _pyplot_needed()
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(7, 5), layout="constrained").subplots()
+
+
+def _draw(
+    ax: Axes,
+    channel: str,
+    tau: NDArray[np.float64],
+    deviation: NDArray[np.float64],
+    band: tuple[NDArray[np.float64], ...] | None,
+    colour: str,
+) -> None:
+    shown = _told_apart(tau)
+    shown = shown[deviation[shown] > 0]
+    marker = "o" if len(shown) <= _MOST_MARKERS else ""
+    tau, deviation = tau[shown], deviation[shown]
+    if band is not None:
+        low, high = (edge[shown] for edge in band)
+        # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
+        low, high = np.maximum(low, 0.1 * deviation), np.minimum(high, 10 * deviation)
+        ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
+    ax.loglog(tau, deviation, color=colour, linewidth=1.6, marker=marker, markersize=2.5, label=channel)
+    ax.set_xlabel("averaging time τ [s]")
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     # 20, 50, 100 in place of 2 × 10¹ …: the height of a plateau is read off this axis.
@@ -109,7 +174,6 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
     ax.tick_params(axis="y", which="minor", labelsize=8)
     ax.grid(visible=True, which="major", linewidth=0.6, alpha=0.5)
     ax.grid(visible=True, which="minor", linewidth=0.3, alpha=0.3)
-    return ax
 
 
 def draw_analysis(
@@ -118,20 +182,8 @@ def draw_analysis(
     fits: Mapping[str, FitLike] | None = None,
 ) -> Figure:
     """All channels, one panel a quantity and unit, with their fitted models or, without, the lines that were read."""
-    _pyplot_needed()
-    from matplotlib.figure import Figure
-
-    panels: dict[tuple[str, str], list[str]] = {}
-    for channel, curve in curves.items():
-        key = curve.quantity if curve.quantity != "signal" else channel
-        panels.setdefault((key, curve.unit), []).append(channel)
-    columns = min(len(panels), 2)
-    rows = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(7.2 * columns, 5.6 * rows), layout="constrained", dpi=120)
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for ax in axes.flat[len(panels) :]:
-        ax.set_visible(False)
-    for ax, ((key, _), channels) in zip(axes.flat, panels.items(), strict=False):
+    figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()})
+    for ax, key, channels in panels:
         named: list[tuple[float, float]] = []
         for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
             curve = curves[channel]
@@ -150,12 +202,29 @@ def draw_analysis(
     return figure
 
 
+def _panels(kinds: Mapping[str, tuple[str, str]]) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
+    """A figure with axes for each quantity and unit: the axes, what they show, and which channels."""
+    _pyplot_needed()
+    from matplotlib.figure import Figure
+
+    panels: dict[tuple[str, str], list[str]] = {}
+    for channel, (quantity, unit) in kinds.items():
+        panels.setdefault((quantity if quantity != "signal" else channel, unit), []).append(channel)
+    columns = min(len(panels), 2)
+    rows = math.ceil(len(panels) / columns)
+    figure = Figure(figsize=(7.2 * columns, 5.6 * rows), layout="constrained", dpi=120)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for ax in axes.flat[len(panels) :]:
+        ax.set_visible(False)
+    return figure, [(ax, key, channels) for ax, ((key, _), channels) in zip(axes.flat, panels.items(), strict=False)]
+
+
 def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
     """The model's deviation; a model without intervals dotted all along."""
     if not fitted.model or fitted.tau_min is None:
         return
     factor, _ = curve_unit(curve, None)
-    shown = _told_apart(curve.m)
+    shown = _told_apart(curve.tau)
     tau, adev = curve.tau[shown], np.sqrt(fitted.avar(m=curve.m[shown])) / factor
     used = tau >= fitted.tau_min * (1 - 1e-9)
     if fitted.verdict != "adequate":
@@ -220,15 +289,16 @@ def save(figure: Figure, path: str) -> None:
     figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
 
 
-def _told_apart(m: NDArray[np.int64]) -> NDArray[np.intp]:
-    """Indices of the cluster sizes that a figure can tell apart; all, unless there are very many."""
-    bins = np.floor(np.log2(m) * _PER_OCTAVE)
+def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Indices of the averaging times that a figure can tell apart; all, unless there are very many."""
+    bins = np.floor(np.log2(tau / tau[0]) * _PER_OCTAVE)
     return np.flatnonzero(np.diff(bins, prepend=-1) > 0)
 
 
-def curve_unit(curve: CurveLike, unit: str | None) -> tuple[float, str]:
+def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[float, str]:
     """Factor from the unit that a curve is drawn in to SI, and how that unit is written."""
-    wanted = unit or _PLOT_UNITS.get(curve.quantity)
+    # In the field's units as long as it is a rate.
+    wanted = unit or (_PLOT_UNITS.get(curve.quantity) if curve.unit in ("rad/s", "m/s^2") else None)
     if wanted is None:
         return 1.0, curve.unit
     found = find(wanted, si=curve.unit)

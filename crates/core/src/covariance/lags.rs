@@ -12,7 +12,7 @@ const NODES: usize = 10;
 /// Logarithm of the length of the shortest panel: less than twice its nodes is not worth one.
 const SHORTEST: usize = 4;
 /// Lags on either side of a kink that are always taken one by one.
-pub(super) const ONE_BY_ONE: usize = 1 << SHORTEST;
+pub(crate) const ONE_BY_ONE: usize = 1 << SHORTEST;
 /// Panels are at most 2^(SHORTEST + PANELS − 1) lags long.
 const PANELS: usize = 48;
 
@@ -21,10 +21,10 @@ type Rule = [(f64, f64); NODES];
 
 /// The quadratures of all panel lengths.
 #[derive(Debug)]
-pub(super) struct Rules(Vec<Rule>);
+pub(crate) struct Rules(Vec<Rule>);
 
 impl Rules {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self((SHORTEST..SHORTEST + PANELS).map(|log| rule(1u64 << log)).collect())
     }
 
@@ -32,7 +32,7 @@ impl Rules {
     ///
     /// f may have kinks at `kinks`, which are ascending and begin with 0; the lags nearer to one than `one_by_one`,
     /// which is at least [`ONE_BY_ONE`], come as they are, with weight 1.
-    pub(super) fn visit(
+    pub(crate) fn visit(
         &self,
         kinks: &[usize],
         last: usize,

@@ -7,7 +7,7 @@ use super::Strided;
 use crate::allan::Estimate;
 use crate::compensated::Sum;
 use crate::error::Error;
-use crate::phase::{Phase, sum_in_lanes};
+use crate::phase::{LONGEST_BLOCK, Phase, sum_in_lanes};
 use crate::squares::Squares;
 
 /// Largest cluster of a stage, in its samples.
@@ -176,7 +176,7 @@ impl Level {
 
     /// Sums the first starts of the pending samples, all of whose points are there, and lets those samples go.
     fn finish_starts(&mut self, starts: usize) -> Result<(), Error> {
-        self.phase.fill(&self.pending, LARGEST_SAMPLE)?;
+        self.phase.fill(&self.pending, LARGEST_SAMPLE, LONGEST_BLOCK)?;
         let sums = self.squares.sums(&self.phase, self.pending.len() + 1, starts);
         add(&mut self.totals, &sums);
         self.pending.drain(..starts);
@@ -240,7 +240,7 @@ impl Level {
     /// The estimates of this stage and of those behind it.
     pub(super) fn snapshot(&self, all: &mut Vec<Strided>) -> Result<(), Error> {
         let mut phase = Phase::default();
-        phase.fill(&self.pending, LARGEST_SAMPLE)?;
+        phase.fill(&self.pending, LARGEST_SAMPLE, LONGEST_BLOCK)?;
         let mut totals = self.totals.clone();
         add(&mut totals, &self.squares.sums(&phase, self.pending.len() + 1, usize::MAX));
         let ends = Ends::new(self);

@@ -1,0 +1,224 @@
+//! Degrees of freedom of the total variance and of Theo1, whose terms are not a stationary sequence.
+//!
+//! Either is a quadratic form x'Ax of the phase, of mean tr AΣ and variance 2 tr (AΣ)², with the generalised
+//! autocovariance of the phase as Σ, because A takes out what is arbitrary in it. That is exact and takes N³ steps: it
+//! is done for records up to [`LONGEST`]. White, flicker and random-walk noise of the rate look the same at any scale,
+//! so that a longer record is taken as a short one of the same shape, and the traces grow as a straight line where
+//! averaging times are a small part of the record.
+
+use super::Kind;
+use super::freedom::{Coefficients, TERMS};
+use crate::covariance::{Component, Term};
+use crate::error::Error;
+use crate::special::odd_harmonic;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Longest record that is taken as it is.
+pub const LONGEST: usize = 384;
+
+/// Cluster size of the record that stands for a longer one.
+const REDUCED: usize = 48;
+
+/// Quantization noise that is a smaller part of the Allan variance is of no account.
+pub const SHARE: f64 = 0.01;
+
+/// Equivalent degrees of freedom of [`Kind::Total`] or [`Kind::Theo1`] at the cluster sizes `m`.
+///
+/// # Errors
+///
+/// Those of [`super::deviations`] for the sizes; [`Error::Parameter`] for a ramp, which is no noise, and for quantization
+/// noise at a size that a shorter record would have to stand for, if it is more than [`SHARE`] of the Allan variance: it
+/// looks different at every scale.
+pub fn degrees_of_freedom(
+    kind: Kind,
+    samples: usize,
+    m: &[usize],
+    coefficients: &Coefficients,
+) -> Result<Vec<f64>, Error> {
+    kind.check(samples, m)?;
+    let scaled =
+        |&&m: &&usize| samples > LONGEST && m > REDUCED && quantization_share(m, coefficients) > SHARE;
+    if m.iter().any(|m| scaled(&m)) {
+        return Err(Error::Parameter { name: "quantization", value: coefficients.noise[0].sqrt() });
+    }
+    if coefficients.ramp > 0.0 {
+        return Err(Error::Parameter { name: "rate_ramp", value: coefficients.ramp.sqrt() });
+    }
+    Ok(m.par_iter().map(|&m| of_size(kind, samples, m, coefficients)).collect())
+}
+
+fn quantization_share(m: usize, coefficients: &Coefficients) -> f64 {
+    let size = m as f64;
+    let variance = |(term, theta): (Component, f64)| theta * term.covariance(size, size, 0.0);
+    let all: f64 = TERMS.into_iter().zip(coefficients.noise).map(variance).sum();
+    variance((TERMS[0], coefficients.noise[0])) / all
+}
+
+fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) -> f64 {
+    if samples <= LONGEST {
+        let (mean, square) = traces(kind, samples, m, coefficients.noise);
+        return mean * mean / square;
+    }
+    // Of the size that leaves the record short enough, but not coarser than need be; Theo1 wants it even.
+    let reduced = (LONGEST * m / samples).max(REDUCED).min(m) / 2 * 2;
+    let reduced = if reduced < 2 || m < REDUCED { m } else { reduced };
+    let scale = m as f64 / reduced as f64;
+    let [quantization, white, flicker, walk] = coefficients.noise;
+    let noise = [
+        if reduced == m { quantization } else { 0.0 },
+        white * scale,
+        flicker * scale.powi(2),
+        walk * scale.powi(3),
+    ];
+    let length = samples as f64 / scale;
+    // On the line through two lengths, which are the nearest where they can be.
+    let short = (length.floor() as usize).min(LONGEST);
+    let (from, to) =
+        if length > LONGEST as f64 { (LONGEST - LONGEST / 4, LONGEST) } else { (short, short + 1) };
+    let (low, high) = (traces(kind, from, reduced, noise), traces(kind, to, reduced, noise));
+    // Terms that know nothing of each other add to both traces alike.
+    let beyond = (length - from as f64) / (to - from) as f64;
+    let mean = low.0 + (high.0 - low.0) * beyond;
+    let square = low.1 + (high.1 - low.1) * beyond;
+    mean * mean / square
+}
+
+/// tr AΣ and tr (AΣ)².
+fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; 4]) -> (f64, f64) {
+    let points = samples + 1;
+    let s: Vec<f64> = (0..points).map(|lag| autocovariance(lag, noise)).collect();
+    let mut form = vec![0.0; points * points];
+    let mut add = |term: &[(usize, f64)], weight: f64| {
+        for &(i, of_i) in term {
+            for &(j, of_j) in term {
+                form[i * points + j] += weight * of_i * of_j;
+            }
+        }
+    };
+    if kind == Kind::Theo1 {
+        for start in 0..points - m {
+            for a in 1..=m / 2 {
+                let term = [(start, 1.0), (start + a, -1.0), (start + m - a, -1.0), (start + m, 1.0)];
+                add(&term, 1.0 / a as f64);
+            }
+        }
+    } else {
+        for i in 1..samples {
+            let mut term = vec![(i, -2.0)];
+            if i < m {
+                term.extend([(0, 2.0), (m - i, -1.0)]);
+            } else {
+                term.push((i - m, 1.0));
+            }
+            if i + m > samples {
+                term.extend([(samples, 2.0), (2 * samples - m - i, -1.0)]);
+            } else {
+                term.push((i + m, 1.0));
+            }
+            add(&term, 1.0);
+        }
+    }
+    // AΣ, row by row.
+    let mut product = vec![0.0; points * points];
+    for (row, form) in product.chunks_mut(points).zip(form.chunks(points)) {
+        for (k, &weight) in form.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+            for (j, cell) in row.iter_mut().enumerate() {
+                *cell += weight * s[k.abs_diff(j)];
+            }
+        }
+    }
+    let mean: f64 = (0..points).map(|i| product[i * points + i]).sum();
+    let cells = (0..points).flat_map(|i| (0..points).map(move |j| (i, j)));
+    let square: f64 = cells.map(|(i, j)| product[i * points + j] * product[j * points + i]).sum();
+    (mean, square)
+}
+
+/// s(l) of [`crate::covariance::Term`], summed over the terms.
+fn autocovariance(lag: usize, noise: [f64; 4]) -> f64 {
+    let l = lag as f64;
+    let of_term = |component: Component| match component {
+        Component::Quantization => f64::from(u8::from(lag == 0)),
+        Component::RandomWalk => -0.5 * l,
+        Component::BiasInstability => ((4.0 * l * l - 1.0) * odd_harmonic(lag) - 3.0 * l * l) / (4.0 * PI),
+        Component::RateRandomWalk => (l * l * l - l) / 12.0,
+        Component::GaussMarkov { .. } => f64::NAN,
+    };
+    TERMS
+        .into_iter()
+        .zip(noise)
+        .filter(|&(_, theta)| theta > 0.0)
+        .map(|(term, theta)| theta * of_term(term))
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact(kind: Kind, samples: usize, m: usize, noise: [f64; 4]) -> f64 {
+        let (mean, square) = traces(kind, samples, m, noise);
+        mean * mean / square
+    }
+
+    const KINDS: [Kind; 2] = [Kind::Total, Kind::Theo1];
+
+    #[test]
+    fn one_sample_to_average_is_the_allan_variance() {
+        for (term, expected) in [(0, 514.036_054_6), (1, 666.222_296_4), (2, 809.923_188_7), (3, 999.0)] {
+            let mut noise = [0.0; 4];
+            noise[term] = 1.0;
+            let got = exact(Kind::Total, 1000, 1, noise);
+            assert!((got / expected - 1.0).abs() < 1e-9, "{got} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn a_short_record_stands_for_a_longer_one() {
+        for kind in KINDS {
+            for (samples, m) in [(600, 10), (600, 40), (600, 60), (600, 180), (600, 590)] {
+                for term in if m <= REDUCED { 0..4 } else { 1..4 } {
+                    let mut coefficients = Coefficients::default();
+                    coefficients.noise[term] = 1.0;
+                    let got = degrees_of_freedom(kind, samples, &[m], &coefficients).unwrap()[0];
+                    let expected = exact(kind, samples, m, coefficients.noise);
+                    println!("{kind:?}, m {m}, term {term}: {got} instead of {expected}");
+                    assert!(
+                        (got / expected - 1.0).abs() < 0.03,
+                        "{kind:?}, m {m}, term {term}: {got} instead of {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn total_is_as_published_at_long_averaging_times() {
+        // b T / τ − c of NIST SP 1065, table 7, and of C. A. Greenhall, D. A. Howe and D. B. Percival, "Total variance,
+        // an estimator of long-term frequency stability", IEEE Trans. UFFC 46(5), 1999.
+        for (term, b, c) in [(1, 1.5, 0.0), (2, 1.168_32, 0.222), (3, 0.927_07, 0.358)] {
+            let mut coefficients = Coefficients::default();
+            coefficients.noise[term] = 1.0;
+            for m in [1000, 10_000, 50_000] {
+                let got = degrees_of_freedom(Kind::Total, 100_000, &[m], &coefficients).unwrap()[0];
+                let expected = b * 1e5 / m as f64 - c;
+                assert!(
+                    (got / expected - 1.0).abs() < 0.02,
+                    "term {term}, m {m}: {got} instead of {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_refused() {
+        let noise = Coefficients { noise: [1.0, 1.0, 0.0, 0.0], ramp: 0.0 };
+        assert!(degrees_of_freedom(Kind::Total, 1000, &[10], &noise).is_ok());
+        let got = degrees_of_freedom(Kind::Total, 1000, &[10, 100], &noise);
+        assert_eq!(got, Err(Error::Parameter { name: "quantization", value: 1.0 }));
+        assert!(degrees_of_freedom(Kind::Total, LONGEST, &[10], &noise).is_ok());
+        let ramp = Coefficients { ramp: 4.0, ..Coefficients::default() };
+        let got = degrees_of_freedom(Kind::Theo1, 100, &[10], &ramp);
+        assert_eq!(got, Err(Error::Parameter { name: "rate_ramp", value: 2.0 }));
+    }
+}

@@ -1,0 +1,120 @@
+"""``sigmatau deviation``: a log in; a table of another deviation than Allan's, its figure and JSON out."""
+
+from __future__ import annotations
+
+import json as json_module
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from sigmatau._version import __version__
+from sigmatau.cli.analyze import FIGURE_ENDINGS
+from sigmatau.cli.options import averaging_times, check_output, key_numbers, key_values, refuse_same, working
+from sigmatau.deviations import Deviations, Kind, deviation
+from sigmatau.io import read
+from sigmatau.io.write import atomic
+from sigmatau.tables import deviation_table
+
+__all__ = ["deviation_command"]
+
+
+def deviation_command(
+    log: Path,
+    /,
+    *,
+    kind: Kind,
+    rate: float | None = None,
+    unit: Annotated[list[str] | None, Parameter(negative=())] = None,
+    channels: Annotated[list[str] | None, Parameter(negative=())] = None,
+    input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option's name
+    scale: Annotated[list[str] | None, Parameter(negative=())] = None,
+    offset: Annotated[list[str] | None, Parameter(negative=())] = None,
+    taus: str = "half",
+    overlap: Literal["full", "none"] | None = None,
+    noise: str | None = None,
+    plot: Path | None = None,
+    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    threads: int | None = None,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+) -> int:
+    """A deviation other than Allan's, of every axis of a log of a sensor at rest.
+
+    Parameters
+    ----------
+    log
+        A table in text (any delimiter, header or none, gzip or not), .npy or .npz.
+    kind
+        The estimator. time, mtie and tie_rms are angles and velocities; theo1 is slow: minutes for a million samples.
+    rate
+        Sampling rate in Hz; without it the log's time column gives it.
+    unit
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
+    channels
+        Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
+    input
+        What the columns hold: rates, increments per sample, or accumulated angle and velocity.
+    scale
+        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+    offset
+        Reading at zero, in counts or volts: gyro=2048.
+    taus
+        Averaging times: octave, half, quarter or eighth octaves, or a list in seconds: 0.1,1,10.
+    overlap
+        Of the Hadamard deviation: all its terms (full), or those of disjoint clusters (none).
+    noise
+        Term that the noise is taken to be, for 95 % intervals: quantization, random_walk, bias_instability,
+        rate_random_walk. Without it there are none.
+    plot
+        Draw all axes: .png, .svg or .pdf.
+    json
+        Write the result; - for standard output, in place of the table.
+    threads
+        Default: all cores. The result does not depend on it.
+    quiet
+        Nothing on standard error but errors.
+    """
+    as_text = json is not None and str(json) == "-"
+    check_output(plot, FIGURE_ENDINGS, "plot")
+    check_output(None if as_text else json, (), "json")
+    refuse_same(log, plot=plot, json=None if as_text else json)
+    averaging: Any = averaging_times(taus)
+    with working(f"reading {log}", quiet=quiet):
+        record = read(
+            log,
+            rate=rate,
+            unit=key_values(unit or [], "unit", "gyro=deg/s"),
+            channels=key_values(channels or [], "channels", "gyro_x=wx"),
+            input=input,
+            scale=key_numbers(scale or [], "scale", "gyro=0.01"),
+            offset=key_numbers(offset or [], "offset", "gyro=2048"),
+        )
+    with working(f"computing {kind}", quiet=quiet):
+        found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads)
+        table = deviation_table(found, noise=noise)
+    text = _json_text(found, noise=noise)
+    if plot is not None:
+        with working(f"drawing {plot}", quiet=quiet):
+            _write_figure(found, plot, noise=noise)
+    if as_text:
+        sys.stdout.write(text)
+        return 0
+    if json is not None:
+        with atomic(json) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    sys.stdout.write(f"{table}\n")
+    return 0
+
+
+def _json_text(found: Deviations, *, noise: str | None) -> str:
+    result = {"sigmatau": __version__, "noise": noise, "channels": found.to_dict(noise=noise)}
+    return json_module.dumps(result, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _write_figure(found: Deviations, path: Path, *, noise: str | None) -> None:
+    from sigmatau.plot.curves import save
+
+    figure = found.plot(noise=noise)
+    with atomic(path) as temporary:
+        save(figure, str(temporary))

@@ -131,6 +131,11 @@ class Accumulator:
         """Take samples, all of which are finite."""
         self._sums.push(rate)
 
+    @staticmethod
+    def first_unusable(rate: NDArray[np.float64]) -> int | None:
+        """Index of the first sample that is not finite or larger than 1e130, if there is one."""
+        return _core.Accumulator.first_unusable(rate)
+
     def merge(self, later: Accumulator) -> None:
         """Take over what the accumulator of the following stretch has received; raises ValueError if it is not that."""
         self._sums.merge(later._sums)

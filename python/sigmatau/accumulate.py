@@ -25,7 +25,6 @@ __all__ = ["Accumulator", "Long", "accumulate", "strided_sizes"]
 
 Long = Literal["exact", "strided"]
 
-_LARGEST_RATE = 1e130  # see crates/core/src/phase.rs
 _LONGEST = 1 << 41  # samples, 35 years at 2 kHz
 
 
@@ -137,9 +136,8 @@ class Accumulator(Printed):
             for column, factor in zip(self._columns(chunk), self._factors, strict=True)
         ]
         for column, channel in zip(columns, self.channels, strict=True):
-            bad = ~(np.abs(column) <= _LARGEST_RATE)
-            if bad.any():
-                at = int(np.flatnonzero(bad)[0])
+            at = _kernels.Accumulator.first_unusable(column)
+            if at is not None:
                 index = self.start + self.n + at
                 raise NonFiniteError(
                     f"`{channel}` is {column[at]:g} in SI at index {index} of the record, {at} of the chunk: a stream has no"

@@ -8,7 +8,7 @@
 use pulp::NullaryFnOnce;
 
 /// Starts handled together.
-pub const STARTS: usize = 1024;
+pub const STARTS: usize = 2048;
 
 /// Partial sums that run side by side; a start always falls into the same one, on every path.
 const LANES: usize = 4;

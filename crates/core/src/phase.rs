@@ -11,9 +11,12 @@ use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 /// Most phase points per anchor, and fewest: between them lies what a record needs, see [`Survey`].
-pub const LONGEST_BLOCK: usize = 16_384;
+pub const LONGEST_BLOCK: usize = 131_072;
 /// See [`LONGEST_BLOCK`].
-pub const SHORTEST_BLOCK: usize = 1024;
+pub const SHORTEST_BLOCK: usize = 2048;
+
+/// Points, at most, whose sum is kept.
+const STRETCH: usize = 16_384;
 
 /// Samples that are summed plainly, before the sum goes on with its rounding errors.
 const GROUP: usize = 16;
@@ -35,7 +38,7 @@ pub struct Phase {
     pub(crate) values: Vec<f64>,
     /// Phase at the first point of every block, the slope removed.
     pub(crate) anchors: Vec<Sum>,
-    /// Sum of the points of every block but the last one of the phase, relative to the anchor.
+    /// Sum of every [`Phase::stretch`] of points, relative to the anchor of its block.
     pub(crate) areas: Vec<Sum>,
 }
 
@@ -87,12 +90,12 @@ impl Phase {
         self.areas.clear();
         self.anchors.push(anchor);
         for (block, totals) in totals.into_iter().enumerate() {
-            let Some(Totals { height, area }) = totals else {
+            let Some(Totals { height, areas }) = totals else {
                 return Err(Error::NonFinite { index: first_unusable(rate, block * length, largest) });
             };
             anchor = anchor.plus(height);
             self.anchors.push(anchor);
-            self.areas.push(area);
+            self.areas.extend(areas);
         }
         // The last point has no sample behind it: it is the anchor of a new block, or the end of one that is not full.
         let full = rate.len() % length == 0;
@@ -104,10 +107,29 @@ impl Phase {
             beyond.plus(last.negated()).value()
         };
         self.values[rate.len()] = end;
-        if let (Some(area), false) = (self.areas.last_mut(), full) {
-            area.add(end);
+        let begins_a_stretch = rate.len() % self.stretch() == 0;
+        match self.areas.last_mut() {
+            Some(area) if !begins_a_stretch => area.add(end),
+            _ => self.areas.push(Sum { hi: end, lo: 0.0 }),
         }
         Ok(())
+    }
+
+    /// The block that a point lies in: a division, by a power of two.
+    #[inline]
+    pub(crate) fn block_of(&self, point: usize) -> usize {
+        point >> self.block.trailing_zeros()
+    }
+
+    /// Points between the anchor of a point and it.
+    #[inline]
+    pub(crate) fn offset_of(&self, point: usize) -> usize {
+        point & (self.block - 1)
+    }
+
+    /// Points whose sum is kept together: a block, or a part of a long one.
+    pub(crate) fn stretch(&self) -> usize {
+        self.block.min(STRETCH)
     }
 
     /// Number N of rate samples.
@@ -162,17 +184,24 @@ impl Survey {
     /// of the size of d, carry errors of √6 · 2⁻⁵³/√3 · L·w. Those are independent: the mean of N squares is off by
     /// twice that over d√N, relatively. L is chosen to keep this below 10⁻¹³.
     fn of(rate: &[f64]) -> Self {
-        let pairs = || rate.windows(2).step_by(SURVEYED).map(|pair| (pair[0], pair[1]));
-        let count = pairs().count() as f64;
-        if count == 0.0 {
-            return Self { slope: rate.first().copied().unwrap_or_default(), block: LONGEST_BLOCK };
-        }
-        let slope = pairs().map(|(y, _)| y).sum::<f64>() / count;
-        let rms = |of: fn(f64, f64, f64) -> f64| {
-            (pairs().map(|(y, next)| of(y, next, slope).powi(2)).sum::<f64>() / count).sqrt()
+        let Some(&first) = rate.first() else {
+            return Self { slope: 0.0, block: LONGEST_BLOCK };
         };
-        let wander = rms(|y, _, slope| y - slope);
-        let change = rms(|y, next, _| next - y);
+        let (mut count, mut sum, mut squares, mut changes) = (0.0, 0.0, 0.0, 0.0);
+        for pair in rate.windows(2).step_by(SURVEYED) {
+            let (y, change) = (pair[0] - first, pair[1] - pair[0]);
+            count += 1.0;
+            sum += y;
+            squares += y * y;
+            changes += change * change;
+        }
+        if count == 0.0 {
+            return Self { slope: first, block: LONGEST_BLOCK };
+        }
+        let mean = sum / count;
+        let slope = first + mean;
+        let wander = (squares / count - mean * mean).max(0.0).sqrt();
+        let change = f64::sqrt(changes / count);
         let error_per_point =
             2.0 * 2f64.sqrt() * 2f64.powi(-53) * wander / (change * (rate.len() as f64).sqrt());
         let longest = 1e-13 / error_per_point;
@@ -196,8 +225,8 @@ struct Block<'a> {
 struct Totals {
     /// Sum of its samples: the height of the next block.
     height: Sum,
-    /// Sum of its points.
-    area: Sum,
+    /// Sums of its points, by stretches.
+    areas: Vec<Sum>,
 }
 
 impl Block<'_> {
@@ -215,16 +244,21 @@ impl NullaryFnOnce for Block<'_> {
     #[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
     fn call(self) -> Option<Totals> {
         let mut height = Sum::default();
-        let mut area = Sum::default();
+        let mut areas = Vec::with_capacity(self.rate.len() / STRETCH + 1);
         // Three loops over pieces that stay in the nearest cache: one that did it all would not be vectorised.
-        for (rate, points) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)) {
+        for (piece, (rate, points)) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)).enumerate()
+        {
             if !rate.iter().fold(true, |so_far, y| so_far & (y.abs() <= self.largest)) {
                 return None;
             }
             sum_piece(rate, self.slope, &mut height, points);
-            area.add(sum_in_lanes(&points[..rate.len()]));
+            let area = sum_in_lanes(&points[..rate.len()]);
+            match areas.last_mut() {
+                Some(sum) if piece % (STRETCH / PIECE) > 0 => Sum::add(sum, area),
+                _ => areas.push(Sum { hi: area, lo: 0.0 }),
+            }
         }
-        Some(Totals { height: height.normalized(), area: area.normalized() })
+        Some(Totals { height: height.normalized(), areas })
     }
 }
 

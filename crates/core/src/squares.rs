@@ -79,20 +79,28 @@ fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
             continue;
         }
         let mut chain = vec![start];
-        while chain.len() < MOST_TAUS {
-            let Ok(next) = sizes.binary_search(&(2 * sizes[chain[chain.len() - 1]])) else { break };
+        while let Ok(next) = sizes.binary_search(&(2 * sizes[chain[chain.len() - 1]])) {
             chain.push(next);
         }
         if chain.len() >= SHORTEST_CHAIN {
             for &at in &chain {
                 used[at] = true;
             }
-            batches.push(SizeBatch { sizes: chain.iter().map(|&at| sizes[at]).collect(), chained: true });
+            let sizes: Vec<usize> = chain.iter().map(|&at| sizes[at]).collect();
+            batches
+                .extend(even_parts(&sizes).map(|sizes| SizeBatch { sizes: sizes.to_vec(), chained: true }));
         }
     }
     let left: Vec<usize> = sizes.iter().zip(used).filter(|(_, used)| !used).map(|(&m, _)| m).collect();
-    batches.extend(left.chunks(MOST_TAUS).map(|sizes| SizeBatch { sizes: sizes.to_vec(), chained: false }));
+    batches.extend(even_parts(&left).map(|sizes| SizeBatch { sizes: sizes.to_vec(), chained: false }));
     batches
+}
+
+/// As few parts of at most [`MOST_TAUS`] as there can be, none much shorter than the others: a short one has too few sums
+/// to keep the processor busy.
+fn even_parts(sizes: &[usize]) -> impl Iterator<Item = &[usize]> {
+    let parts = sizes.len().div_ceil(MOST_TAUS);
+    (0..parts).map(move |k| &sizes[k * sizes.len() / parts..(k + 1) * sizes.len() / parts])
 }
 
 /// Sums of squared half differences, block by block.
@@ -115,12 +123,13 @@ impl Blocks<'_> {
     fn over(&self, blocks: std::ops::Range<usize>) -> Vec<Sum> {
         let mut scratch = vec![[0.0; STARTS]; 2 * MOST_TAUS];
         let mut sums = vec![Sum::default(); self.batches.iter().map(|batch| batch.sizes.len()).sum()];
-        for block in blocks {
-            let mut at = 0;
-            for batch in self.batches {
-                self.add_block(block, batch, &mut sums[at..at + batch.sizes.len()], &mut scratch);
-                at += batch.sizes.len();
+        let mut at = 0;
+        for batch in self.batches {
+            let sums = &mut sums[at..at + batch.sizes.len()];
+            for block in blocks.clone() {
+                self.add_block(block, batch, sums, &mut scratch);
             }
+            at += batch.sizes.len();
         }
         sums
     }
@@ -205,7 +214,7 @@ impl Blocks<'_> {
 
     /// Half the second difference of the anchors that the three windows of a block refer to.
     fn correction(&self, start: usize, m: usize) -> f64 {
-        let block = |point: usize| point / self.phase.block;
+        let block = |point: usize| self.phase.block_of(point);
         0.5 * self.phase.anchor_difference(block(start), block(start + m), block(start + 2 * m))
     }
 
@@ -216,7 +225,7 @@ impl Blocks<'_> {
 
     /// Whether the anchor changes within the window at a point.
     fn crosses_border(&self, point: usize) -> bool {
-        point % self.phase.block + STARTS > self.phase.block
+        self.phase.offset_of(point) + STARTS > self.phase.block
     }
 
     fn plain_window(&self, point: usize) -> &Window {
@@ -232,10 +241,9 @@ impl Blocks<'_> {
     }
 
     fn lift_beyond_border(&self, point: usize, window: &mut [f64]) {
-        let block = self.phase.block;
-        let border = block - point % block;
+        let border = self.phase.block - self.phase.offset_of(point);
         if border < window.len() {
-            let step = self.phase.step_to(point / block + 1);
+            let step = self.phase.step_to(self.phase.block_of(point) + 1);
             for value in &mut window[border..] {
                 *value += step;
             }
@@ -270,7 +278,9 @@ mod tests {
                 );
             }
         }
-        assert_eq!(batches(&octaves).iter().filter(|batch| batch.chained).count(), 3);
+        let lengths: Vec<usize> = batches(&octaves).iter().map(|batch| batch.sizes.len()).collect();
+        assert_eq!(lengths, [5; 4]);
+        assert!(batches(&octaves).iter().all(|batch| batch.chained));
     }
 
     /// A record with an offset, a drift and noise, long enough that windows cross the borders of blocks.

@@ -93,9 +93,7 @@ impl Accumulator {
     ///
     /// [`Error::NonFinite`], the index counted from the first sample of `rate`; then none of them is taken.
     pub fn push(&mut self, rate: &[f64]) -> Result<(), Error> {
-        let usable = |y: &f64| y.abs() <= LARGEST_RATE;
-        if !rate.iter().fold(true, |so_far, y| so_far & usable(y)) {
-            let index = rate.iter().position(|y| !usable(y)).unwrap_or_default();
+        if let Some(index) = first_unusable(rate) {
             return Err(Error::NonFinite { index });
         }
         match &mut self.store {
@@ -152,6 +150,15 @@ impl Accumulator {
             }
         }
     }
+}
+
+/// Index of the first sample that [`Accumulator::push`] would refuse.
+#[must_use]
+pub fn first_unusable(rate: &[f64]) -> Option<usize> {
+    let usable = |y: &f64| y.abs() <= LARGEST_RATE;
+    // All of them first, without a branch for each.
+    let all = rate.iter().fold(true, |so_far, y| so_far & usable(y));
+    if all { None } else { rate.iter().position(|y| !usable(y)) }
 }
 
 /// Distance of the starts that a size is averaged over with [`Long::Strided`]: 1 up to [`LARGEST`], and then the smallest

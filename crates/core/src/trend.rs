@@ -11,18 +11,19 @@ use std::ops::Range;
 /// Sums over the first points of a phase, for any number of them.
 pub(crate) struct Trend<'a> {
     phase: &'a Phase,
-    /// Sum of the points of the first k blocks.
+    /// Sum of the points of the first k stretches.
     sums: Vec<Sum>,
 }
 
 impl<'a> Trend<'a> {
-    /// Adds up what the blocks of the phase know of themselves.
+    /// Adds up what the phase knows of its stretches.
     pub(crate) fn new(phase: &'a Phase) -> Self {
-        let whole = phase.values.len() / phase.block;
+        let stretch = phase.stretch();
         let mut sum = Sum::default();
         let mut sums = vec![sum];
-        for (area, anchor) in phase.areas.iter().zip(&phase.anchors).take(whole) {
-            sum = sum.plus(lifted(*area, *anchor, phase.block));
+        for (k, area) in phase.areas.iter().enumerate().take(phase.values.len() / stretch) {
+            let anchor = phase.anchors[k * stretch / phase.block];
+            sum = sum.plus(lifted(area.normalized(), anchor, stretch));
             sums.push(sum);
         }
         Self { phase, sums }
@@ -65,14 +66,16 @@ impl<'a> Trend<'a> {
 
     /// Sum of the first `count` points.
     pub(crate) fn first(&self, count: usize) -> Sum {
-        let block = count / self.phase.block;
-        let points = &self.phase.values[block * self.phase.block..count];
+        let stretch = self.phase.stretch();
+        let whole = count / stretch;
+        let points = &self.phase.values[whole * stretch..count];
         if points.is_empty() {
-            return self.sums[block];
+            return self.sums[whole];
         }
+        let anchor = self.phase.anchors[whole * stretch / self.phase.block];
         let mut area = Sum::default();
         points.chunks(PIECE).for_each(|piece| area.add(sum_in_lanes(piece)));
-        self.sums[block].plus(lifted(area.normalized(), self.phase.anchors[block], points.len()))
+        self.sums[whole].plus(lifted(area.normalized(), anchor, points.len()))
     }
 }
 

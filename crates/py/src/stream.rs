@@ -36,6 +36,12 @@ impl Accumulator {
         detached(py, || self.0.push(rate)).map_err(|error| value_error(&error))
     }
 
+    /// Index of the first sample that would be refused.
+    #[staticmethod]
+    fn first_unusable(rate: PyReadonlyArray1<'_, f64>) -> PyResult<Option<usize>> {
+        Ok(stream::first_unusable(rate.as_slice()?))
+    }
+
     fn merge(&mut self, py: Python<'_>, later: &Self) -> PyResult<()> {
         detached(py, || self.0.merge(&later.0)).map_err(|error| value_error(&error))
     }

@@ -126,7 +126,7 @@ fn errors_stay_within_their_bound() {
                 worst = worst.max(off / error);
             }
             println!("{name}, {smallest}: {worst:.3} of the bound");
-            assert!(worst < 0.5, "{name}, {smallest}: {worst}");
+            assert!(worst < 0.8, "{name}, {smallest}: {worst}");
         }
     }
 }

@@ -18,6 +18,9 @@ pub const SHORTEST_BLOCK: usize = 2048;
 /// Points, at most, whose sum is kept.
 const STRETCH: usize = 16_384;
 
+/// Samples below which no other thread is woken.
+const WORTH_THREADS: usize = 1 << 18;
+
 /// Samples that are summed plainly, before the sum goes on with its rounding errors.
 const GROUP: usize = 16;
 
@@ -82,9 +85,12 @@ impl Phase {
         let Survey { slope, block } = Survey::of(rate);
         let length = block.min(longest);
         (self.block, self.slope) = (length, slope);
-        let blocks = rate.par_chunks(length).zip(self.values.par_chunks_mut(length));
-        let totals: Vec<Option<Totals>> =
-            blocks.map(|(rate, points)| Block { rate, slope, largest, points }.sum()).collect();
+        let of_block = |(rate, points): (&[f64], &mut [f64])| Block { rate, slope, largest, points }.sum();
+        let totals: Vec<Option<Totals>> = if rate.len() < WORTH_THREADS {
+            rate.chunks(length).zip(self.values.chunks_mut(length)).map(of_block).collect()
+        } else {
+            rate.par_chunks(length).zip(self.values.par_chunks_mut(length)).map(of_block).collect()
+        };
         let mut anchor = Sum::default();
         self.anchors.clear();
         self.areas.clear();

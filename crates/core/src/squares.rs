@@ -41,13 +41,15 @@ impl Squares {
     pub(crate) fn sums(&self, phase: &Phase, points: usize, starts: usize) -> Vec<Sum> {
         let blocks = Blocks { phase, points, starts, batches: &self.batches, path: Path::default() };
         let count = self.sizes.first().map_or(0, |&m| blocks.starts_of(m).div_ceil(STARTS));
-        let tasks: Vec<Vec<Sum>> = (0..count.div_ceil(BLOCKS_PER_TASK))
-            .into_par_iter()
-            .map(|task| {
-                let first = task * BLOCKS_PER_TASK;
-                blocks.over(first..(first + BLOCKS_PER_TASK).min(count))
-            })
-            .collect();
+        let of_task = |task: usize| {
+            let first = task * BLOCKS_PER_TASK;
+            blocks.over(first..(first + BLOCKS_PER_TASK).min(count))
+        };
+        let tasks: Vec<Vec<Sum>> = match count.div_ceil(BLOCKS_PER_TASK) {
+            // Not worth waking a thread for.
+            1 => vec![of_task(0)],
+            tasks => (0..tasks).into_par_iter().map(of_task).collect(),
+        };
         let mut totals = vec![Sum::default(); self.sizes.len()];
         for task in tasks {
             for (total, sum) in totals.iter_mut().zip(task) {

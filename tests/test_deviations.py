@@ -219,7 +219,8 @@ class TestIdentities:
     def test_mtie_grows(self):
         y = np.random.default_rng(known.seed_of("mtie grows")).standard_normal(3000)
         curve = deviation(record(y), kind="mtie", taus="eighth")["y"]
-        assert (np.diff(curve.deviation) >= 0).all()
+        # Each is rounded at the height of the phase.
+        assert (np.diff(curve.deviation) >= -1e-13 * curve.deviation[1:]).all()
         assert (curve.deviation >= deviation(record(y), kind="tie_rms", taus="eighth")["y"].deviation).all()
 
     def test_threads_do_not_show(self):

@@ -14,6 +14,7 @@ from sigmatau import memory
 from sigmatau._version import __version__
 from sigmatau.accumulate import accumulate, strided_sizes
 from sigmatau.allan import Counting, Curves, DeviationCurve, Overlap, TauGrid, allan, channel_curve, cluster_sizes
+from sigmatau.anglenoise import angle_noise
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.readoff import ReadOff, read_off
@@ -180,6 +181,8 @@ def analyze(
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             findings += _findings(fits[channel])
+            if channel not in fitted_on and (said := angle_noise(record, fits[channel], threads=threads)):
+                findings.append(said)
     return Analysis(
         source=record.provenance,
         findings=tuple(findings),

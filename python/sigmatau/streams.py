@@ -137,6 +137,14 @@ class Stream:
             stop = min(start + size, self.grid.n)
             yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
 
+    def only(self, channel: str) -> Stream:
+        """One of the channels as a stream of its own."""
+        k = self.channels.index(channel)
+        samples = replace(self.samples, raw=self.samples.raw[k : k + 1], transforms=self.samples.transforms[k : k + 1])
+        mask = None if self.mask is None else self.mask[:, k : k + 1]
+        missing = mask is not None and bool(mask.any())
+        return replace(self, channels=(channel,), samples=samples, mask=mask if missing else None)
+
     def cut(self, start: int, stop: int) -> Stream:
         """Samples `start` to `stop` as a stream of its own."""
         more = 1 if self.samples.transforms[0].kind == "accumulated" else 0

@@ -30,6 +30,12 @@ def test_python(capsys):
     assert "angle random walk" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/**/*.md")), ids=lambda page: page.stem)
+def test_python_of_the_pages(page):
+    for code in re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE):
+        exec(compile(code, str(page), "exec"), {})
+
+
 def test_model():
     import tomllib
 

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sigmatau import _kernels
+from sigmatau.errors import DataError
 from sigmatau.io import read
 
 # Five rows: time in s, two gyro axes in deg/s, one accelerometer axis in g.
@@ -214,3 +215,16 @@ def test_what_is_written_is_read_bit_for_bit(tmp_path_factory, rows, delimiter, 
     for channel, column in zip(("gyro_x", "phase"), columns, strict=True):
         got = record.stream_of(channel).column(channel)
         np.testing.assert_array_equal(got.view(np.int64), column.view(np.int64))
+
+
+def test_a_table_that_does_not_fit_is_refused_at_once(tmp_path, monkeypatch):
+    from sigmatau import memory
+
+    log = tmp_path / "long.csv"
+    log.write_text("gyro_x [deg/s],gyro_y [deg/s]\n" + "0.125,0.25\n" * 100_000)
+    assert read(log, rate=1).streams[0].grid.n == 100_000
+    monkeypatch.setattr(memory, "available", lambda: 1_000_000)
+    with pytest.raises(
+        DataError, match=r"some 1e\+05 rows take 0.0016 GB of memory, and 0.001 GB are free; save it as"
+    ):
+        read(log, rate=1)

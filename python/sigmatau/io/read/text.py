@@ -13,7 +13,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
+from sigmatau import _kernels, memory
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.table import Head, Table
@@ -47,6 +47,8 @@ def read(path: Path, head: Head) -> Table:
     layout = find_layout(head.data, whole=head.whole)
 
     def load(wanted: Sequence[int], exact: int | None) -> Mapping[int, NDArray[Any]]:
+        if not head.gzip:
+            _refuse_too_large(path, head, len(wanted) + (exact is not None))
         try:
             columns, integers = _kernels.read_text(
                 str(path),
@@ -69,6 +71,20 @@ def read(path: Path, head: Head) -> Table:
 
     notes = (*(("gzip",) if head.gzip else ()), *layout.notes)
     return Table(format="text", columns=layout.columns, notes=notes, load=load, where=where)
+
+
+def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
+    """Before hours of reading end in a process that the system kills."""
+    lines = head.data.count(b"\n")
+    free = memory.available()
+    if head.whole or not lines or free is None:
+        return
+    rows = path.stat().st_size * lines / len(head.data)
+    if 8 * rows * columns > free:
+        raise DataError(
+            f"some {rows:.2g} rows take {8e-9 * rows * columns:.3g} GB of memory, and {1e-9 * free:.3g} GB are free;"
+            " save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
+        )
 
 
 def _explained(error: _kernels.TextReadError, layout: Layout) -> DataError:

@@ -111,6 +111,15 @@ fn long_record() {
 }
 
 #[test]
+#[ignore = "a hundred million samples: 5 GiB, and a minute in a release build"]
+fn very_long_record() {
+    for case in &CASES {
+        let worst = worst_error(case, 100_000_000, &[1, 2, 64, 4096, 1 << 20, 49_999_999]);
+        assert!(worst <= 1e-12, "{}: {worst:e}", case.name);
+    }
+}
+
+#[test]
 fn second_differences_one_by_one() {
     for case in &CASES {
         let n = 20_000;

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import known
-from sigmatau import Record, allan
+from sigmatau import Record, _kernels, allan
 from sigmatau.allan import cluster_sizes
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 
@@ -336,3 +336,20 @@ def test_a_forked_process_has_threads_of_its_own():
         signal.alarm(20)
         os._exit(0 if allan(record(y))["y"].avar.tolist() == expected else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+@pytest.mark.parametrize("n", [1, 4095, 4096, 4097, 10_000])
+def test_columns_of_any_layout_are_the_same(n):
+    table = np.random.default_rng(n).standard_normal((n + 5, 3))
+    plain = [np.array(table[5:, k]) for k in range(3)]
+    layouts = [
+        [table[5:, k] for k in range(3)],
+        [np.asfortranarray(table)[5:, k] for k in range(3)],
+        [column[::-1].copy()[::-1] for column in plain],
+        [column.astype(">f8") for column in plain],
+        [plain[0], table[5:, 1], plain[2].tolist()],
+    ]
+    for columns in layouts:
+        got = _kernels._contiguous(columns, "abc")
+        assert [column.tolist() for column in got] == [column.tolist() for column in plain]
+        assert all(column.flags.c_contiguous and column.dtype == np.float64 and column.dtype.isnative for column in got)

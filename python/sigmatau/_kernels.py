@@ -39,6 +39,7 @@ __all__ = [
 
 
 _MOST_THREADS = 1024
+_TOGETHER = 4096  # samples of each column that are copied together
 
 
 class TextReadError(Exception):
@@ -181,7 +182,7 @@ def allan_variances(
     if counting not in ("standard", "paper"):
         raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
     _check_threads(threads)
-    arrays = [_contiguous(column, name) for column, name in zip(columns, names, strict=True)]
+    arrays = _contiguous(columns, names)
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     n = len(arrays[0])
     least_pairs = 1 if counting == "standard" or overlap == "none" else 2
@@ -219,7 +220,7 @@ def deviations(
     """
     _check_overlap(overlap)
     _check_threads(threads)
-    arrays = [_contiguous(column, name) for column, name in zip(columns, names, strict=True)]
+    arrays = _contiguous(columns, names)
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     try:
         return _core.deviations_of_channels(kind, arrays, sizes, overlap == "full", threads or 0)
@@ -408,11 +409,23 @@ def _non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names:
     )
 
 
-def _contiguous(column: ArrayLike, name: str) -> NDArray[np.float64]:
-    array = np.ascontiguousarray(column, dtype=np.float64)
-    if array.ndim != 1:
-        raise ValueError(f"`{name}` must have one dimension, got shape {array.shape}")
-    return array
+def _contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArray[np.float64]]:
+    """Each column as contiguous float64; those that are not are copied side by side, a piece of each at a time.
+
+    The columns of a table that is stored row by row share its cache lines: one column after the other would fetch them all
+    anew for each.
+    """
+    arrays = [np.asarray(column) for column in columns]
+    for array, name in zip(arrays, names, strict=True):
+        if array.ndim != 1:
+            raise ValueError(f"`{name}` must have one dimension, got shape {array.shape}")
+    ready = [array.dtype == np.float64 and array.flags.c_contiguous and array.dtype.isnative for array in arrays]
+    copies = [array if done else np.empty(len(array)) for array, done in zip(arrays, ready, strict=True)]
+    apart = [(copy, array) for copy, array, done in zip(copies, arrays, ready, strict=True) if not done]
+    for start in range(0, max((len(array) for _, array in apart), default=0), _TOGETHER):
+        for copy, array in apart:
+            copy[start : start + _TOGETHER] = array[start : start + _TOGETHER]
+    return copies
 
 
 def _sizes(m: ArrayLike) -> NDArray[np.int64]:

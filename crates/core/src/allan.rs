@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::every_size;
 use crate::phase::Phase;
 use crate::squares::Squares;
+use crate::threads::on_threads;
 use crate::trend::Trend;
 use rayon::prelude::*;
 
@@ -113,15 +114,7 @@ pub fn allan_variances(
         let results: Vec<_> = channels.par_chunks(share).map(in_one_phase).collect();
         results.into_iter().flatten().collect()
     };
-    let Some(threads) = threads else {
-        return of_all();
-    };
-    let out_of_range = Error::Parameter { name: "threads", value: threads as f64 };
-    if threads == 0 {
-        return Err(out_of_range);
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|_| out_of_range)?.install(of_all)
+    on_threads(threads, of_all)?
 }
 
 /// The largest cluster size that leaves one pair in a record of `samples`; 0 if there is none.

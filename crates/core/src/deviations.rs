@@ -19,6 +19,7 @@ pub mod quadratic;
 use crate::allan::Overlap;
 use crate::error::Error;
 use crate::phase::Phase;
+use crate::threads::on_threads;
 use rayon::prelude::*;
 
 /// An estimator.
@@ -123,13 +124,5 @@ pub fn deviations_of_channels(
             channels.par_iter().map(|channel| deviations(kind, channel, m)).collect();
         results.into_iter().collect()
     };
-    let Some(threads) = threads else {
-        return of_all();
-    };
-    let out_of_range = Error::Parameter { name: "threads", value: threads as f64 };
-    if threads == 0 {
-        return Err(out_of_range);
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|_| out_of_range)?.install(of_all)
+    on_threads(threads, of_all)?
 }

@@ -22,4 +22,5 @@ pub mod special;
 mod squares;
 pub mod stream;
 pub mod terms;
+mod threads;
 mod trend;

@@ -9,6 +9,9 @@ use crate::compensated::Sum;
 use crate::error::Error;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
+use survey::Survey;
+
+mod survey;
 
 /// Most phase points per anchor, and fewest: between them lies what a record needs, see [`Survey`].
 pub const LONGEST_BLOCK: usize = 131_072;
@@ -170,52 +173,6 @@ impl Phase {
     #[inline]
     pub(crate) fn step_to(&self, block: usize) -> f64 {
         self.anchors[block].plus(self.anchors[block - 1].negated()).value()
-    }
-}
-
-/// What has to be known of a record before it is summed.
-struct Survey {
-    /// Mean rate, roughly: a constant rate is not seen by any difference, so that its rounding is of no account.
-    slope: f64,
-    /// Points per anchor.
-    block: usize,
-}
-
-/// Every one of so many samples is looked at for a survey, together with the next one.
-const SURVEYED: usize = 64;
-
-impl Survey {
-    /// A point is rounded at its height above its anchor. With rates that wander by w (rms) and change by d from sample
-    /// to sample, points of a block of L reach a height of L·w, and the second differences of single samples, which are
-    /// of the size of d, carry errors of √6 · 2⁻⁵³/√3 · L·w. Those are independent: the mean of N squares is off by
-    /// twice that over d√N, relatively. L is chosen to keep this below 10⁻¹³.
-    fn of(rate: &[f64]) -> Self {
-        let Some(&first) = rate.first() else {
-            return Self { slope: 0.0, block: LONGEST_BLOCK };
-        };
-        let (mut count, mut sum, mut squares, mut changes) = (0.0, 0.0, 0.0, 0.0);
-        for pair in rate.windows(2).step_by(SURVEYED) {
-            let (y, change) = (pair[0] - first, pair[1] - pair[0]);
-            count += 1.0;
-            sum += y;
-            squares += y * y;
-            changes += change * change;
-        }
-        if count == 0.0 {
-            return Self { slope: first, block: LONGEST_BLOCK };
-        }
-        let mean = sum / count;
-        let slope = first + mean;
-        let wander = (squares / count - mean * mean).max(0.0).sqrt();
-        let change = f64::sqrt(changes / count);
-        let error_per_point =
-            2.0 * 2f64.sqrt() * 2f64.powi(-53) * wander / (change * (rate.len() as f64).sqrt());
-        let longest = 1e-13 / error_per_point;
-        let mut block = LONGEST_BLOCK;
-        while block > SHORTEST_BLOCK && block as f64 > longest {
-            block /= 2;
-        }
-        Self { slope, block }
     }
 }
 
@@ -401,31 +358,6 @@ mod tests {
                 (&fresh.values[..], &fresh.anchors[..])
             );
             assert_eq!(phase.areas, fresh.areas);
-        }
-    }
-
-    #[test]
-    fn blocks_are_as_long_as_the_rate_stays_near_its_mean() {
-        let noise: Vec<f64> = samples().iter().map(|&y| y as f64).collect();
-        let walk: Vec<f64> = noise
-            .iter()
-            .scan(0.0, |sum, y| {
-                Some({
-                    *sum += y;
-                    *sum
-                })
-            })
-            .collect();
-        let far: Vec<f64> = noise.iter().map(|y| y + 1e22).collect();
-        assert_eq!(Survey::of(&noise).block, LONGEST_BLOCK);
-        assert_eq!(Survey::of(&far).block, LONGEST_BLOCK);
-        let ramp: Vec<f64> = (0..100_000u32).map(f64::from).collect();
-        assert_eq!(Survey::of(&ramp).block, SHORTEST_BLOCK);
-        assert!(Survey::of(&walk).block < LONGEST_BLOCK);
-        for n in 0..3 {
-            assert_eq!(Survey::of(&vec![7.0; n]).block, LONGEST_BLOCK);
-            let expected = if n == 0 { 0.0f64 } else { 7.0 };
-            assert_eq!(Survey::of(&vec![7.0; n]).slope.to_bits(), expected.to_bits());
         }
     }
 }

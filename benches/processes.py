@@ -146,9 +146,9 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "",
         *text.prose(
             f"A text log of {text.number(found['samples'])} rows of 7 columns, {text.size(found['bytes'])}, to the",
-            "deviations of six axes on octaves, as whole processes: starting Python, importing, reading, computing. Ratios are",
-            'over sigmatau (`allan(read(path), taus="octave")`), which uses both cores; the command reads coefficients off as',
-            "well and prints a table. `make bench PARTS=processes`.",
+            "deviations of six axes on octaves, as whole processes: starting Python, importing, reading, computing.",
+            'Ratios are over sigmatau (`allan(read(path), taus="octave")`), which uses both cores; the command reads',
+            "coefficients off as well and prints a table. `make bench PARTS=processes`.",
         ),
         *text.table(["", "wall time", "CPU time", "peak memory"], rows),
     ]

@@ -104,11 +104,17 @@ def draw(found: dict[str, Any], folder: Path) -> None:
     """Both figures."""
     taus = [row["taus"] for row in found["counts"]]
     samples = [row["samples"] for row in found["lengths"]]
-    _figure(samples, found["lengths"], "samples, octaves of averaging times", folder / "performance-samples.svg")
-    _figure(taus, found["counts"], "averaging times", folder / "performance-taus.svg")
+    _figure(
+        samples,
+        found["lengths"],
+        "samples, octaves of averaging times",
+        folder / "performance-samples.svg",
+        growing=True,
+    )
+    _figure(taus, found["counts"], "averaging times", folder / "performance-taus.svg", growing=False)
 
 
-def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path: Path) -> None:
+def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path: Path, *, growing: bool) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -120,14 +126,14 @@ def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path
         for name, colour in COLOURS.items():
             points = [(a, factor * row[key][name]) for a, row in zip(x, rows, strict=True) if row[key].get(name)]
             if points:
-                ax.loglog(
-                    *zip(*points, strict=True),
-                    "o-",
-                    color=colour,
-                    markersize=4,
-                    linewidth=1.2,
-                    label="sigmatau" if name == "ours" else name,
-                )
+                line = "o--" if name == "numba" else "o-"  # its memory is that of sigmatau
+                own = "sigmatau" if name == "ours" else name
+                ax.plot(*zip(*points, strict=True), line, color=colour, markersize=4, linewidth=1.2, label=own)
+        ax.set_xscale("log")
+        if key == "seconds" or growing:
+            ax.set_yscale("log")
+        else:
+            ax.set_ylim(bottom=0)
         ax.set_xlabel(label)
         ax.set_ylabel(title)
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)

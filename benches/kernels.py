@@ -68,8 +68,9 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     lines += [
         f"One core reads {p['read_memory']:.0f} GB/s from memory and {p['read_l2']:.0f} GB/s from its second cache.",
         "",
-        "`cargo run --release -p sigmatau-core --example roof` makes these figures; `cargo bench -p sigmatau-core` times the"
-        " parts of the core one by one.",
-        "",
+        *text.prose(
+            "`cargo run --release -p sigmatau-core --example roof` makes these figures; `cargo bench -p sigmatau-core`",
+            "times the parts of the core one by one.",
+        ),
     ]
     return lines, []

@@ -30,6 +30,8 @@ def write(found: dict[str, Any], folder: Path) -> None:
 def _head(found: dict[str, Any]) -> list[str]:
     runs = list(found["sections"].values())
     dates = sorted({run["date"] for run in runs})
+    commands = [f"`{command}`" for command in dict.fromkeys(run["command"] for run in runs)]
+    rounds = " or ".join(str(number) for number in sorted({run["rounds"] for run in runs}))
     loads = [float(run["load"]) for run in runs]
     m = runs[-1]["machine"]
     versions = ", ".join(f"{name} {m[name]}" for name in m if name not in ("processor", "cores", "system"))
@@ -37,11 +39,11 @@ def _head(found: dict[str, Any]) -> list[str]:
         "# Performance",
         "",
         *text.prose(
-            f"Made by `{found['command']}` on {' and '.join(dates)}: {m['processor']}, {m['cores']} cores, {m['system']};",
+            f"Made by {', '.join(commands)} on {' and '.join(dates)}: {m['processor']}, {m['cores']} cores, {m['system']};",
             f"{versions}.",
         ),
         *text.prose(
-            f"Medians of {found['rounds']} rounds, fewer of what takes seconds. All parties take turns in one process,",
+            f"Medians of {rounds} rounds, fewer of what takes seconds. All parties take turns in one process,",
             "after a check that they give the same numbers to 10⁻⁹. Processes that ran on average in the minute before",
             f"each part, those of the measurement among them: {min(loads):.1f} to {max(loads):.1f}.",
         ),

@@ -153,15 +153,14 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         *text.table(["", "wall time", "CPU time", "peak memory"], rows),
     ]
     base = starts["import numpy"]
-    cells = [
-        [name, f"{u['cpu'] / base['cpu']:.2f}", text.seconds(u["cpu"]), text.seconds(u["wall"])]
-        for name, u in starts.items()
-    ]
-    lines += [
-        "## Starting",
-        "",
-        "Whole processes; the ratio is of CPU times, over a process that imports NumPy. `make bench PARTS=processes`.",
-        "",
-    ]
-    lines += text.table(["", "ratio", "CPU time", "wall time"], cells)
+    cells = []
+    for name, used in starts.items():
+        ratios = [f"**{used[k] / base[k]:.2f}** ({text.seconds(used[k])})" for k in ("wall", "cpu")]
+        cells.append([name, *ratios])
+    lines += ["## Starting", ""]
+    lines += text.prose(
+        "Whole processes; ratios are over one that imports NumPy, whose CPU time has that of the threads of its linear",
+        "algebra, waiting. `make bench PARTS=processes`.",
+    )
+    lines += text.table(["", "wall time", "CPU time"], cells)
     return lines, []

@@ -37,7 +37,6 @@ def main() -> None:
         found = json.loads(kept.read_text(encoding="utf-8"))
     if not arguments.redraw:
         settings = Settings(rounds=arguments.rounds, scale=arguments.scale, billion=arguments.billion)
-        found |= {"command": _command(settings), "rounds": arguments.rounds}
         _measure(found["sections"], arguments.only or list(page.SECTIONS), settings)
         arguments.cache.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
@@ -47,12 +46,15 @@ def main() -> None:
 
 def _measure(sections: dict[str, Any], names: list[str], settings: Settings) -> None:
     today = dt.datetime.now(dt.UTC).date().isoformat()
+    same = names == list(page.SECTIONS)
     for name in names:
         start, ran = time.monotonic(), load()
         sys.stderr.write(f"{name} … ")
         sys.stderr.flush()
         result = page.SECTIONS[name].measure(settings)
-        sections[name] = {"date": today, "load": ran, "machine": machine(), "found": result}
+        command = _command(settings) if same else f"{_command(settings)} PARTS={name}"
+        about = {"command": command, "rounds": settings.rounds, "date": today, "load": ran, "machine": machine()}
+        sections[name] = {**about, "found": result}
         sys.stderr.write(f"{time.monotonic() - start:.0f} s\n")
 
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import statistics
 import subprocess
 import sys
 import time
@@ -48,19 +49,19 @@ def push(samples: int, grid: TauGrid) -> dict[str, float]:
 
 def measure(settings: Settings) -> dict[str, Any]:
     """Every length with every grid."""
+    # What is quick has more rounds; all take turns.
+    rounds = {1e7: settings.rounds, 1e8: min(settings.rounds, 3)} | ({1e9: 1} if settings.billion else {})
+    runs: dict[tuple[TauGrid, float], list[dict[str, float]]] = {(g, length): [] for g in GRIDS for length in rounds}
+    for k in range(settings.rounds):
+        for (grid, length), done in runs.items():
+            if k < rounds[length]:
+                command = [sys.executable, "-m", "benches.stream", str(settings.samples(length)), grid]
+                said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+                done.append(json.loads(said))
     rows = []
-    for grid in GRIDS:
-        for length in (1e7, 1e8, *((1e9,) if settings.billion else ())):
-            n = settings.samples(length)
-            command = [sys.executable, "-m", "benches.stream", str(n), grid]
-            # Short ones again, so that all stand on as much.
-            rounds = min(settings.rounds, 5) if length < 1e8 else min(settings.rounds, 3) if length < 1e9 else 1
-            runs = [
-                json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-                for _ in range(rounds)
-            ]
-            cpu = float(np.median([run["cpu"] for run in runs]))
-            rows.append({"samples": n, "grid": grid, "cpu": cpu, "growth": max(run["growth"] for run in runs)})
+    for (grid, length), done in runs.items():
+        cpu, growth = statistics.median(run["cpu"] for run in done), max(run["growth"] for run in done)
+        rows.append({"samples": settings.samples(length), "grid": grid, "cpu": cpu, "growth": growth})
     return {"rows": rows}
 
 

@@ -24,9 +24,9 @@ test: ## all checks and tests, as CI runs them; or some: make test STEPS="clippy
 	@scripts/build.sh
 	@scripts/test.sh $(STEPS)
 
-bench: build ## speed, against other packages
+bench: build ## speed, against other packages and the machine: docs/performance.md; ROUNDS=9, BILLION=1 pushes 10⁹ samples
 	@scripts/venv.sh bench
-	@.venv/bin/python benches/run.py
+	@.venv/bin/python -m benches.run $(if $(ROUNDS),--rounds $(ROUNDS)) $(if $(BILLION),--billion) $(if $(PARTS),--only $(PARTS))
 
 study: build ## Monte Carlo of the statistics
 	@.venv/bin/python -m studies.run

@@ -1,82 +1,70 @@
-"""Speed, in one process: ``make bench``.
+"""Speed against other packages and the roof of the machine: ``make bench``.
 
-Beside allantools: rates in memory to the overlapped Allan deviation on octaves. The two take turns, so that whatever else
-the machine does falls on both; the median of each and the ratio are printed. First of all the two must agree.
-
-Then the fit, which has no peer: the covariance tensors of a record of 2^20 samples on half octaves, and with them the fits
-of six axes of a MEMS unit, with tests, intervals and limits of every term.
+What was measured is kept in .bench/results.json, so that the page can be written again (``--redraw``) or one part measured
+anew (``--only``).
 """
 
 from __future__ import annotations
 
 import argparse
-import platform
-import statistics
+import datetime as dt
+import json
+import sys
 import time
-from functools import partial
+from pathlib import Path
+from typing import Any
 
-import allantools
-import numpy as np
+from benches import page
+from benches.measure import Settings, load, machine
 
-from sigmatau import NoiseModel, Record, allan, fit, simulate
-from sigmatau.fitting.components import components
-
-
-def ours(rate: np.ndarray, sizes: list[int], threads: int) -> np.ndarray:
-    return allan(Record.from_arrays(rate=1.0, y=rate), taus=sizes, threads=threads)["y"].adev
-
-
-def theirs(rate: np.ndarray, sizes: list[int]) -> np.ndarray:
-    return allantools.oadev(rate, rate=1.0, data_type="freq", taus=sizes)[1]
-
-
-def fits(rounds: int) -> None:
-    """Γ of N = 2^20 on half octaves, then six fits with it, in a process that is warm."""
-    degree = np.pi / 180
-    noise = {"random_walk": 5e-3 * degree, "bias_instability": 2.8e-3 * degree, "rate_random_walk": 1e-4 * degree}
-    model = NoiseModel(channels={f"{s}_{a}": noise for s in ("gyro", "accel") for a in "xyz"})
-    curves = allan(simulate(model, duration=2**20 / 100, rate=100, rng=1))
-    for curve in curves.values():
-        fit(curve)
-    tensors, six = [], []
-    for _ in range(rounds):
-        components.cache_clear()
-        start = time.perf_counter()
-        components(2**20, tuple(int(m) for m in curves["gyro_x"].m if m <= 2**20 // 3))
-        tensors.append(time.perf_counter() - start)
-        for curve in curves.values():
-            fit(curve)  # brings back what the limits need
-        start = time.perf_counter()
-        for curve in curves.values():
-            fit(curve)
-        six.append(time.perf_counter() - start)
-    print(f"\n{'covariance tensors, 2^20 samples, half octaves':<50} {1e3 * statistics.median(tensors):>7.1f} ms")
-    print(f"{'six fits with tests, intervals, limits':<50} {1e3 * statistics.median(six):>7.1f} ms")
+ROOT = Path(__file__).parent.parent
 
 
 def main() -> None:
+    """Measure, keep, write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=float, nargs="+", default=[1e5, 1.44e6, 1e7])
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--billion", action="store_true", help="push 10⁹ samples as well")
+    parser.add_argument("--only", nargs="+", choices=list(page.SECTIONS), metavar="PART", help=", ".join(page.SECTIONS))
+    parser.add_argument("--redraw", action="store_true", help="measure nothing")
+    parser.add_argument("--scale", type=float, default=1.0, help="of the numbers of samples, for a trial")
+    parser.add_argument("--cache", type=Path, default=ROOT / ".bench")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs", help="folder of the page")
     arguments = parser.parse_args()
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__},")
-    print(f"allantools {allantools.__version__}; medians of {arguments.rounds} rounds, one axis, octaves\n")
-    print(f"{'samples':>10} {'allantools':>12} {'1 thread':>10} {'ratio':>7} {'2 threads':>10} {'ratio':>7}")
-    for samples in arguments.samples:
-        n = int(samples)
-        rate = np.random.default_rng(n).standard_normal(n) + 1.0
-        sizes = [2**j for j in range(n.bit_length()) if 2**j <= n // 2]
-        np.testing.assert_allclose(ours(rate, sizes, 1), theirs(rate, sizes), rtol=1e-9)
-        calls = [partial(theirs, rate, sizes), partial(ours, rate, sizes, 1), partial(ours, rate, sizes, 2)]
-        times: list[list[float]] = [[], [], []]
-        for _ in range(arguments.rounds):
-            for call, seconds in zip(calls, times, strict=True):
-                start = time.perf_counter()
-                call()
-                seconds.append(time.perf_counter() - start)
-        peer, one, two = (1e3 * statistics.median(seconds) for seconds in times)
-        print(f"{n:>10} {peer:>9.1f} ms {one:>7.1f} ms {peer / one:>6.1f}x {two:>7.1f} ms {peer / two:>6.1f}x")
-    fits(arguments.rounds)
+    kept = arguments.cache / "results.json"
+    found: dict[str, Any] = {"sections": {}}
+    if (arguments.only or arguments.redraw) and kept.exists():
+        found = json.loads(kept.read_text(encoding="utf-8"))
+    if not arguments.redraw:
+        settings = Settings(rounds=arguments.rounds, scale=arguments.scale, billion=arguments.billion)
+        _measure(found["sections"], arguments.only or list(page.SECTIONS), settings)
+        arguments.cache.mkdir(parents=True, exist_ok=True)
+        kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    page.write(found, arguments.output)
+    print((arguments.output / "performance.md").read_text(encoding="utf-8"))
+
+
+def _measure(sections: dict[str, Any], names: list[str], settings: Settings) -> None:
+    today = dt.datetime.now(dt.UTC).date().isoformat()
+    same = names == list(page.SECTIONS)
+    for name in names:
+        start, ran = time.monotonic(), load()
+        sys.stderr.write(f"{name} … ")
+        sys.stderr.flush()
+        result = page.SECTIONS[name].measure(settings)
+        command = _command(settings) if same else f"{_command(settings)} PARTS={name}"
+        about = {"command": command, "rounds": settings.rounds, "date": today, "load": ran, "machine": machine()}
+        sections[name] = {**about, "found": result}
+        sys.stderr.write(f"{time.monotonic() - start:.0f} s\n")
+
+
+def _command(settings: Settings) -> str:
+    words = ["make bench"]
+    if settings.rounds != 9:
+        words.append(f"ROUNDS={settings.rounds}")
+    if settings.billion:
+        words.append("BILLION=1")
+    return " ".join(words)
 
 
 if __name__ == "__main__":

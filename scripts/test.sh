@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # test.sh [STEP…]: the checks and tests, each with its time, up to the first that fails. Without a STEP, all of them:
-ALL="format lint rustfmt clippy types stubs imports rust python"
+ALL="format lint rustfmt clippy types stubs imports rust instructions python"
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
 find_rust
@@ -17,6 +17,7 @@ run() {
     stubs) python -m mypy.stubtest --mypy-config-file pyproject.toml sigmatau._core ;;
     imports) lint-imports --no-logo ;;
     rust) cargo test --workspace --locked --quiet ;;
+    instructions) python benches/instructions.py ;;
     python) python -m pytest ;;
     *) echo "no step $1; the steps are: $ALL" >&2 && return 2 ;;
     esac

@@ -1,114 +1,179 @@
-//! Time for the phase, for the Allan variance at octaves, and for its covariance; the least of several runs.
+//! Time of each part of the numerics, by Criterion: `cargo bench -p sigmatau-core [-- FILTER]`.
 //!
-//! `cargo bench -p sigmatau-core [-- SAMPLES]`
+//! Against the roof of the machine: `examples/roof.rs`. Against other packages: `make bench`.
 
-use sigmatau_core::allan::{Counting, Overlap, allan_variance, allan_variances, largest_cluster};
+#![allow(missing_docs)] // of the functions that the macros make
+
+use criterion::{
+    BatchSize, BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
+};
+use sigmatau_core::allan::{Counting, Overlap, allan_variance, allan_variances};
 use sigmatau_core::covariance::{Component, Gamma};
 use sigmatau_core::deviations::{Kind, deviations};
 use sigmatau_core::generate::{Coefficients, simulate};
 use sigmatau_core::phase::Phase;
+use sigmatau_core::stream::{Accumulator, Long, stride};
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::Duration;
 
-const RUNS: usize = 7;
-/// Six axes of two hours at 200 Hz.
+/// Two hours at 200 Hz.
+const SAMPLES: usize = 1_440_000;
+const LONG: usize = 10_000_000;
 const AXES: usize = 6;
-const AXIS_SAMPLES: usize = 1_440_000;
+/// Samples of one push.
+const CHUNK: usize = 1 << 16;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let argument = std::env::args().skip(1).find_map(|a| a.parse::<f64>().ok());
-    let n = argument.map_or(10_000_000, |n| n as usize);
-    let white = Coefficients { random_walk: 1.0, ..Coefficients::default() };
-    let rate = simulate(n, 1.0, &white, 1, 0)?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-
-    let phase_ms = least_ms(|| drop(black_box(Phase::from_rate(&rate))));
-    println!("phase, {n} samples: {phase_ms:.1} ms, {:.2} ns a sample", phase_ms * 1e6 / n as f64);
-
-    let phase = Phase::from_rate(&rate)?;
-    for (name, m) in [("octaves", octaves(n)), ("log-spaced", log_spaced(n, 100))] {
-        let ms = least_ms(|| {
-            pool.install(|| drop(black_box(allan_variance(&phase, &m, Overlap::Full, Counting::Standard))));
+fn one_axis(c: &mut Criterion) {
+    for n in [SAMPLES, LONG] {
+        let rate = noise(n);
+        let mut group = c.benchmark_group("phase");
+        group.throughput(Throughput::Elements(n as u64));
+        group.bench_function(BenchmarkId::new("fresh", n), |b| {
+            b.iter(|| on_threads(1, || Phase::from_rate(black_box(&rate)).is_ok()));
         });
-        let terms: usize = m.iter().map(|m| n + 1 - 2 * m).sum();
-        println!("{} {name}: {ms:.1} ms, {:.0} ps a term", m.len(), ms * 1e9 / terms as f64);
+        let mut phase = Phase::default();
+        group.bench_function(BenchmarkId::new("again", n), |b| {
+            b.iter(|| on_threads(1, || phase.refill(black_box(&rate)).is_ok()));
+        });
+        group.finish();
+
+        let mut group = c.benchmark_group("allan variance");
+        for (name, m) in [("octaves", octaves(n)), ("100 log-spaced", log_spaced(n, 100))] {
+            let terms: usize = m.iter().map(|m| n + 1 - 2 * m).sum();
+            group.throughput(Throughput::Elements(terms as u64));
+            group.bench_function(BenchmarkId::new(name, n), |b| {
+                b.iter(|| on_threads(1, || allan_variance(&phase, &m, Overlap::Full, Counting::Standard)));
+            });
+        }
+        group.finish();
     }
+}
 
-    let axis = &rate[..AXIS_SAMPLES.min(n)];
-    for kind in [Kind::Hadamard(Overlap::Full), Kind::Modified, Kind::Total, Kind::TieRms, Kind::Mtie] {
-        let m: Vec<usize> =
-            octaves(axis.len()).into_iter().filter(|&m| m <= kind.largest(axis.len())).collect();
-        let ms = least_ms(|| pool.install(|| drop(black_box(deviations(kind, axis, &m)))));
-        println!("{kind:?}, {} octaves of {} samples, with the phase: {ms:.1} ms", m.len(), axis.len());
-    }
-
-    let shorter = &axis[..axis.len().min(100_000)];
-    let m: Vec<usize> = octaves(shorter.len()).into_iter().filter(|&m| m >= 16).collect();
-    let ms = least_ms(|| pool.install(|| drop(black_box(deviations(Kind::Theo1, shorter, &m)))));
-    println!("Theo1, {} octaves of {} samples: {ms:.0} ms", m.len(), shorter.len());
-
-    let axes: Vec<&[f64]> = rate.chunks_exact(AXIS_SAMPLES).take(AXES).collect();
+fn six_axes(c: &mut Criterion) {
+    let rates: Vec<Vec<f64>> = (0..AXES).map(|_| noise(SAMPLES)).collect();
+    let axes: Vec<&[f64]> = rates.iter().map(Vec::as_slice).collect();
+    let m = octaves(SAMPLES);
+    let mut group = c.benchmark_group("six axes, phase and octaves");
     for threads in [1, 2] {
-        let m = octaves(AXIS_SAMPLES);
-        let ms = least_ms(|| {
-            drop(black_box(allan_variances(&axes, &m, Overlap::Full, Counting::Standard, Some(threads))));
+        group.bench_function(format!("{threads} threads"), |b| {
+            b.iter(|| allan_variances(&axes, &m, Overlap::Full, Counting::Standard, Some(threads)));
         });
-        println!("{} axes of {AXIS_SAMPLES}, {threads} threads, phase and octaves: {ms:.1} ms", axes.len());
     }
+    group.finish();
+}
 
-    for samples in [100_000, 1_000_000] {
-        let phase = Phase::from_rate(&rate[..samples.min(n)])?;
-        let every: Vec<usize> = (1..=phase.samples() / 2).collect();
+fn every_size(c: &mut Criterion) {
+    let mut group = c.benchmark_group("every size");
+    group.sampling_mode(SamplingMode::Flat);
+    for n in [100_000, 1_000_000] {
+        let Ok(phase) = Phase::from_rate(&noise(n)) else { return };
+        let m: Vec<usize> = (1..=n / 2).collect();
         for threads in [1, 2] {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-            let ms = least_ms(|| {
-                pool.install(|| {
-                    drop(black_box(allan_variance(&phase, &every, Overlap::Full, Counting::Standard)));
+            group.bench_function(BenchmarkId::new(format!("{threads} threads"), n), |b| {
+                b.iter(|| {
+                    on_threads(threads, || allan_variance(&phase, &m, Overlap::Full, Counting::Standard))
                 });
             });
-            println!("all {} sizes of {}, {threads} threads: {ms:.1} ms", every.len(), phase.samples());
         }
     }
+    group.finish();
+}
 
-    let m = half_octaves(1 << 20);
+fn other_deviations(c: &mut Criterion) {
+    let rate = noise(SAMPLES);
+    let mut group = c.benchmark_group("deviations, phase and octaves");
+    for kind in [Kind::Modified, Kind::Hadamard(Overlap::Full), Kind::Total, Kind::TieRms, Kind::Mtie] {
+        let m: Vec<usize> = octaves(SAMPLES).into_iter().filter(|&m| m <= kind.largest(SAMPLES)).collect();
+        group.bench_function(format!("{kind:?}"), |b| {
+            b.iter(|| on_threads(1, || deviations(kind, &rate, &m)));
+        });
+    }
+    let short = &rate[..100_000];
+    let m: Vec<usize> = octaves(short.len()).into_iter().filter(|&m| m >= 16).collect();
+    group.bench_function("Theo1 of 100000", |b| {
+        b.iter(|| on_threads(1, || deviations(Kind::Theo1, short, &m)));
+    });
+    group.finish();
+}
+
+fn accumulator(c: &mut Criterion) {
+    let rate = noise(1_000_000);
+    let mut group = c.benchmark_group("push");
+    group.throughput(Throughput::Elements(rate.len() as u64));
+    for (name, parts) in [("octaves", 1), ("half octaves", 2)] {
+        let mut m = parts_of_octaves(1 << 30, parts);
+        for m in &mut m {
+            *m -= *m % stride(*m);
+        }
+        group.bench_function(name, |b| {
+            b.iter_batched(
+                || Accumulator::new(&m, Long::Strided, 0),
+                |sums| {
+                    let mut sums = sums.ok()?;
+                    rate.chunks(CHUNK).try_for_each(|chunk| sums.push(chunk)).ok()?;
+                    Some(sums)
+                },
+                BatchSize::PerIteration,
+            );
+        });
+    }
+    group.finish();
+}
+
+fn covariance(c: &mut Criterion) {
+    let m = parts_of_octaves(1 << 20, 2);
     let linear = [
         Component::Quantization,
         Component::RandomWalk,
         Component::BiasInstability,
         Component::RateRandomWalk,
     ];
+    let mut group = c.benchmark_group("covariance of half octaves, 2^20 samples");
     for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let ms = least_ms(|| pool.install(|| drop(black_box(Gamma::new(1 << 20, &m, &linear)))));
-        println!("covariance of {} half octaves, 4 terms, {threads} threads: {ms:.1} ms", m.len());
+        group.bench_function(format!("{threads} threads"), |b| {
+            b.iter(|| on_threads(threads, || Gamma::new(1 << 20, &m, &linear).is_ok()));
+        });
     }
-    Ok(())
+    group.finish();
 }
 
-fn half_octaves(n: usize) -> Vec<usize> {
-    let sizes = (0..).map(|k| 2f64.powf(0.5 * f64::from(k)) as usize);
+/// Runs on so many threads; making them takes some 20 µs a call.
+fn on_threads<R: Send>(threads: usize, run: impl FnOnce() -> R + Send) -> Option<R> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok().map(|pool| pool.install(run))
+}
+
+fn noise(n: usize) -> Vec<f64> {
+    let white = Coefficients { random_walk: 1.0, ..Coefficients::default() };
+    simulate(n, 1.0, &white, 1, 0).unwrap_or_default()
+}
+
+fn octaves(n: usize) -> Vec<usize> {
+    parts_of_octaves(n, 1)
+}
+
+fn parts_of_octaves(n: usize, parts: i32) -> Vec<usize> {
+    let sizes = (0..).map(|k| 2f64.powf(f64::from(k) / f64::from(parts)) as usize);
     let mut m: Vec<usize> = sizes.take_while(|&m| 2 * m <= n).collect();
     m.dedup();
     m
 }
 
-fn octaves(n: usize) -> Vec<usize> {
-    let largest = largest_cluster(n, Overlap::Full, Counting::Standard);
-    std::iter::successors(Some(1), |m| Some(2 * m)).take_while(|&m| m <= largest).collect()
-}
-
 fn log_spaced(n: usize, count: usize) -> Vec<usize> {
-    let ratio = (n as f64 / 2.0).powf(1.0 / (count - 1) as f64);
+    let ratio = ((n / 2) as f64).powf(1.0 / (count - 1) as f64);
     let mut m: Vec<usize> = (0..count).map(|i| ratio.powi(i as i32).floor() as usize).collect();
     m.dedup();
     m
 }
 
-fn least_ms(mut run: impl FnMut()) -> f64 {
-    let time = |_| {
-        let start = Instant::now();
-        run();
-        start.elapsed().as_secs_f64() * 1e3
-    };
-    (0..RUNS).map(time).fold(f64::INFINITY, f64::min)
+/// A few seconds each.
+fn short() -> Criterion {
+    let timed = Criterion::default().sample_size(10);
+    timed.warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2))
 }
+
+criterion_group! {
+    name = benches;
+    config = short();
+    targets = one_axis, six_axes, every_size, other_deviations, accumulator, covariance
+}
+criterion_main!(benches);

@@ -1,0 +1,59 @@
+"""The page, docs/performance.md, from what was measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from benches import fits, growth, kernels, peers, processes, stream, text
+
+SECTIONS = {module.__name__.split(".")[-1]: module for module in (peers, kernels, processes, stream, growth, fits)}
+
+
+def write(found: dict[str, Any], folder: Path) -> None:
+    """Write performance.md and its figures into a folder; sections that were not measured are left out."""
+    body: list[str] = []
+    reached: list[text.Gate] = []
+    for name, module in SECTIONS.items():
+        if name in found["sections"]:
+            lines, gates = module.write(found["sections"][name]["found"])
+            body += lines
+            reached += gates
+    figures = folder / "figures"
+    figures.mkdir(parents=True, exist_ok=True)
+    if "growth" in found["sections"]:
+        growth.draw(found["sections"]["growth"]["found"], figures)
+    page = "\n".join([*_head(found), *_summary(reached), *body]).rstrip() + "\n"
+    (folder / "performance.md").write_text(page, encoding="utf-8")
+
+
+def _head(found: dict[str, Any]) -> list[str]:
+    runs = list(found["sections"].values())
+    dates = sorted({run["date"] for run in runs})
+    commands = [f"`{command}`" for command in dict.fromkeys(run["command"] for run in runs)]
+    rounds = " or ".join(str(number) for number in sorted({run["rounds"] for run in runs}))
+    loads = [float(run["load"]) for run in runs]
+    m = runs[-1]["machine"]
+    versions = ", ".join(f"{name} {m[name]}" for name in m if name not in ("processor", "cores", "system"))
+    return [
+        "# Performance",
+        "",
+        *text.prose(
+            f"Made by {', '.join(commands)} on {' and '.join(dates)}: {m['processor']}, {m['cores']} cores, {m['system']};",
+            f"{versions}.",
+        ),
+        *text.prose(
+            f"Medians of {rounds} rounds, fewer of what takes seconds. All parties take turns in one process,",
+            "after a check that they give the same numbers to 10⁻⁹. Processes that ran on average in the minute before",
+            f"each part, those of the measurement among them: {min(loads):.1f} to {max(loads):.1f}.",
+        ),
+    ]
+
+
+def _summary(reached: list[text.Gate]) -> list[str]:
+    if not reached:
+        return []
+    passed = sum(gate.passed for gate in reached)
+    rows = [[g.what, g.aim, f"**{g.got}**", "reached" if g.passed else "not reached"] for g in reached]
+    head = ["## What was aimed at", "", f"{passed} of {len(reached)} reached.", ""]
+    return [*head, *text.table(["", "aim", "measured", ""], rows)]

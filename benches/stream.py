@@ -1,0 +1,104 @@
+"""The accumulator: CPU time of a sample and growth of memory, in a process of its own.
+
+``python -m benches.stream SAMPLES GRID`` prints both.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from benches import text
+from benches.measure import Settings, status_bytes
+from benches.text import Gate
+from sigmatau import Accumulator
+from sigmatau.allan import TauGrid
+
+CHUNK = 1 << 16
+GRIDS: tuple[TauGrid, ...] = ("octave", "half")
+
+
+def push(samples: int, grid: TauGrid) -> dict[str, float]:
+    """CPU time of pushing alone, and how much memory that is no file's grew."""
+    rng = np.random.default_rng(samples)
+    chunk = rng.standard_normal(CHUNK)
+    sums = Accumulator("gyro_x", rate=200, taus=grid, long="strided")
+    sums.push(chunk)  # what is loaded or made once
+    sums = Accumulator("gyro_x", rate=200, taus=grid, long="strided")
+    before = largest = status_bytes("RssAnon")
+    used = 0.0
+    for k, start in enumerate(range(0, samples, CHUNK)):
+        rng.standard_normal(out=chunk)
+        piece = chunk[: samples - start]
+        begun = time.process_time()
+        sums.push(piece)
+        used += time.process_time() - begun
+        if k % 64 == 0:
+            largest = max(largest, status_bytes("RssAnon"))
+    largest = max(largest, status_bytes("RssAnon"))
+    if sums.n != samples:
+        raise AssertionError(f"{sums.n} samples of {samples} arrived")
+    return {"cpu": used, "growth": largest - before}
+
+
+def measure(settings: Settings) -> dict[str, Any]:
+    """Every length with every grid."""
+    # What is quick has more rounds; all take turns.
+    rounds = {1e7: settings.rounds, 1e8: min(settings.rounds, 3)} | ({1e9: 1} if settings.billion else {})
+    runs: dict[tuple[TauGrid, float], list[dict[str, float]]] = {(g, length): [] for g in GRIDS for length in rounds}
+    for k in range(settings.rounds):
+        for (grid, length), done in runs.items():
+            if k < rounds[length]:
+                command = [sys.executable, "-m", "benches.stream", str(settings.samples(length)), grid]
+                said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+                done.append(json.loads(said))
+    rows = []
+    for (grid, length), done in runs.items():
+        cpu, growth = statistics.median(run["cpu"] for run in done), max(run["growth"] for run in done)
+        rows.append({"samples": settings.samples(length), "grid": grid, "cpu": cpu, "growth": growth})
+    return {"rows": rows}
+
+
+def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+    """The section of the page."""
+    rows, reached = [], []
+    first: dict[str, float] = {}
+    names = {"octave": "octaves", "half": "half octaves"}
+    for row in found["rows"]:
+        grid, each = names[row["grid"]], 1e9 * row["cpu"] / row["samples"]
+        change = each / first.setdefault(grid, each) - 1
+        rows.append(
+            [text.number(row["samples"]), grid, f"**{each:.2f} ns**", f"{change:+.1%}", text.size(row["growth"])]
+        )
+    longest = max(row["samples"] for row in found["rows"])
+    for row in found["rows"]:
+        if row["samples"] == longest:
+            each, what = 1e9 * row["cpu"] / longest, f"{text.number(longest)} samples, {names[row['grid']]}"
+            change = abs(each / first[names[row["grid"]]] - 1)
+            reached += [
+                text.at_most(f"{what}, CPU time a sample", each, 8, "ns"),
+                text.at_most(f"{what}, memory", row["growth"] / 1e6, 200, "MB"),
+                text.at_most(f"{what}, change of the time a sample", 100 * change, 10, "%"),
+            ]
+    lines = [
+        "## A stream in bounded memory",
+        "",
+        *text.prose(
+            f'`Accumulator(…, long="strided")`, one channel, pushed in chunks of {text.number(CHUNK)} samples; making them',
+            "is not counted. Memory is what the process grew by, files apart. `make bench PARTS=stream`, with 10⁹ samples",
+            "`BILLION=1`.",
+        ),
+        *text.table(["samples", "averaging times", "CPU time a sample", "change", "memory"], rows),
+        *text.gates(reached),
+    ]
+    return lines, reached
+
+
+if __name__ == "__main__":
+    print(json.dumps(push(int(sys.argv[1]), sys.argv[2])))  # type: ignore[arg-type]

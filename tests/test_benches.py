@@ -1,0 +1,71 @@
+"""The benchmark's own code: it runs from end to end on tiny records, and its pages say what was measured."""
+
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+from benches import instructions, kernels, text
+from benches.measure import status_bytes, turns
+
+from conftest import ROOT
+
+PEERS = ("allantools", "allan_variance", "numba", "pandas")
+
+
+def test_turns():
+    order = []
+    calls = {name: lambda name=name: order.append(name) for name in "ab"}
+    medians = turns(calls, 3, fewer={"a": 1})
+    assert "".join(order) == "abbb"
+    assert set(medians) == {"a", "b"}
+    assert min(medians.values()) > 0
+
+
+def test_memory_of_this_process():
+    assert 0 < status_bytes("VmRSS") <= status_bytes("VmHWM")
+    with pytest.raises(RuntimeError, match="VmNone"):
+        status_bytes("VmNone")
+
+
+def test_gates_are_honest():
+    assert text.at_least("a", 15.0, 15).passed
+    assert not text.at_least("a", 14.99, 15).passed
+    assert not text.at_most("a", 8.01, 8, "ns").passed
+    assert text.gates([text.at_most("a", 8.04, 8, "ns")])[0] == "- a: ≤ 8 ns wanted, 8.04 ns: **not reached**"
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"), [(12.3456, "12.3 s"), (0.0999, "99.9 ms"), (1.2e-4, "120 µs"), (1.0, "1.00 s")]
+)
+def test_seconds(value, expected):
+    assert text.seconds(value) == expected
+
+
+def test_probes():
+    assert kernels.parse("roof 70.5 ps\nread_memory 15 GB/s\n") == {"roof": 70.5, "read_memory": 15.0}
+
+
+def test_every_counted_work_has_its_limit():
+    stored = json.loads(instructions.STORED.read_text(encoding="utf-8"))
+    assert set(stored) == set(instructions.LESS)
+    works = (ROOT / "crates" / "formats" / "examples" / "instructions.rs").read_text(encoding="utf-8")
+    (listed,) = re.findall(r'const WORKS: &str = "(.*)";', works)
+    assert set(listed.split(", ")) == set(instructions.LESS) | {"nothing"}
+
+
+def test_a_run_from_end_to_end(tmp_path):
+    for package in PEERS:
+        pytest.importorskip(package, reason=f"{package}, a peer, is not installed: make bench installs it")
+    parts = ["peers", "processes", "stream", "growth", "fits"]  # all that needs no compiler
+    command = [sys.executable, "-m", "benches.run", "--rounds", "1", "--scale", "0.002", "--only", *parts]
+    folders = ["--cache", str(tmp_path / "kept"), "--output", str(tmp_path)]
+    subprocess.run([*command, *folders], cwd=ROOT, check=True, capture_output=True)
+    page = (tmp_path / "performance.md").read_text(encoding="utf-8")
+    for figure in re.findall(r"\]\((figures/.*?)\)", page):
+        assert (tmp_path / figure).stat().st_size > 1000
+    assert page.count("not reached") + page.count("| reached |") >= 10
+    again = [sys.executable, "-m", "benches.run", "--redraw", *folders]
+    subprocess.run(again, cwd=ROOT, check=True, capture_output=True)
+    assert (tmp_path / "performance.md").read_text(encoding="utf-8") == page

@@ -104,12 +104,14 @@ pub fn allan_variances(
         // Each share of the channels is worked off in the memory of one phase.
         let share = channels.len().div_ceil(rayon::current_num_threads()).max(1);
         let in_one_phase = |channels: &[&[f64]]| -> Vec<Result<_, Error>> {
-            let mut phase = Phase::default();
+            let mut phase = Phase::reused();
             let of_one = |channel: &&[f64]| {
                 phase.refill(channel)?;
                 allan_variance(&phase, m, overlap, counting)
             };
-            channels.iter().map(of_one).collect()
+            let results = channels.iter().map(of_one).collect();
+            phase.leave();
+            results
         };
         let results: Vec<_> = channels.par_chunks(share).map(in_one_phase).collect();
         results.into_iter().flatten().collect()

@@ -9,6 +9,7 @@ use crate::compensated::Sum;
 use crate::error::Error;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
+use std::sync::Mutex;
 use survey::Survey;
 
 mod survey;
@@ -20,6 +21,14 @@ pub const SHORTEST_BLOCK: usize = 2048;
 
 /// Points, at most, whose sum is kept.
 const STRETCH: usize = 16_384;
+
+/// Memory of phases that are done with. Fresh pages would take longer to get than the sums that go into them.
+static SPARE: Mutex<Vec<Vec<f64>>> = Mutex::new(Vec::new());
+
+/// Points, at most, that are kept in spare memory, and pieces of it: 256 MiB in all.
+const SPARE_POINTS: usize = 1 << 24;
+/// See [`SPARE_POINTS`].
+const SPARE_PIECES: usize = 2;
 
 /// Samples below which no other thread is woken.
 const WORTH_THREADS: usize = 1 << 18;
@@ -71,6 +80,22 @@ impl Phase {
         let mut phase = Self::default();
         phase.refill(rate)?;
         Ok(phase)
+    }
+
+    /// A phase of no samples, in memory that another one has left.
+    pub(crate) fn reused() -> Self {
+        // Nobody waits here, so that a process forked at this moment does not either.
+        let values = SPARE.try_lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default();
+        Self { values, ..Self::default() }
+    }
+
+    /// Leaves the memory to the next one.
+    pub(crate) fn leave(self) {
+        if let Ok(mut spare) = SPARE.try_lock() {
+            if self.values.capacity() <= SPARE_POINTS && spare.len() < SPARE_PIECES {
+                spare.push(self.values);
+            }
+        }
     }
 
     /// Sums another rate record in the place of this one: fresh memory would take longer than the sums.

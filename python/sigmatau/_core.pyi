@@ -10,6 +10,7 @@ __all__ = [
     "Factor",
     "NonFinite",
     "TextError",
+    "all_finite",
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
@@ -55,6 +56,7 @@ class Factor:
 class NonFinite(ValueError): ...
 class TextError(ValueError): ...
 
+def all_finite(columns: list[_Floats]) -> list[bool]: ...
 def allan_variances(
     columns: list[_Floats], m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[list[_Floats], list[_Floats], _Ints]: ...

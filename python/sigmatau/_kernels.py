@@ -18,6 +18,7 @@ __all__ = [
     "Accumulator",
     "Factor",
     "TextReadError",
+    "all_finite",
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
@@ -157,6 +158,13 @@ class Accumulator:
 def strides(m: ArrayLike) -> NDArray[np.int64]:
     """Distance of the starts that each cluster size is averaged over in bounded memory."""
     return _core.strides(_sizes(m))
+
+
+def all_finite(arrays: Sequence[NDArray[np.float64]]) -> list[bool]:
+    """For each array, whether it is known that no NaN or infinity is in it: not if its numbers do not lie side by side."""
+    flat = [a.reshape(-1) for a in arrays if a.flags.c_contiguous]
+    found = iter(_core.all_finite(flat))
+    return [bool(a.flags.c_contiguous and next(found)) for a in arrays]
 
 
 def allan_variances(

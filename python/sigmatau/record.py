@@ -14,7 +14,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau import units
+from sigmatau import _kernels, units
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import CHUNK, Columns, Grid, InputKind, Stream, Transform
@@ -187,8 +187,11 @@ class Record(Printed):
         if input not in get_args(InputKind):
             raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
-        for name, values in channels.items():
-            array = _real(name, values).view()
+        arrays = {name: _real(name, values) for name, values in channels.items()}
+        finite = dict(zip(arrays, _kernels.all_finite(list(arrays.values())), strict=True))
+        with_gaps = {stream_name(name) for name in arrays if not finite[name]}
+        for name, values in arrays.items():
+            array = values.view()
             array.setflags(write=False)
             stream = stream_name(name)
             if array.ndim == 2 and array.shape[1] == 3:
@@ -210,7 +213,7 @@ class Record(Printed):
                     f"`unit` names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
                 )
         streams = [
-            make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input)
+            make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input, finite=name not in with_gaps)
             for name, columns in by_stream.items()
         ]
         return cls(

@@ -57,19 +57,19 @@ impl<const T: usize> Batch<'_, T> {
             #[cfg(target_arch = "x86_64")]
             Path::Fastest => match pulp::x86::V3::try_new() {
                 Some(vectors) => vectors.vectorize(Fused { batch: self, sums }),
-                None => self.add::<false>(sums),
+                None => self.add::<false, true>(sums),
             },
             // On 64-bit ARM the fused product is part of the base.
             #[cfg(not(target_arch = "x86_64"))]
-            Path::Fastest => self.add::<{ cfg!(target_arch = "aarch64") }>(sums),
+            Path::Fastest => self.add::<{ cfg!(target_arch = "aarch64") }, true>(sums),
             #[cfg(test)]
-            Path::Portable => self.add::<false>(sums),
+            Path::Portable => self.add::<false, true>(sums),
         }
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
-    fn add<const FUSED: bool>(&self, sums: &mut [Lanes; T]) {
+    fn add<const FUSED: bool, const CORRECTED: bool>(&self, sums: &mut [Lanes; T]) {
         let at =
             |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
         let mut running = *sums;
@@ -79,7 +79,7 @@ impl<const T: usize> Batch<'_, T> {
                 let mut y = at(self.middle[0], start);
                 for ((sum, last), correction) in running.iter_mut().zip(self.last).zip(self.correction) {
                     let z = at(last, start);
-                    add_squares::<FUSED>(sum, x, y, z, correction);
+                    add_squares::<FUSED, CORRECTED>(sum, x, y, z, correction);
                     y = z;
                 }
             }
@@ -88,7 +88,7 @@ impl<const T: usize> Batch<'_, T> {
                 let x = at(self.first, start);
                 let lags = self.middle.iter().zip(self.last).zip(self.correction);
                 for (sum, ((middle, last), correction)) in running.iter_mut().zip(lags) {
-                    add_squares::<FUSED>(sum, x, at(middle, start), at(last, start), correction);
+                    add_squares::<FUSED, CORRECTED>(sum, x, at(middle, start), at(last, start), correction);
                 }
             }
         }
@@ -110,16 +110,27 @@ impl<const T: usize> NullaryFnOnce for Fused<'_, T> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
     fn call(self) {
-        self.batch.add::<true>(self.sums);
+        if self.batch.correction.iter().all(|&c| c == 0.0) {
+            self.batch.add::<true, false>(self.sums);
+        } else {
+            self.batch.add::<true, true>(self.sums);
+        }
     }
 }
 
 #[inline(always)]
 #[allow(clippy::inline_always)] // The loops above are only fast if this is part of them.
-fn add_squares<const FUSED: bool>(sum: &mut Lanes, x: Lanes, y: Lanes, z: Lanes, correction: f64) {
+fn add_squares<const FUSED: bool, const CORRECTED: bool>(
+    sum: &mut Lanes,
+    x: Lanes,
+    y: Lanes,
+    z: Lanes,
+    correction: f64,
+) {
     for lane in 0..LANES {
         if FUSED {
-            let h = (x[lane] + z[lane]).mul_add(0.5, -y[lane]) + correction;
+            let h = (x[lane] + z[lane]).mul_add(0.5, -y[lane]);
+            let h = if CORRECTED { h + correction } else { h };
             sum[lane] = h.mul_add(h, sum[lane]);
         } else {
             let h = half_difference(x[lane], y[lane], z[lane], correction);

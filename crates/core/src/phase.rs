@@ -7,11 +7,13 @@
 
 use crate::compensated::Sum;
 use crate::error::Error;
-use pulp::{Arch, NullaryFnOnce};
+use crate::points::Points;
 use rayon::prelude::*;
+use scan::{GROUP, Plain, Vectors};
 use std::sync::Mutex;
 use survey::Survey;
 
+mod scan;
 mod survey;
 
 /// Most phase points per anchor, and fewest: between them lies what a record needs, see [`Survey`].
@@ -23,7 +25,7 @@ pub const SHORTEST_BLOCK: usize = 2048;
 const STRETCH: usize = 16_384;
 
 /// Memory of phases that are done with. Fresh pages would take longer to get than the sums that go into them.
-static SPARE: Mutex<Vec<Vec<f64>>> = Mutex::new(Vec::new());
+static SPARE: Mutex<Vec<Points>> = Mutex::new(Vec::new());
 
 /// Points, at most, that are kept in spare memory, and pieces of it: 256 MiB in all.
 const SPARE_POINTS: usize = 1 << 24;
@@ -32,9 +34,6 @@ const SPARE_PIECES: usize = 2;
 
 /// Samples below which no other thread is woken.
 const WORTH_THREADS: usize = 1 << 18;
-
-/// Samples that are summed plainly, before the sum goes on with its rounding errors.
-const GROUP: usize = 16;
 
 /// Samples that are checked, summed and summed again before the next ones are looked at; divides every block.
 pub(crate) const PIECE: usize = 1024;
@@ -50,7 +49,7 @@ pub struct Phase {
     /// Rate that was taken out before the samples were summed.
     pub(crate) slope: f64,
     /// Phase relative to the anchor of the block, the slope removed.
-    pub(crate) values: Vec<f64>,
+    pub(crate) values: Points,
     /// Phase at the first point of every block, the slope removed.
     pub(crate) anchors: Vec<Sum>,
     /// Sum of every [`Phase::stretch`] of points, relative to the anchor of its block.
@@ -63,7 +62,7 @@ impl Default for Phase {
         Self {
             block: LONGEST_BLOCK,
             slope: 0.0,
-            values: vec![0.0],
+            values: Points::zero(),
             anchors: vec![Sum::default()],
             areas: Vec::new(),
         }
@@ -109,7 +108,7 @@ impl Phase {
 
     /// [`Phase::refill`] with other limits than [`LARGEST_RATE`] and [`LONGEST_BLOCK`].
     pub(crate) fn fill(&mut self, rate: &[f64], largest: f64, longest: usize) -> Result<(), Error> {
-        self.values.resize(rate.len() + 1, 0.0);
+        self.values.resize(rate.len() + 1);
         let Survey { slope, block } = Survey::of(rate);
         let length = block.min(longest);
         (self.block, self.slope) = (length, slope);
@@ -219,64 +218,51 @@ struct Totals {
 
 impl Block<'_> {
     /// The points are relative to the first one, which is 0; there is one for each sample, before it is added. None if a
-    /// sample cannot be used. Runs on the widest vectors that the processor has; with the same bits on all.
+    /// sample cannot be used. The same bits on every processor.
     fn sum(self) -> Option<Totals> {
-        Arch::new().dispatch(self)
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return simd.vectorize(Vectorized { block: self, simd });
+        }
+        self.sum_on(Plain)
     }
-}
-
-impl NullaryFnOnce for Block<'_> {
-    type Output = Option<Totals>;
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
-    fn call(self) -> Option<Totals> {
+    fn sum_on<S: Vectors>(self, simd: S) -> Option<Totals> {
         let mut height = Sum::default();
         let mut areas = Vec::with_capacity(self.rate.len() / STRETCH + 1);
-        // Three loops over pieces that stay in the nearest cache: one that did it all would not be vectorised.
-        for (piece, (rate, points)) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)).enumerate()
-        {
-            if !rate.iter().fold(true, |so_far, y| so_far & (y.abs() <= self.largest)) {
+        for (at, (rate, points)) in self.rate.chunks(PIECE).zip(self.points.chunks_mut(PIECE)).enumerate() {
+            let piece = scan::sum_piece(simd, rate, self.slope, &mut height, points);
+            if piece.largest > self.largest {
                 return None;
             }
-            sum_piece(rate, self.slope, &mut height, points);
-            let area = sum_in_lanes(&points[..rate.len()]);
             match areas.last_mut() {
-                Some(sum) if piece % (STRETCH / PIECE) > 0 => Sum::add(sum, area),
-                _ => areas.push(Sum { hi: area, lo: 0.0 }),
+                Some(sum) if at % (STRETCH / PIECE) > 0 => Sum::add(sum, piece.area),
+                _ => areas.push(Sum { hi: piece.area, lo: 0.0 }),
             }
         }
-        Some(Totals { height: height.normalized(), areas })
+        let height = height.normalized();
+        // Only a NaN among the samples makes it one.
+        height.value().is_finite().then_some(Totals { height, areas })
     }
 }
 
-/// The points of a piece that begins at `height`, which goes on to its end.
-#[inline(always)]
-#[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
-fn sum_piece(rate: &[f64], slope: f64, height: &mut Sum, points: &mut [f64]) {
-    let (groups, rest) = rate.split_at(rate.len() / GROUP * GROUP);
-    let (points, last_points) = points.split_at_mut(groups.len());
-    for (samples, points) in groups.chunks_exact(GROUP).zip(points.chunks_exact_mut(GROUP)) {
-        let mut sums: [f64; GROUP] = std::array::from_fn(|k| samples[k] - slope);
-        // Each doubles the number of samples that a sum covers: log₂(GROUP) vector additions, and no chain of them.
-        let mut covered = 1;
-        while covered < GROUP {
-            let before = sums;
-            for k in covered..GROUP {
-                sums[k] = before[k] + before[k - covered];
-            }
-            covered *= 2;
-        }
-        let base = height.value();
-        points[0] = base;
-        for k in 1..GROUP {
-            points[k] = base + sums[k - 1];
-        }
-        height.add(sums[GROUP - 1]);
-    }
-    for (y, point) in rest.iter().zip(last_points) {
-        *point = height.value();
-        height.add(y - slope);
+/// [`Block::sum_on`] the vectors that `pulp` compiles it for.
+#[cfg(target_arch = "x86_64")]
+struct Vectorized<'a> {
+    block: Block<'a>,
+    simd: pulp::x86::V3,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl pulp::NullaryFnOnce for Vectorized<'_> {
+    type Output = Option<Totals>;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // As above.
+    fn call(self) -> Option<Totals> {
+        self.block.sum_on(self.simd)
     }
 }
 
@@ -379,7 +365,7 @@ mod tests {
             phase.refill(&long[long.len() - n..]).unwrap();
             let fresh = Phase::from_rate(&long[long.len() - n..]).unwrap();
             assert_eq!(
-                (phase.values.as_slice(), phase.anchors.as_slice()),
+                (&phase.values[..], phase.anchors.as_slice()),
                 (&fresh.values[..], &fresh.anchors[..])
             );
             assert_eq!(phase.areas, fresh.areas);

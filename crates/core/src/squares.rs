@@ -7,9 +7,15 @@ use crate::compensated::Sum;
 use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
 use crate::phase::{Phase, SHORTEST_BLOCK};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
 const BLOCKS_PER_TASK: usize = 64;
+/// The same where blocks lie apart, and a task has to begin with all the windows of its first one.
+const FAR_BLOCKS_PER_TASK: usize = 1024;
+
+/// Points between the first and the last window of a start that are no longer seen as near. In 8 bytes, half a cache.
+const FAR: usize = 1 << 17;
 
 /// Below this, a chain saves too little over sizes that only share their starts.
 const SHORTEST_CHAIN: usize = 3;
@@ -40,19 +46,17 @@ impl Squares {
     /// reach. Runs on the current rayon pool.
     pub(crate) fn sums(&self, phase: &Phase, points: usize, starts: usize) -> Vec<Sum> {
         let blocks = Blocks { phase, points, starts, batches: &self.batches, path: Path::default() };
-        let count = self.sizes.first().map_or(0, |&m| blocks.starts_of(m).div_ceil(STARTS));
-        let of_task = |task: usize| {
-            let first = task * BLOCKS_PER_TASK;
-            blocks.over(first..(first + BLOCKS_PER_TASK).min(count))
-        };
-        let tasks: Vec<Vec<Sum>> = match count.div_ceil(BLOCKS_PER_TASK) {
+        let tasks = blocks.tasks();
+        let sums: Vec<Vec<Sum>> = match &tasks[..] {
             // Not worth waking a thread for.
-            1 => vec![of_task(0)],
-            tasks => (0..tasks).into_par_iter().map(of_task).collect(),
+            [task] => vec![blocks.over(task)],
+            tasks => tasks.par_iter().map(|task| blocks.over(task)).collect(),
         };
         let mut totals = vec![Sum::default(); self.sizes.len()];
-        for task in tasks {
-            for (total, sum) in totals.iter_mut().zip(task) {
+        for (task, sums) in tasks.iter().zip(sums) {
+            let before: usize =
+                self.batches[..task.batches.start].iter().map(|batch| batch.sizes.len()).sum();
+            for (total, sum) in totals[before..].iter_mut().zip(sums) {
                 *total = total.plus(sum);
             }
         }
@@ -70,6 +74,26 @@ struct SizeBatch {
     sizes: Vec<usize>,
     /// m, 2m, 4m …
     chained: bool,
+}
+
+impl SizeBatch {
+    /// Blocks from a start to the one a cluster of the smallest size further on, if they are to follow each other.
+    ///
+    /// Windows of a chain that reaches farther than a cache lie apart, and each would come from memory again for every
+    /// size. In steps of the smallest size the windows of one block are those of the next, but for one.
+    fn stride(&self) -> Option<usize> {
+        let (&smallest, &largest) = (self.sizes.first()?, self.sizes.last()?);
+        let apart = 2 * largest > FAR && self.chained && smallest % STARTS == 0;
+        apart.then_some(smallest / STARTS)
+    }
+}
+
+/// Blocks to be worked off one after the other, for some of the batches.
+struct Task {
+    batches: Range<usize>,
+    first: usize,
+    step: usize,
+    count: usize,
 }
 
 /// Groups sorted sizes, each of which comes once: chains first, and what is left by its order.
@@ -95,6 +119,7 @@ fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
     }
     let left: Vec<usize> = sizes.iter().zip(used).filter(|(_, used)| !used).map(|(&m, _)| m).collect();
     batches.extend(even_parts(&left).map(|sizes| SizeBatch { sizes: sizes.to_vec(), chained: false }));
+    batches.sort_by_key(|batch| batch.stride().is_some());
     batches
 }
 
@@ -121,15 +146,41 @@ struct Blocks<'a> {
 type Scratch = [Window];
 
 impl Blocks<'_> {
-    /// One sum for every size, in the order of the batches, over a run of blocks.
-    fn over(&self, blocks: std::ops::Range<usize>) -> Vec<Sum> {
+    /// All that is to be done; near batches share their tasks.
+    fn tasks(&self) -> Vec<Task> {
+        let near =
+            self.batches.iter().position(|batch| batch.stride().is_some()).unwrap_or(self.batches.len());
+        let blocks = |batch: &SizeBatch| self.starts_of(batch.sizes[0]).div_ceil(STARTS);
+        let count = self.batches[..near].iter().map(blocks).max().unwrap_or(0);
+        let mut tasks: Vec<Task> = (0..count)
+            .step_by(BLOCKS_PER_TASK)
+            .map(|first| Task { batches: 0..near, first, step: 1, count: BLOCKS_PER_TASK.min(count - first) })
+            .collect();
+        for (at, batch) in self.batches.iter().enumerate().skip(near) {
+            let step = batch.stride().unwrap_or(1);
+            for first in 0..step.min(blocks(batch)) {
+                let count = (blocks(batch) - first).div_ceil(step);
+                tasks.extend((0..count).step_by(FAR_BLOCKS_PER_TASK).map(|from| Task {
+                    batches: at..at + 1,
+                    first: first + from * step,
+                    step,
+                    count: FAR_BLOCKS_PER_TASK.min(count - from),
+                }));
+            }
+        }
+        tasks
+    }
+
+    /// One sum for every size of a task, in the order of its batches.
+    fn over(&self, task: &Task) -> Vec<Sum> {
+        let batches = &self.batches[task.batches.clone()];
         let mut scratch = vec![[0.0; STARTS]; 2 * MOST_TAUS];
-        let mut sums = vec![Sum::default(); self.batches.iter().map(|batch| batch.sizes.len()).sum()];
+        let mut sums = vec![Sum::default(); batches.iter().map(|batch| batch.sizes.len()).sum()];
         let mut at = 0;
-        for batch in self.batches {
+        for batch in batches {
             let sums = &mut sums[at..at + batch.sizes.len()];
-            for block in blocks.clone() {
-                self.add_block(block, batch, sums, &mut scratch);
+            for block in 0..task.count {
+                self.add_block(task.first + block * task.step, batch, sums, &mut scratch);
             }
             at += batch.sizes.len();
         }
@@ -304,7 +355,12 @@ mod tests {
         let batches = batches(&sizes);
         let sums = |path| {
             let blocks = Blocks { phase: &phase, points, starts: usize::MAX, batches: &batches, path };
-            blocks.over(0..(points - 2).div_ceil(STARTS))
+            blocks.over(&Task {
+                batches: 0..batches.len(),
+                first: 0,
+                step: 1,
+                count: (points - 2).div_ceil(STARTS),
+            })
         };
         for (fast, portable) in sums(Path::Fastest).iter().zip(sums(Path::Portable)) {
             let difference = fast.value() / portable.value() - 1.0;

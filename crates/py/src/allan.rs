@@ -6,6 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::allan::{self, Counting, Estimate, Overlap};
 use sigmatau_core::error::Error;
+use sigmatau_core::finite;
 
 pyo3::create_exception!(sigmatau._core, NonFinite, PyValueError);
 
@@ -34,6 +35,12 @@ pub fn allan_variances<'py>(
         channels.iter().map(|c| c.iter().map(of).collect::<Vec<_>>().into_pyarray(py)).collect()
     };
     Ok((by_channel(|e| e.avar), by_channel(|e| e.ramp), pairs.into_pyarray(py)))
+}
+
+#[pyfunction]
+pub fn all_finite(py: Python<'_>, columns: Vec<PyReadonlyArray1<'_, f64>>) -> PyResult<Vec<bool>> {
+    let columns = columns.iter().map(|c| c.as_slice()).collect::<Result<Vec<_>, _>>()?;
+    Ok(detached(py, || finite::all_finite(&columns)))
 }
 
 /// Cluster sizes as the core takes them; `_kernels` has checked that they are positive.

@@ -18,7 +18,7 @@ mod text;
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
-    use crate::allan::{NonFinite, allan_variances};
+    use crate::allan::{NonFinite, all_finite, allan_variances};
     #[pymodule_export]
     use crate::cholesky::Factor;
     #[pymodule_export]

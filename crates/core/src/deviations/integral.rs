@@ -7,13 +7,14 @@
 use super::thirds::{Correction, Curve, third_of_sums};
 use crate::compensated::{Sum, two_sum};
 use crate::phase::Phase;
+use crate::points::Points;
 use rayon::prelude::*;
 
 /// The sums X(p) = Σ x(i), i < p, of a phase of N + 1 points: N + 2 of them, the first 0.
 pub struct Integral {
     /// Points per parabola.
     block: usize,
-    values: Vec<f64>,
+    values: Points,
     parabolas: Vec<Parabola>,
 }
 

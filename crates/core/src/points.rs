@@ -1,0 +1,172 @@
+//! Memory for points: begun where a line of the cache begins, and much of it in large pages.
+//!
+//! A vector that straddles two lines costs two loads; a window in small pages costs a walk through the tables of the
+//! processor for each, and fresh ones a visit to the system.
+
+use memmap2::MmapMut;
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+
+/// Numbers in a line of the cache.
+const LINE: usize = 8;
+
+/// Numbers in a large page of most processors.
+const LARGE_PAGE: usize = (1 << 21) / size_of::<f64>();
+
+/// Numbers from which large pages are asked for.
+const WORTH_PAGES: usize = 2 * LARGE_PAGE;
+
+/// Numbers, the first of them at the beginning of a line of the cache.
+#[derive(Default)]
+pub(crate) struct Points {
+    memory: Memory,
+    /// Where the first one is.
+    start: usize,
+    count: usize,
+}
+
+enum Memory {
+    Heap(Vec<f64>),
+    Pages(MmapMut),
+}
+
+impl Points {
+    /// One, which is 0.
+    pub(crate) fn zero() -> Self {
+        let mut points = Self::default();
+        points.push(0.0);
+        points
+    }
+
+    /// So many, whatever they are: nothing is to be expected of those that were there before.
+    pub(crate) fn resize(&mut self, count: usize) {
+        if self.capacity() < count || matches!(self.memory, Memory::Heap(_)) {
+            self.memory = Memory::of(count, std::mem::take(&mut self.memory));
+            // Nothing depends on it but the time that a load takes.
+            let line = if count < WORTH_PAGES { LINE } else { LARGE_PAGE };
+            self.start = self.memory.numbers().as_ptr().align_offset(line * size_of::<f64>()).min(line - 1);
+        }
+        self.count = count;
+    }
+
+    /// One more at the end.
+    pub(crate) fn push(&mut self, value: f64) {
+        if self.count == self.capacity() {
+            let mut more = Self::default();
+            more.resize(self.count + 1);
+            more[..self.count].copy_from_slice(self);
+            *self = more;
+        } else {
+            self.count += 1;
+        }
+        let last = self.count - 1;
+        self[last] = value;
+    }
+
+    /// Numbers that there is memory for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.memory.numbers().len() - self.start
+    }
+}
+
+impl Memory {
+    /// For so many numbers and one more, wherever they begin; of what there is, if it can be used.
+    fn of(count: usize, before: Self) -> Self {
+        if count >= WORTH_PAGES {
+            let bytes = (count + 1 + LARGE_PAGE) * size_of::<f64>();
+            if let Ok(pages) = MmapMut::map_anon(bytes) {
+                // A system that has none goes on with small ones.
+                #[cfg(target_os = "linux")]
+                let _ = pages.advise(memmap2::Advice::HugePage);
+                return Self::Pages(pages);
+            }
+        }
+        let mut numbers = match before {
+            Self::Heap(numbers) => numbers,
+            Self::Pages(_) => Vec::new(),
+        };
+        numbers.resize(count + 1 + if count < WORTH_PAGES { LINE } else { LARGE_PAGE }, 0.0);
+        Self::Heap(numbers)
+    }
+
+    fn numbers(&self) -> &[f64] {
+        match self {
+            Self::Heap(numbers) => numbers,
+            Self::Pages(pages) => bytemuck::cast_slice(pages),
+        }
+    }
+
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        match self {
+            Self::Heap(numbers) => numbers,
+            Self::Pages(pages) => bytemuck::cast_slice_mut(pages),
+        }
+    }
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::Heap(Vec::new())
+    }
+}
+
+impl Clone for Points {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.resize(self.count);
+        copy.copy_from_slice(self);
+        copy
+    }
+}
+
+impl fmt::Debug for Points {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self[..], formatter)
+    }
+}
+
+impl Deref for Points {
+    type Target = [f64];
+
+    #[inline]
+    fn deref(&self) -> &[f64] {
+        &self.memory.numbers()[self.start..self.start + self.count]
+    }
+}
+
+impl DerefMut for Points {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.memory.numbers_mut()[self.start..self.start + self.count]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_begin_with_a_line() {
+        let mut points = Points::default();
+        assert!(points.is_empty());
+        for count in [0, 1, 7, 8, 9, 1000, WORTH_PAGES - 1, WORTH_PAGES, 5, 3 * WORTH_PAGES, 3] {
+            points.resize(count);
+            assert_eq!(points.len(), count);
+            assert!(points.capacity() > count);
+            assert_eq!(points.as_ptr() as usize % 64, 0);
+            points.fill(1.0);
+        }
+        points.push(2.0);
+        assert_eq!(points[..], [1.0, 1.0, 1.0, 2.0]);
+        assert_eq!(points.clone()[..], points[..]);
+    }
+
+    #[test]
+    fn points_are_added_beyond_their_memory() {
+        let mut points = Points::default();
+        for k in 0..1000 {
+            points.push(f64::from(k));
+        }
+        assert_eq!(points[..], (0..1000).map(f64::from).collect::<Vec<f64>>());
+    }
+}

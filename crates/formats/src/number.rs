@@ -61,6 +61,41 @@ pub(crate) fn long_fraction(text: &[u8], start: usize) -> Option<(f64, usize)> {
     Some((signed(quotient(mantissa, 16 + count)?, negative), end))
 }
 
+/// The value and the end of a plain number of up to seven digits and, after a point, up to fifteen more, as loggers write
+/// them; nothing if there is none, or its value is not found in a quick way.
+///
+/// There must be [`PAD`] bytes after the number, whatever they are.
+#[inline(always)]
+pub(crate) fn short_number(text: &[u8], start: usize) -> Option<(f64, usize)> {
+    let (negative, at) = sign(text, start);
+    let head = ascii(text, at);
+    let before = digits_in(head);
+    if before == 0 || before == 8 {
+        return None;
+    }
+    let whole = value_of(low(head, before));
+    let point = at + before;
+    if text[point] != b'.' {
+        return (text[point] | 0x20 != b'e').then(|| (signed(whole as f64, negative), point));
+    }
+    let one = ascii(text, point + 1);
+    let count = digits_in(one);
+    let (size, end) = if count < 8 {
+        let mantissa = whole * TENS[count] + value_of(low(one, count));
+        // Fourteen digits: one rounding of two exact numbers.
+        (mantissa as f64 / EXACT[count], point + 1 + count)
+    } else {
+        let two = ascii(text, point + 9);
+        let more = digits_in(two);
+        let eight = whole * TENS[8] + value_of(one);
+        if more == 8 || eight == 0 || before + 8 + more > DIGITS {
+            return None;
+        }
+        (quotient(eight * TENS[more] + value_of(low(two, more)), 8 + more)?, point + 9 + more)
+    };
+    (count > 0 && text[end] | 0x20 != b'e').then(|| (signed(size, negative), end))
+}
+
 /// Reads the plain number that begins at `start`; nothing if there is none.
 ///
 /// There must be [`PAD`] bytes after the number, whatever they are.
@@ -268,6 +303,11 @@ mod tests {
         let found = scan(&padded, 0).map(|written| (written.nearest(), written.integer(), written.end));
         if let Some(long) = long_fraction(&padded, 0) {
             assert_eq!(found, Some((Some(long.0), None, long.1)), "{text}");
+        }
+        if let Some((value, end)) = short_number(&padded, 0) {
+            let (nearest, _, expected_end) = found.expect(text);
+            assert_eq!((value.to_bits(), end), (nearest.unwrap_or(value).to_bits(), expected_end), "{text}");
+            assert_eq!(value.to_bits(), text[..end].parse::<f64>().unwrap().to_bits(), "{text}");
         }
         found
     }

@@ -5,7 +5,7 @@
 
 use memchr::{memchr, memchr3, memrchr};
 
-use crate::number::{long_fraction, scan};
+use crate::number::{long_fraction, scan, short_number};
 use crate::text::{Delimiter, Dialect, Table, TextError};
 
 /// Characters of a field that an error quotes.
@@ -200,7 +200,7 @@ impl<'a> Layout<'a> {
     ) -> Option<usize> {
         let is_exact = self.exact == Some(column) && rows.integers.is_some();
         if !is_exact {
-            if let Some((value, end)) = long_fraction(text, start) {
+            if let Some((value, end)) = long_fraction(text, start).or_else(|| short_number(text, start)) {
                 rows.columns[place].push(value);
                 return Some(end);
             }

@@ -223,6 +223,21 @@ class TestIdentities:
         assert (np.diff(curve.deviation) >= -1e-13 * curve.deviation[1:]).all()
         assert (curve.deviation >= deviation(record(y), kind="tie_rms", taus="eighth")["y"].deviation).all()
 
+    @pytest.mark.parametrize("kind", ["theo1", "modified"])
+    def test_progress(self, kind):
+        record = Record.from_arrays(rate=1.0, a=np.sin(np.arange(200.0)), gyro=np.ones((100, 3)))
+        parts = []
+        deviation(record, kind=kind, progress=parts.append)
+        assert parts == sorted(parts)
+        assert 0 < parts[0] < 1
+        assert parts[-1] == 1
+
+        def stop(part):
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            deviation(record, kind=kind, progress=stop)
+
     def test_threads_do_not_show(self):
         y = np.random.default_rng(known.seed_of("threads")).standard_normal((40_000, 3))
         for kind in KINDS:

@@ -90,8 +90,8 @@ def deviation_command(
             scale=key_numbers(scale or [], "scale", "gyro=0.01"),
             offset=key_numbers(offset or [], "offset", "gyro=2048"),
         )
-    with working(f"computing {kind}", quiet=quiet):
-        found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads)
+    with working(f"computing {kind}", quiet=quiet) as done:
+        found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads, progress=done)
         table = deviation_table(found, noise=noise)
     text = _json_text(found, noise=noise)
     if plot is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import get_args
@@ -87,15 +87,29 @@ def say(message: str, *, quiet: bool = False) -> None:
 
 
 @contextlib.contextmanager
-def working(what: str, *, quiet: bool = False) -> Iterator[None]:
-    """Show on a terminal that something is going on, and for how long."""
+def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """Show on a terminal that something is going on, and for how long.
+
+    What it yields takes the part that is done, 0 to 1, where that is known: then there is a bar.
+    """
     if quiet or not sys.stderr.isatty():
-        yield
+        yield lambda _: None
         return
     from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        progress.add_task(what, total=None)
-        yield
+    with Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    ) as progress:
+        task = progress.add_task(what, total=None)
+
+        def done(part: float) -> None:
+            if progress.tasks[0].total is None:
+                progress.columns = (*progress.columns, BarColumn())
+            progress.update(task, total=1.0, completed=part)
+
+        yield done

@@ -7,7 +7,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -190,6 +190,7 @@ def deviation(
     taus: TauGrid | ArrayLike = "half",
     overlap: Overlap | None = None,
     threads: int | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> Deviations:
     """A deviation other than Allan's, of every channel of a record.
 
@@ -222,6 +223,8 @@ def deviation(
         Of the Hadamard deviation alone: all its terms, the default, or those of disjoint clusters.
     threads : int, optional
         Default: all cores. Results do not depend on it, bit for bit.
+    progress : callable, optional
+        Is told now and then which part of the work is done, 0 to 1; an exception that it raises ends the work.
 
     Returns
     -------
@@ -249,22 +252,49 @@ def deviation(
             f"`overlap` is an option of the Hadamard deviation; the {KINDS[kind].label} has one form only: leave it out",
             option="overlap",
         )
-    found: dict[str, Deviation] = {}
     for stream in record.streams:
         refuse_missing(stream)
-        found.update(_of_stream(stream, kind, taus, overlap=overlap or "full", threads=threads))
+    sizes = [sizes_for(kind, taus, n=stream.grid.n, tau0=stream.grid.tau0) for stream in record.streams]
+    bar = _Bar(progress, sum(_work(kind, stream, m) for stream, m in zip(record.streams, sizes, strict=True)))
+    found: dict[str, Deviation] = {}
+    for stream, m in zip(record.streams, sizes, strict=True):
+        found.update(_of_stream(stream, kind, m, overlap=overlap or "full", threads=threads, bar=bar))
     return Deviations(found)
 
 
+class _Bar:
+    """Adds up what is done."""
+
+    def __init__(self, tell: Callable[[float], object] | None, whole: float) -> None:
+        self._tell, self._whole, self._done = tell, whole, 0.0
+
+    def add(self, work: float) -> None:
+        self._done += work
+        if self._tell is not None:
+            self._tell(min(self._done / self._whole, 1.0))
+
+
+def _work(kind: Kind, stream: Stream, m: NDArray[np.int64]) -> float:
+    """Terms, roughly."""
+    n = float(stream.grid.n)
+    return len(stream.channels) * float(np.sum((n - m) * m if kind == "theo1" else np.full(len(m), n)))
+
+
 def _of_stream(
-    stream: Stream, kind: Kind, taus: TauGrid | ArrayLike, *, overlap: Overlap, threads: int | None
+    stream: Stream, kind: Kind, sizes: NDArray[np.int64], *, overlap: Overlap, threads: int | None, bar: _Bar
 ) -> dict[str, Deviation]:
     chosen, tau0 = KINDS[kind], stream.grid.tau0
-    sizes = sizes_for(kind, taus, n=stream.grid.n, tau0=tau0)
     columns = [stream.column(channel) for channel in stream.channels]
-    values, terms = _kernels.deviations(
-        chosen.kernel, columns, sizes, overlap=overlap, threads=threads, names=stream.channels
-    )
+    # Theo1 takes N·m steps: one size at a time, so that one can see how far it is, and end it.
+    parts = [sizes[i : i + 1] for i in range(len(sizes))] if kind == "theo1" else [sizes]
+    found = []
+    for m in parts:
+        found.append(
+            _kernels.deviations(chosen.kernel, columns, m, overlap=overlap, threads=threads, names=stream.channels)
+        )
+        bar.add(_work(kind, stream, m))
+    values = [np.concatenate([part[c] for part, _ in found]) for c in range(len(columns))]
+    terms = np.concatenate([part for _, part in found])
     tau = np.asarray(sizes * (chosen.tau_per_m * tau0), dtype=np.float64)
     factor: NDArray[np.float64] | float = 1.0
     if kind == "time":

@@ -76,6 +76,8 @@ class Provenance:
         File, as it was named by the caller.
     format : str
         ``"text"``, ``"npy"``, ``"npz"``, ``"array"``, ``"simulation"``.
+    topics : tuple of str
+        What was read of a file that holds several.
     rows : int
         Rows of data read.
     conversions : tuple of str
@@ -86,6 +88,7 @@ class Provenance:
 
     path: str | None = None
     format: str = "array"
+    topics: tuple[str, ...] = ()
     rows: int = 0
     conversions: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
@@ -100,6 +103,7 @@ class Provenance:
         return {
             "path": self.path,
             "format": self.format,
+            **({"topics": list(self.topics)} if self.topics else {}),
             "sha256": self.sha256,
             "rows": self.rows,
             "conversions": list(self.conversions),

@@ -33,6 +33,7 @@ def analyze_command(
     *,
     rate: float | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
+    topic: Annotated[list[str] | None, Parameter(negative=())] = None,
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
     input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option's name
     scale: Annotated[list[str] | None, Parameter(negative=())] = None,
@@ -57,6 +58,8 @@ def analyze_command(
         Sampling rate in Hz; without it the log's time column gives it.
     unit
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
+    topic
+        Which topic, message or variable of a log that holds several: one, or one for each sensor.
     channels
         Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
     input
@@ -95,6 +98,7 @@ def analyze_command(
             log,
             rate=rate,
             unit=key_values(unit or [], "unit", "gyro=deg/s"),
+            topic=topic,
             channels=key_values(channels or [], "channels", "gyro_x=wx"),
             input=input,
             scale=key_numbers(scale or [], "scale", "gyro=0.01"),

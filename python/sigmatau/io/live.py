@@ -23,7 +23,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.assemble import Options, find_rate, resolve
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.table import HEAD, Table
+from sigmatau.io.read.table import HEAD, Loaded, Table
 
 __all__ = ["Live", "follow"]
 
@@ -261,5 +261,5 @@ class Live:
         self._stamps = (first, float(good[-1][column][-1]) * second)
 
 
-def _not_loaded(*_: object) -> dict[int, NDArray[np.float64]]:
+def _not_loaded(*_: object) -> Loaded:
     raise AssertionError("a live table is not loaded")

@@ -11,12 +11,13 @@ from __future__ import annotations
 import os
 import stat
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble, npy, text
 from sigmatau.io.read.table import HEAD, Format, Head
+from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
 from sigmatau.streams import InputKind
 
@@ -60,6 +61,7 @@ def read(
     input: InputKind = "rate",  # noqa: A002  the word users know from --input
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
+    topic: str | Sequence[str] | None = None,
 ) -> Record:
     """The static record that a file holds.
 
@@ -87,6 +89,9 @@ def read(
     scale, offset : mapping, optional
         By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. A scale is taken for
         ``"time"`` too.
+    topic : str or sequence of str, optional
+        Which of the topics, messages or variables of a file that holds several; one, or one for each sensor. By default the
+        only one that has a gyro and an accelerometer by the names of its columns, or the only one of each.
 
     Returns
     -------
@@ -103,12 +108,14 @@ def read(
         among the numbers; time going backwards. Its children are `NonFiniteError` for a NaN and `RecordTooShortError`.
     """
     name = os.fsdecode(path)
-    options = assemble.Options.check(rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset)
+    options = assemble.Options.check(
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
+    )
     try:
         file = _regular(name)
         head = _head(file)
-        table = _reader(head, file).read(file, head)
-        return assemble.assemble(table, file, options)
+        tables = _reader(head, file).read(file, head)
+        return assemble.assemble(choose_tables(tables, options.topic), file, options)
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
     except MemoryError:

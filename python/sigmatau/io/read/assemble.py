@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeGuard, cast, get_args
@@ -18,7 +18,7 @@ from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise
 from sigmatau.io.read.table import Table
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
-from sigmatau.streams import InputKind
+from sigmatau.streams import InputKind, Stream
 
 __all__ = ["Options", "assemble", "find_rate", "resolve"]
 
@@ -35,6 +35,7 @@ class Options:
     input: InputKind
     scale: Mapping[str, float]
     offset: Mapping[str, float]
+    topic: tuple[str, ...] = ()
 
     @classmethod
     def check(
@@ -46,6 +47,7 @@ class Options:
         input: object,  # noqa: A002  as in `read`
         scale: object,
         offset: object,
+        topic: object = None,
     ) -> Options:
         """Options of the right types; raises `OptionError`."""
         if rate is not None and not (_is_number(rate) and rate > 0):
@@ -59,6 +61,7 @@ class Options:
             input=cast("InputKind", input),
             scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
             offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
+            topic=_topics(topic),
         )
 
 
@@ -70,12 +73,12 @@ _EXAMPLES = {
 }
 
 
-def assemble(table: Table, file: Path, options: Options) -> Record:
-    """A record from the columns of a file.
+def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
+    """A record from the tables of a file that are wanted.
 
     Parameters
     ----------
-    table : Table
+    tables : sequence of Table
     file : Path
         For its name and checksum.
     options : Options
@@ -85,15 +88,73 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
     OptionError, DataError
         Without the name of the file, which the caller puts before the message.
     """
+    checksum = Checksum(file)
+    if len(tables) > 1 and options.channels:
+        topics = " and ".join(table.topic for table in tables)
+        raise OptionError(
+            f"--channels is about one topic, and {topics} are read: choose one by --topic", option="channels"
+        )
+    parts = [_part(table, options if len(tables) == 1 else _of_table(table, tables, options)) for table in tables]
+    streams = [stream for part in parts for stream in part.streams]
+    for stream in streams:
+        if sum(other.name == stream.name for other in streams) > 1:
+            topics = " and ".join(table.topic for table in tables)
+            raise OptionError(f"{topics} both hold {stream.name}: choose one by --topic", option="topic")
+    several = len(tables) > 1
+    return Record(
+        streams=tuple(streams),
+        provenance=Provenance(
+            path=str(file),
+            format=tables[0].format,
+            topics=tuple(table.topic for table in tables if table.topic),
+            rows=max(part.rows for part in parts),
+            conversions=tuple(f"{part.topic}: {c}" if several else c for part in parts for c in part.conversions),
+            ignored=tuple(f"{part.topic}: {c}" if several else c for part in parts for c in part.ignored),
+            checksum=checksum,
+        ),
+        findings=tuple(dict.fromkeys(finding for part in parts for finding in part.findings)),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """What one table gives to a record."""
+
+    topic: str
+    streams: tuple[Stream, ...]
+    rows: int
+    conversions: tuple[str, ...]
+    ignored: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+
+def _of_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
+    """Without what is said of the sensors of the other tables, which is no slip of the pen."""
+    own, others = _sensors(table), {s for other in tables if other is not table for s in _sensors(other)}
+
+    def kept(values: Mapping[str, Any]) -> dict[str, Any]:
+        return {
+            key: value for key, value in values.items() if stream_name(key) in own or stream_name(key) not in others
+        }
+
+    return replace(options, unit=kept(options.unit), scale=kept(options.scale), offset=kept(options.offset))
+
+
+def _sensors(table: Table) -> set[str]:
+    return {stream_name(match[0]) for match in recognise(table.columns) if match is not None and match[0] != "time"}
+
+
+def _part(table: Table, options: Options) -> _Part:
     choice, unit, notes, overruled = resolve(table, options)
     wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
-    checksum = Checksum(file)
-    raw = table.load(wanted, choice.time)
+    loaded = table.load(wanted, choice.time)
+    raw = loaded.columns
     rows = len(raw[wanted[0]])
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:
+        broken = "".join(f" ({finding.message})" for finding in (*table.findings, *loaded.findings))
         raise RecordTooShortError(
-            f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed", need=need, got=rows
+            f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
         )
 
     rate, start, source, found, findings = _rate(table, choice, raw, unit.get("time"), options)
@@ -116,24 +177,20 @@ def assemble(table: Table, file: Path, options: Options) -> Record:
         for name, columns in by_stream.items()
     )
     used = {*choice.channels.values(), choice.time}
-    return Record(
+    return _Part(
+        topic=table.topic,
         streams=streams,
-        provenance=Provenance(
-            path=str(file),
-            format=table.format,
-            rows=rows,
-            conversions=(
-                *table.notes,
-                *choice.notes,
-                *_named(table, choice),
-                *notes,
-                *_conversions(unit, options),
-                *found,
-            ),
-            ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
-            checksum=checksum,
+        rows=rows,
+        conversions=(
+            *table.notes,
+            *choice.notes,
+            *_named(table, choice),
+            *notes,
+            *_conversions(unit, options),
+            *found,
         ),
-        findings=(*overruled, *findings),
+        ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
+        findings=(*table.findings, *loaded.findings, *overruled, *findings),
     )
 
 
@@ -153,6 +210,13 @@ def find_rate(
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     rate, _, source, _, _ = _rate(table, choice, raw, spelled, options)
     return rate, source
+
+
+def _topics(value: object) -> tuple[str, ...]:
+    named = (value,) if isinstance(value, str) else () if value is None else value
+    if not isinstance(named, Sequence) or not all(isinstance(name, str) for name in named):
+        raise OptionError(f"`topic` must be a name, or several, not {value!r}", option="topic")
+    return tuple(named)
 
 
 def _mapping(name: str, value: object) -> Mapping[str, object]:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError, NonFiniteError
-from sigmatau.io.read.table import Column, Head, Table
+from sigmatau.errors import DataError
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
 
 __all__ = ["read", "sniff"]
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
-_CHUNK = 1 << 20
 _MANY = 64  # more columns than rows, and than this: the array lies on its side
 
 
@@ -32,7 +31,7 @@ def sniff(head: bytes, path: Path) -> bool:
     return head[30 : 30 + length].endswith(b".npy") or path.suffix == ".npz"
 
 
-def read(path: Path, head: Head) -> Table:
+def read(path: Path, head: Head) -> tuple[Table]:
     """The columns of an array of shape (n, C), of a structured array, or of the arrays of an archive.
 
     In an archive each one-dimensional array is a column, and each of shape (n, 3) three: ``gyro`` gives ``gyro_x``,
@@ -51,7 +50,7 @@ def read(path: Path, head: Head) -> Table:
     """
     if head.gzip:
         raise DataError("is a NumPy file compressed by gzip; decompress it first")
-    return _npz(path) if head.data.startswith(_ZIP) else _npy(path)
+    return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
 
 def _npy(path: Path) -> Table:
@@ -139,7 +138,7 @@ class _Whole(io.RawIOBase):
 def _table(
     kind: str, columns: Sequence[Column], loaders: Sequence[Callable[[], NDArray[Any]]], notes: tuple[str, ...]
 ) -> Table:
-    def load(wanted: Sequence[int], exact: int | None) -> Mapping[int, NDArray[Any]]:
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
             name = columns[index].name or f"number {index + 1}"
@@ -151,23 +150,17 @@ def _table(
                 raise _damaged(error) from None
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
-            _refuse_non_finite(array, name)
+            refuse_non_finite(array, name)
             raw[index] = array
         lengths = {len(array) for array in raw.values()}
         if len(lengths) > 1:
             listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
             raise DataError(f"its arrays are of unequal length ({listed}); cut them alike, or choose by --channels")
         if exact is not None:
-            raw[exact] = _stamps(raw[exact])
-        return raw
+            raw[exact] = whole_stamps(raw[exact])
+        return Loaded(columns=raw)
 
     return Table(format=kind, columns=tuple(columns), notes=notes, load=load, where=lambda row: f"row {row}")
-
-
-def _stamps(array: NDArray[Any]) -> NDArray[Any]:
-    """Stamps as int64 if they are whole and fit, else as float64."""
-    whole = array.dtype.kind in "iu" and int(array.max(initial=0)) < 1 << 63
-    return array.astype(np.int64 if whole else np.float64)
 
 
 def _parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
@@ -203,21 +196,6 @@ def _refuse_shape(shape: tuple[int, ...]) -> None:
         raise DataError(f"has an array of shape {shape}; (n,) or (n, columns) is wanted")
     if len(shape) == 2 and shape[1] > max(shape[0], _MANY):
         raise DataError(f"has an array of shape {shape}, more columns than rows; save its transpose, a sample a row")
-
-
-def _refuse_non_finite(array: NDArray[Any], name: str) -> None:
-    if array.dtype.kind != "f":
-        return
-    for start in range(0, len(array), _CHUNK):
-        bad = np.flatnonzero(~np.isfinite(array[start : start + _CHUNK]))
-        if len(bad):
-            row = start + int(bad[0])
-            raise NonFiniteError(
-                f", row {row} (counted from 0): column {name} has {array[row]}, no finite number;"
-                " refused until gaps are supported: cut the record there, or fill it in",
-                channel=name,
-                index=row,
-            )
 
 
 def _damaged(error: Exception) -> DataError:

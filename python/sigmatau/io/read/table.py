@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Protocol
 
+import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HEAD", "Column", "Format", "Head", "Table", "listing"]
+from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.results import Finding
+
+__all__ = [
+    "HEAD",
+    "Column",
+    "Format",
+    "Head",
+    "Loaded",
+    "Table",
+    "listing",
+    "need",
+    "refuse_non_finite",
+    "whole_stamps",
+]
 
 HEAD = 1 << 18
 """A format, and the layout of a text table, is found out from this many bytes. [bytes]"""
@@ -57,29 +74,56 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Loaded:
+    """Columns that were asked for.
+
+    Attributes
+    ----------
+    columns : mapping of int to ndarray, shape (n,)
+        Raw numbers by column, counted from 0: all finite, all of one length.
+    findings : tuple of Finding
+        What was wrong with the data on the way, such as where they break off: severity error if rows are missing.
+    """
+
+    columns: Mapping[int, NDArray[Any]]
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A file as columns, of which those that are wanted are loaded later.
+    """One table of a file as columns, of which those that are wanted are loaded later.
+
+    Most files hold one. Others hold several: topics, messages by sensor and instance, groups, variables; then each has a
+    name by which ``--topic`` chooses it.
 
     Attributes
     ----------
     format : str
-        ``"text"``, ``"npy"`` or ``"npz"``.
+        ``"text"``, ``"npy"``, ``"mcap"`` …
     columns : tuple of Column
     notes : tuple of str
         What was found out about the layout, in words.
     load : callable
-        ``load(wanted, exact)`` returns a mapping from column (counted from 0) to raw numbers, all finite, all of one
-        length, for every column in `wanted`. The column `exact` comes as 64-bit integers if it holds such.
-        Raises `DataError`.
+        ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` comes as 64-bit integers
+        if it holds such. Raises `DataError`.
     where : callable
         ``where(row)`` says where a row (counted from 0) stands in the file: ``"line 17"``.
+    topic : str
+        Name in the file; empty if the file holds but one table.
+    rows : int or None
+        Rows, if that is known before they are loaded.
+    findings : tuple of Finding
+        What is wrong with the file as far as that shows before it is loaded.
     """
 
     format: str
     columns: tuple[Column, ...]
     notes: tuple[str, ...]
-    load: Callable[[Sequence[int], int | None], Mapping[int, NDArray[Any]]]
+    load: Callable[[Sequence[int], int | None], Loaded]
     where: Callable[[int], str]
+    topic: str = ""
+    rows: int | None = None
+    findings: tuple[Finding, ...] = ()
 
     def label(self, index: int) -> str:
         """Name of a column for messages; its number if it has none."""
@@ -94,8 +138,8 @@ class Format(Protocol):
         """Whether a file that begins so is of this format."""
         ...
 
-    def read(self, path: Path, head: Head) -> Table:
-        """The columns of a file that `sniff` took; raises `DataError`."""
+    def read(self, path: Path, head: Head) -> Sequence[Table]:
+        """The tables of a file that `sniff` took; raises `DataError`."""
         ...
 
 
@@ -111,3 +155,38 @@ def _shown(number: int, column: Column) -> str:
     if column.name:
         return f"{number} {text!r}"
     return f"{number} ({text} …)" if text else str(number)
+
+
+_CHUNK = 1 << 20
+
+
+def refuse_non_finite(array: NDArray[Any], name: str, where: str = "row {row} (counted from 0)") -> None:
+    """Raise `NonFiniteError` for the first NaN or infinity of a column."""
+    if array.dtype.kind != "f":
+        return
+    for start in range(0, len(array), _CHUNK):
+        bad = np.flatnonzero(~np.isfinite(array[start : start + _CHUNK]))
+        if len(bad):
+            row = start + int(bad[0])
+            raise NonFiniteError(
+                f", {where.format(row=row)}: column {name} has {array[row]}, no finite number;"
+                " refused until gaps are supported: cut the record there, or fill it in",
+                channel=name,
+                index=row,
+            )
+
+
+def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:
+    """Stamps as int64 if they are whole and fit, else as float64."""
+    whole = array.dtype.kind in "iu" and int(array.max(initial=0)) < 1 << 63
+    return array.astype(np.int64 if whole else np.float64)
+
+
+def need(module: str, extra: str, what: str) -> ModuleType:
+    """A library that only some formats need, imported when it is needed; raises `DataError` that says how to get it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise DataError(
+            f"is {what}, which takes a library that is not installed: pip install 'sigmatau[{extra}]'"
+        ) from None

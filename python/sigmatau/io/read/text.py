@@ -7,7 +7,7 @@ layout and reads each number to the nearest double.
 from __future__ import annotations
 
 import gzip
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sigmatau import _kernels, memory
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.table import Head, Table
+from sigmatau.io.read.table import Head, Loaded, Table
 
 __all__ = ["read", "sniff"]
 
@@ -30,7 +30,7 @@ def sniff(head: bytes, path: Path) -> bool:
     )
 
 
-def read(path: Path, head: Head) -> Table:
+def read(path: Path, head: Head) -> tuple[Table]:
     """The columns of a text table; rows are read when they are loaded.
 
     Parameters
@@ -46,7 +46,7 @@ def read(path: Path, head: Head) -> Table:
     """
     layout = find_layout(head.data, whole=head.whole)
 
-    def load(wanted: Sequence[int], exact: int | None) -> Mapping[int, NDArray[Any]]:
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         if not head.gzip:
             _refuse_too_large(path, head, len(wanted) + (exact is not None))
         try:
@@ -64,13 +64,13 @@ def read(path: Path, head: Head) -> Table:
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, columns, strict=True))
         if exact is not None and integers is not None:
             raw[exact] = integers
-        return raw
+        return Loaded(columns=raw)
 
     def where(row: int) -> str:
         return f"line {_line_of(path, row, layout, compressed=head.gzip)}"
 
     notes = (*(("gzip",) if head.gzip else ()), *layout.notes)
-    return Table(format="text", columns=layout.columns, notes=notes, load=load, where=where)
+    return (Table(format="text", columns=layout.columns, notes=notes, load=load, where=where),)
 
 
 def _refuse_too_large(path: Path, head: Head, columns: int) -> None:

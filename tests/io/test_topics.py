@@ -1,0 +1,114 @@
+"""Files that hold several tables: which are read."""
+
+import numpy as np
+import pytest
+
+from sigmatau.errors import OptionError
+from sigmatau.io.read import assemble, topics
+from sigmatau.io.read.table import Column, Loaded, Table
+from sigmatau.results import Finding
+
+GYRO = tuple(f"gyro_{a} [rad/s]" for a in "xyz")
+ACCEL = tuple(f"accel_{a} [m/s^2]" for a in "xyz")
+
+
+def table(topic, names, rate=100.0, n=50, findings=(), late=()):
+    names = ("time [s]", *names)
+    columns = {0: np.arange(n) / rate} | {i: np.full(n, float(i)) for i in range(1, len(names))}
+    return Table(
+        format="made",
+        columns=tuple(Column(name=name) for name in names),
+        notes=(),
+        load=lambda wanted, exact: Loaded(columns={i: columns[i] for i in wanted}, findings=late),
+        where=lambda row: f"row {row}",
+        topic=topic,
+        rows=n,
+        findings=findings,
+    )
+
+
+def chosen(tables, *asked):
+    return [t.topic for t in topics.choose_tables(tables, asked)]
+
+
+def options(**said):
+    return assemble.Options.check(
+        **({"rate": None, "unit": None, "channels": None, "input": "rate", "scale": None, "offset": None} | said)
+    )
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "log"
+    path.write_bytes(b"x")
+    return path
+
+
+class TestChoice:
+    def test_the_only_one_with_both(self):
+        tables = [table("/gps", ["lat", "lon"]), table("/imu", (*GYRO, *ACCEL)), table("/gyro", GYRO)]
+        assert chosen(tables) == ["/imu"]
+
+    def test_one_of_each(self):
+        assert chosen([table("accel", ACCEL), table("baro", ["p"]), table("gyro", GYRO)]) == ["gyro", "accel"]
+        assert chosen([table("baro", ["p"]), table("gyro", GYRO)]) == ["gyro"]
+
+    def test_empty_ones_do_not_count(self):
+        assert chosen([table("/imu0", (*GYRO, *ACCEL), n=0), table("/imu1", (*GYRO, *ACCEL))]) == ["/imu1"]
+
+    @pytest.mark.parametrize(
+        ("tables", "words"),
+        [
+            ([table("/imu0", (*GYRO, *ACCEL)), table("/imu1", (*GYRO, *ACCEL))], "several sensors: /imu0 .*50 rows"),
+            ([table("gyro:0", GYRO), table("gyro:1", GYRO), table("accel", ACCEL)], "--topic 'gyro:0'"),
+            ([table("a", ["p"]), table("b", ["q"])], "several tables, none with known"),
+        ],
+    )
+    def test_doubt_is_asked_about(self, tables, words):
+        with pytest.raises(OptionError, match=words):
+            topics.choose_tables(tables, ())
+
+    def test_by_name(self):
+        tables = [table("/a/imu", (*GYRO, *ACCEL)), table("/b/imu", (*GYRO, *ACCEL)), table("/b/Gyro", GYRO)]
+        assert chosen(tables, "/b/imu") == ["/b/imu"]
+        assert chosen(tables, "b/IMU", "/b/imu") == ["/b/imu"]
+        assert chosen(tables, "gyro") == ["/b/Gyro"]
+        with pytest.raises(OptionError, match="several topics are called so"):
+            chosen(tables, "imu")
+        with pytest.raises(OptionError, match="has no topic 'mag'; it holds /a/imu"):
+            chosen(tables, "mag")
+        with pytest.raises(OptionError, match="one table and no topics"):
+            chosen([table("", GYRO)], "imu")
+
+
+class TestRecord:
+    def test_two_rates(self, file):
+        lost = Finding(code="broken_off", severity="error", message="lost")
+        tables = [table("g", GYRO, rate=100, n=60, findings=(lost,)), table("a", ACCEL, rate=50, n=40, late=(lost,))]
+        record = assemble.assemble(tables, file, options(unit={"gyro": "deg/s"}))
+        gyro, accel = record.streams
+        assert (gyro.grid.n, round(gyro.grid.rate), accel.grid.n, round(accel.grid.rate)) == (60, 100, 40, 50)
+        assert record.provenance.topics == ("g", "a")
+        assert record.provenance.rows == 60
+        # Once, though both tables say it; and the unit that was given is not that of the file.
+        assert sorted(f.code for f in record.findings) == ["broken_off", *["unit_overruled"] * 3]
+        assert gyro.column("gyro_x")[0] == pytest.approx(np.pi / 180)
+        assert any(note.startswith("g: gyro_x: deg/s") for note in record.provenance.conversions)
+
+    def test_a_slip_of_the_pen_is_seen(self, file):
+        tables = [table("g", GYRO), table("a", ACCEL)]
+        with pytest.raises(OptionError, match="no such channel"):
+            assemble.assemble(tables, file, options(unit={"gyor": "deg/s"}))
+
+    def test_the_same_sensor_twice(self, file):
+        with pytest.raises(OptionError, match="g and h both hold gyro"):
+            assemble.assemble([table("g", GYRO), table("h", GYRO)], file, options())
+
+    def test_columns_are_of_one_topic(self, file):
+        with pytest.raises(OptionError, match="--channels is about one topic"):
+            assemble.assemble([table("g", GYRO), table("a", ACCEL)], file, options(channels={"gyro_x": 2}))
+
+    @pytest.mark.parametrize("topic", [3, [1], {"a": 1}])
+    def test_no_name(self, topic):
+        with pytest.raises(OptionError, match="`topic`"):
+            options(topic=topic)

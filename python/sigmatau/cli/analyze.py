@@ -13,13 +13,11 @@ from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli.options import (
     averaging_times,
     check_output,
-    key_numbers,
-    key_values,
     refuse_same,
     say,
     working,
 )
-from sigmatau.io import read
+from sigmatau.cli.reading import Reading, read_log
 from sigmatau.io.write import atomic
 
 __all__ = ["FIGURE_ENDINGS", "analyze_command", "write_figure", "write_json"]
@@ -31,13 +29,7 @@ def analyze_command(
     log: Path,
     /,
     *,
-    rate: float | None = None,
-    unit: Annotated[list[str] | None, Parameter(negative=())] = None,
-    topic: Annotated[list[str] | None, Parameter(negative=())] = None,
-    channels: Annotated[list[str] | None, Parameter(negative=())] = None,
-    input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option's name
-    scale: Annotated[list[str] | None, Parameter(negative=())] = None,
-    offset: Annotated[list[str] | None, Parameter(negative=())] = None,
+    reading: Reading | None = None,
     method: Literal["gls", "read-off"] = "gls",
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
@@ -54,20 +46,6 @@ def analyze_command(
     ----------
     log
         A table in text (any delimiter, header or none, gzip or not), .npy or .npz.
-    rate
-        Sampling rate in Hz; without it the log's time column gives it.
-    unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
-    topic
-        Which topic, message or variable of a log that holds several: one, or one for each sensor.
-    channels
-        Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
-    input
-        What the columns hold: rates, increments per sample, or accumulated angle and velocity.
-    scale
-        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
-    offset
-        Reading at zero, in counts or volts: gyro=2048.
     method
         Fit the coefficients, with intervals (gls), or only read them off as the paper does (read-off).
     taus
@@ -93,17 +71,7 @@ def analyze_command(
     check_output(None if as_text else json, (), "json")
     refuse_same(log, plot=plot, json=None if as_text else json)
     averaging = averaging_times(taus)
-    with working(f"reading {log}", quiet=quiet):
-        record = read(
-            log,
-            rate=rate,
-            unit=key_values(unit or [], "unit", "gyro=deg/s"),
-            topic=topic,
-            channels=key_values(channels or [], "channels", "gyro_x=wx"),
-            input=input,
-            scale=key_numbers(scale or [], "scale", "gyro=0.01"),
-            offset=key_numbers(offset or [], "offset", "gyro=2048"),
-        )
+    record = read_log(log, reading, quiet=quiet)
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(
             record, taus=averaging, overlap=overlap, counting=counting, method=method, long=long, threads=threads

@@ -11,9 +11,9 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.analyze import FIGURE_ENDINGS
-from sigmatau.cli.options import averaging_times, check_output, key_numbers, key_values, refuse_same, working
+from sigmatau.cli.options import averaging_times, check_output, refuse_same, working
+from sigmatau.cli.reading import Reading, read_log
 from sigmatau.deviations import Deviations, Kind, deviation
-from sigmatau.io import read
 from sigmatau.io.write import atomic
 from sigmatau.tables import deviation_table
 
@@ -25,13 +25,7 @@ def deviation_command(
     /,
     *,
     kind: Kind,
-    rate: float | None = None,
-    unit: Annotated[list[str] | None, Parameter(negative=())] = None,
-    topic: Annotated[list[str] | None, Parameter(negative=())] = None,
-    channels: Annotated[list[str] | None, Parameter(negative=())] = None,
-    input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option's name
-    scale: Annotated[list[str] | None, Parameter(negative=())] = None,
-    offset: Annotated[list[str] | None, Parameter(negative=())] = None,
+    reading: Reading | None = None,
     taus: str = "half",
     overlap: Literal["full", "none"] | None = None,
     noise: str | None = None,
@@ -48,20 +42,6 @@ def deviation_command(
         A table in text (any delimiter, header or none, gzip or not), .npy or .npz.
     kind
         The estimator. time, mtie and tie_rms are angles and velocities; theo1 is slow: minutes for a million samples.
-    rate
-        Sampling rate in Hz; without it the log's time column gives it.
-    unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
-    topic
-        Which topic, message or variable of a log that holds several: one, or one for each sensor.
-    channels
-        Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
-    input
-        What the columns hold: rates, increments per sample, or accumulated angle and velocity.
-    scale
-        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
-    offset
-        Reading at zero, in counts or volts: gyro=2048.
     taus
         Averaging times: octave, half, quarter or eighth octaves, or a list in seconds: 0.1,1,10.
     overlap
@@ -83,17 +63,7 @@ def deviation_command(
     check_output(None if as_text else json, (), "json")
     refuse_same(log, plot=plot, json=None if as_text else json)
     averaging: Any = averaging_times(taus)
-    with working(f"reading {log}", quiet=quiet):
-        record = read(
-            log,
-            rate=rate,
-            unit=key_values(unit or [], "unit", "gyro=deg/s"),
-            topic=topic,
-            channels=key_values(channels or [], "channels", "gyro_x=wx"),
-            input=input,
-            scale=key_numbers(scale or [], "scale", "gyro=0.01"),
-            offset=key_numbers(offset or [], "offset", "gyro=2048"),
-        )
+    record = read_log(log, reading, quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:
         found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads, progress=done)
         table = deviation_table(found, noise=noise)

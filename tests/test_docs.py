@@ -71,6 +71,8 @@ def _write_logs(folder):
         np.column_stack([t, y]),
         "time [s]," + ",".join(f"{n} [{'deg/s' if n.startswith('g') else 'g'}]" for n in names),
     )
+    for name in ("night1.csv", "night2.csv"):
+        (folder / name).write_bytes((folder / "static.csv").read_bytes())
     np.savetxt(folder / "imu.txt", np.column_stack([t, y]))
     table("growing.csv", np.column_stack([t, y]), "time [s]," + ",".join(f"{n} [rad/s]" for n in names[:3]) + ",p,q,r")
     for name in ("log.csv", "daq.csv", "counts.csv"):

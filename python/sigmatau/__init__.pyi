@@ -8,6 +8,7 @@ from sigmatau.deviations import Deviation, Deviations, deviation
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.io import read
+from sigmatau.io.read.inspection import inspect
 from sigmatau.model import NoiseModel, simulate
 from sigmatau.planning import detectable
 from sigmatau.readoff import ReadOff, read_off
@@ -39,6 +40,7 @@ __all__ = [
     "detectable",
     "deviation",
     "fit",
+    "inspect",
     "percentage_error",
     "read",
     "read_off",

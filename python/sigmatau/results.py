@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -11,6 +12,7 @@ __all__ = [
     "Finding",
     "Printed",
     "Severity",
+    "damaged",
     "duration_text",
     "interval_texts",
     "seconds",
@@ -65,6 +67,11 @@ class Finding:
     def __str__(self) -> str:
         where = f"{self.channel}: " if self.channel else ""
         return f"{self.severity}: {where}{self.message}" + (f" ({self.effect})" if self.effect else "")
+
+
+def damaged(findings: Iterable[Finding]) -> int:
+    """Exit code of a command that has done what it could: 4 if rows of the data are missing or wrong, else 0."""
+    return 4 if any(finding.severity == "error" and finding.channel is None for finding in findings) else 0
 
 
 def value_error_text(value: float, error: float) -> str:

@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
+from sigmatau.cli import many
 from sigmatau.cli.options import (
     averaging_times,
+    check_folder,
     check_output,
     refuse_same,
     say,
     working,
 )
 from sigmatau.cli.reading import Reading, read_log
+from sigmatau.errors import OptionError
 from sigmatau.io.write import atomic
+from sigmatau.results import damaged
 
 __all__ = ["FIGURE_ENDINGS", "analyze_command", "write_figure", "write_json"]
 
@@ -26,9 +33,7 @@ FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
 def analyze_command(
-    log: Path,
-    /,
-    *,
+    *logs: Path,
     reading: Reading | None = None,
     method: Literal["gls", "read-off"] = "gls",
     taus: str = "half",
@@ -37,6 +42,7 @@ def analyze_command(
     long: Literal["auto", "exact", "strided"] = "auto",
     plot: Path | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    jobs: int | None = None,
     threads: int | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -44,8 +50,8 @@ def analyze_command(
 
     Parameters
     ----------
-    log
-        A table in text (any delimiter, header or none, gzip or not), .npy or .npz.
+    logs
+        A log; or several, or folders of them: then there is a summary, and each is analysed in a process of its own.
     method
         Fit the coefficients, with intervals (gls), or only read them off as the paper does (read-off).
     taus
@@ -58,24 +64,44 @@ def analyze_command(
         Clusters of more than 4096 samples: every pair (exact), or in bounded memory those that begin at every 64th sample or
         less often (strided); auto does that, and says so, if the record does not fit in memory.
     plot
-        Draw all axes: .png, .svg or .pdf.
+        Draw all axes: .png, .svg or .pdf. Of several logs, the folder for a .png of each.
     json
-        Write the result; - for standard output, in place of the table.
+        Write the result; - for standard output, in place of the table. Of several logs, the folder for a .json of each.
+    jobs
+        So many logs at a time; default: one.
     threads
         Default: all cores. The result does not depend on it.
     quiet
         Nothing on standard error but errors.
     """
+    if not logs:
+        raise OptionError("give a log, or several, or a folder of logs", option="log")
+    averaging = averaging_times(taus)
+    settings: dict[str, Any] = {
+        "taus": averaging,
+        "overlap": overlap,
+        "counting": counting,
+        "method": method,
+        "long": long,
+        "threads": threads,
+    }
+    # A pattern of the shell may happen to match one log.
+    meant_as_several = jobs is not None or any(place is not None and place.is_dir() for place in (*logs, plot, json))
+    if len(logs) == 1 and not meant_as_several:
+        return _one(logs[0], reading, settings, plot=plot, json=json, quiet=quiet)
+    return _many(logs, reading, settings, plots=plot, results=json, jobs=jobs, quiet=quiet)
+
+
+def _one(
+    log: Path, reading: Reading | None, settings: dict[str, Any], *, plot: Path | None, json: Path | None, quiet: bool
+) -> int:
     as_text = json is not None and str(json) == "-"
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(None if as_text else json, (), "json")
     refuse_same(log, plot=plot, json=None if as_text else json)
-    averaging = averaging_times(taus)
     record = read_log(log, reading, quiet=quiet)
     with working("computing Allan variances, fitting", quiet=quiet):
-        analysis = analyze(
-            record, taus=averaging, overlap=overlap, counting=counting, method=method, long=long, threads=threads
-        )
+        analysis = analyze(record, **settings)
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
     if plot is not None:
@@ -83,11 +109,66 @@ def analyze_command(
             write_figure(analysis, plot)
     if as_text:
         sys.stdout.write(_json_text(analysis))
-        return 0
+        return damaged(analysis.findings)
     if json is not None:
         write_json(analysis, json)
     sys.stdout.write(f"{analysis.summary()}\n")
-    return 0
+    return damaged(analysis.findings)
+
+
+def _many(
+    places: Sequence[Path],
+    reading: Reading | None,
+    settings: dict[str, Any],
+    *,
+    plots: Path | None,
+    results: Path | None,
+    jobs: int | None,
+    quiet: bool,
+) -> int:
+    if jobs is not None and jobs < 1:
+        raise OptionError(f"--jobs {jobs}: want a number of processes, 1 or more", option="jobs")
+    logs, left_out = many.gather(places)
+    for option, folder in (("plot", plots), ("json", results)):
+        check_folder(folder, option)
+    if left_out:
+        say(f"no logs, left out: {', '.join(file.name for file in left_out)}", quiet=quiet)
+    if jobs is not None and jobs > 1 and settings["threads"] is None:
+        settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
+    work = partial(
+        _in_a_process, names=dict(zip(logs, many.names(logs), strict=True)), reading=reading, settings=settings,
+        plots=plots, results=results,
+    )  # fmt: skip
+    outcomes: dict[Path, many.Outcome] = {}
+    with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
+        for outcome in many.run(logs, work, jobs=jobs or 1):
+            outcomes[outcome.log] = outcome
+            done(len(outcomes) / len(logs))
+    for log in logs:
+        for finding in outcomes[log].findings:
+            say(f"{log}: {finding}", quiet=quiet)
+        if outcomes[log].error:
+            sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
+    sys.stdout.write(f"{many.summary([outcomes[log] for log in logs])}\n")
+    codes = {outcome.code for outcome in outcomes.values()}
+    return next((code for code in (2, 1, 4) if code in codes), 0)
+
+
+def _in_a_process(
+    log: Path,
+    *,
+    names: dict[Path, str],
+    reading: Reading | None,
+    settings: dict[str, Any],
+    plots: Path | None,
+    results: Path | None,
+) -> Analysis:
+    analysis = analyze(read_log(log, reading, quiet=True), **settings)
+    if plots is not None:
+        write_figure(analysis, plots / f"{names[log]}.png")
+    if results is not None:
+        write_json(analysis, results / f"{names[log]}.json")
+    return analysis
 
 
 def write_figure(analysis: Analysis, path: Path) -> None:

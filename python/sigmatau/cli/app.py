@@ -9,7 +9,8 @@ from sigmatau._version import __version__
 __all__ = ["EXAMPLES", "app"]
 
 _EXIT_CODES = (
-    "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing."
+    "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
+    " · 4 done with what could be read of a damaged file."
     " Tables and JSON go to standard output, messages to standard error."
 )
 
@@ -21,7 +22,14 @@ _COMMANDS = {
 sigmatau analyze static.csv --plot static.png
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
-sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s""",
+sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
+sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
+    ),
+    "inspect": (
+        "What is in a log, and what is wrong with it: topics, columns, rates, damage.",
+        """\
+sigmatau inspect static.csv
+sigmatau inspect counts.csv --unit gyro=deg/s --scale gyro=0.0061 --rate 100 --json found.json""",
     ),
     "deviation": (
         "Deviations other than Allan's, of every axis: modified Allan, Hadamard, total, time, Theo1, MTIE, TIE rms.",

@@ -11,10 +11,11 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.analyze import FIGURE_ENDINGS
-from sigmatau.cli.options import averaging_times, check_output, refuse_same, working
+from sigmatau.cli.options import averaging_times, check_output, refuse_same, say, working
 from sigmatau.cli.reading import Reading, read_log
 from sigmatau.deviations import Deviations, Kind, deviation
 from sigmatau.io.write import atomic
+from sigmatau.results import damaged
 from sigmatau.tables import deviation_table
 
 __all__ = ["deviation_command"]
@@ -64,6 +65,8 @@ def deviation_command(
     refuse_same(log, plot=plot, json=None if as_text else json)
     averaging: Any = averaging_times(taus)
     record = read_log(log, reading, quiet=quiet)
+    for finding in record.findings:
+        say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:
         found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads, progress=done)
         table = deviation_table(found, noise=noise)
@@ -73,12 +76,12 @@ def deviation_command(
             _write_figure(found, plot, noise=noise)
     if as_text:
         sys.stdout.write(text)
-        return 0
+        return damaged(record.findings)
     if json is not None:
         with atomic(json) as temporary:
             temporary.write_text(text, encoding="utf-8")
     sys.stdout.write(f"{table}\n")
-    return 0
+    return damaged(record.findings)
 
 
 def _json_text(found: Deviations, *, noise: str | None) -> str:

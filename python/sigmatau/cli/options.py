@@ -13,7 +13,16 @@ from typing import get_args
 from sigmatau.allan import TauGrid
 from sigmatau.errors import DataError, OptionError
 
-__all__ = ["averaging_times", "check_output", "key_numbers", "key_values", "refuse_same", "say", "working"]
+__all__ = [
+    "averaging_times",
+    "check_folder",
+    "check_output",
+    "key_numbers",
+    "key_values",
+    "refuse_same",
+    "say",
+    "working",
+]
 
 
 def key_values(values: Sequence[str], option: str, example: str) -> dict[str, str]:
@@ -56,6 +65,18 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
         raise DataError(f"{path}: is no regular file, and would be replaced; give the name of a file")
     if not path.parent.is_dir():
         raise DataError(f"{path}: there is no directory {path.parent}")
+
+
+def check_folder(path: Path | None, option: str) -> None:
+    """Make the folder that several results go into, or refuse what is none."""
+    if path is None:
+        return
+    if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf") or path.is_file():
+        raise OptionError(f"--{option} {path}: there are several logs, so this must be a folder", option=option)
+    try:
+        path.mkdir(exist_ok=True)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be made: {error.strerror or error}") from None
 
 
 def refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:

@@ -8,20 +8,21 @@ and name it in `_FORMATS`.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble, npy, text
-from sigmatau.io.read.table import HEAD, Format, Head
+from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
 from sigmatau.streams import InputKind
 
-__all__ = ["read"]
+__all__ = ["opened", "read"]
 
 _FORMATS: tuple[Format, ...] = (npy, text)  # text last: it is what has no mark of its own
 
@@ -107,15 +108,21 @@ def read(
         If the file cannot be read or used: missing, empty, damaged, of an unknown format; a row of another length; a word
         among the numbers; time going backwards. Its children are `NonFiniteError` for a NaN and `RecordTooShortError`.
     """
-    name = os.fsdecode(path)
     options = assemble.Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
+    with opened(path) as (file, tables):
+        return assemble.assemble(choose_tables(tables, options.topic), file, options)
+
+
+@contextlib.contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[tuple[Path, Sequence[Table]]]:
+    """A file and its tables; errors on the way get the name of the file."""
+    name = os.fsdecode(path)
     try:
         file = _regular(name)
         head = _head(file)
-        tables = _reader(head, file).read(file, head)
-        return assemble.assemble(choose_tables(tables, options.topic), file, options)
+        yield file, _reader(head, file).read(file, head)
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
     except MemoryError:

@@ -20,7 +20,7 @@ from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Recor
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind, Stream
 
-__all__ = ["Options", "assemble", "find_rate", "resolve"]
+__all__ = ["Options", "Part", "assemble", "find_rate", "of_table", "part", "resolve"]
 
 _SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
 
@@ -94,8 +94,8 @@ def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
         raise OptionError(
             f"--channels is about one topic, and {topics} are read: choose one by --topic", option="channels"
         )
-    parts = [_part(table, options if len(tables) == 1 else _of_table(table, tables, options)) for table in tables]
-    streams = [stream for part in parts for stream in part.streams]
+    parts = [part(table, of_table(table, tables, options)) for table in tables]
+    streams = [stream for each in parts for stream in each.streams]
     for stream in streams:
         if sum(other.name == stream.name for other in streams) > 1:
             topics = " and ".join(table.topic for table in tables)
@@ -107,17 +107,17 @@ def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
             path=str(file),
             format=tables[0].format,
             topics=tuple(table.topic for table in tables if table.topic),
-            rows=max(part.rows for part in parts),
-            conversions=tuple(f"{part.topic}: {c}" if several else c for part in parts for c in part.conversions),
-            ignored=tuple(f"{part.topic}: {c}" if several else c for part in parts for c in part.ignored),
+            rows=max(each.rows for each in parts),
+            conversions=tuple(f"{each.topic}: {c}" if several else c for each in parts for c in each.conversions),
+            ignored=tuple(f"{each.topic}: {c}" if several else c for each in parts for c in each.ignored),
             checksum=checksum,
         ),
-        findings=tuple(dict.fromkeys(finding for part in parts for finding in part.findings)),
+        findings=tuple(dict.fromkeys(finding for each in parts for finding in each.findings)),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Part:
+class Part:
     """What one table gives to a record."""
 
     topic: str
@@ -128,8 +128,10 @@ class _Part:
     findings: tuple[Finding, ...]
 
 
-def _of_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
+def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
     """Without what is said of the sensors of the other tables, which is no slip of the pen."""
+    if len(tables) == 1:
+        return options
     own, others = _sensors(table), {s for other in tables if other is not table for s in _sensors(other)}
 
     def kept(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -144,7 +146,8 @@ def _sensors(table: Table) -> set[str]:
     return {stream_name(match[0]) for match in recognise(table.columns) if match is not None and match[0] != "time"}
 
 
-def _part(table: Table, options: Options) -> _Part:
+def part(table: Table, options: Options) -> Part:
+    """What one table gives; raises as `assemble` does."""
     choice, unit, notes, overruled = resolve(table, options)
     wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
     loaded = table.load(wanted, choice.time)
@@ -177,7 +180,7 @@ def _part(table: Table, options: Options) -> _Part:
         for name, columns in by_stream.items()
     )
     used = {*choice.channels.values(), choice.time}
-    return _Part(
+    return Part(
         topic=table.topic,
         streams=streams,
         rows=rows,

@@ -1,0 +1,54 @@
+"""``sigmatau inspect``: what is in a log, and what is wrong with it."""
+
+from __future__ import annotations
+
+import json as json_module
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sigmatau.cli.options import check_output, refuse_same, working
+from sigmatau.cli.reading import Reading
+from sigmatau.io.read.inspection import inspect
+from sigmatau.io.write import atomic
+from sigmatau.results import damaged
+
+__all__ = ["inspect_command"]
+
+
+def inspect_command(
+    log: Path,
+    /,
+    *,
+    reading: Reading | None = None,
+    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+) -> int:
+    """What is in a log, and what is wrong with it: topics, columns, rates, damage.
+
+    Parameters
+    ----------
+    log
+        Any file that is read.
+    json
+        Write it as JSON; - for standard output, in place of the list.
+    quiet
+        Nothing on standard error but errors.
+    """
+    as_text = json is not None and str(json) == "-"
+    check_output(None if as_text else json, (), "json")
+    refuse_same(log, plot=None, json=None if as_text else json)
+    options = (reading or Reading()).options()
+    with working(f"reading {log}", quiet=quiet):
+        found = inspect(log, **options)
+    text = json_module.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    if as_text:
+        sys.stdout.write(text)
+    else:
+        if json is not None:
+            with atomic(json) as temporary:
+                temporary.write_text(text, encoding="utf-8")
+        sys.stdout.write(f"{found}\n")
+    return damaged(found.findings)

@@ -1,0 +1,252 @@
+"""What is in a file, before anything is asked of it: tables, columns, rates, damage."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read import assemble, opened
+from sigmatau.io.read.columns import recognise, unit_of
+from sigmatau.io.read.table import Table
+from sigmatau.io.read.topics import choose_tables, sensors
+from sigmatau.results import Finding, Printed, seconds
+from sigmatau.streams import InputKind
+
+__all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
+
+_LISTED = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnInfo:
+    """A column of a table.
+
+    Attributes
+    ----------
+    name : str
+        As the file has it; empty if it has none.
+    channel : str or None
+        What it is taken for: ``"gyro_x"``, ``"time"`` …; None if that is not certain.
+    unit : str or None
+        As the file spells it; None if it does not say.
+    """
+
+    name: str
+    channel: str | None
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableInfo:
+    """A table of a file.
+
+    Attributes
+    ----------
+    topic : str
+        Name in the file; empty if the file holds but one table.
+    rows : int or None
+        Rows; None if that is not known without reading what is of no use.
+    columns : tuple of ColumnInfo
+    rate : float or None
+        Sampling rate. [Hz]
+    rate_source : str
+        How it was found; empty if it was not.
+    notes : tuple of str
+        What was found out, and what would be done on reading.
+    findings : tuple of Finding
+    chosen : bool
+        Whether this is a table that is read if nothing is said.
+    wanting : str
+        What has to be said before it can be analysed; empty if nothing.
+    """
+
+    topic: str
+    rows: int | None
+    columns: tuple[ColumnInfo, ...]
+    rate: float | None = None
+    rate_source: str = ""
+    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    chosen: bool = False
+    wanting: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "topic": self.topic,
+            "rows": self.rows,
+            "columns": [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns],
+            "rate_hz": self.rate,
+            "rate_source": self.rate_source,
+            "notes": list(self.notes),
+            "findings": [finding.to_dict() for finding in self.findings],
+            "chosen": self.chosen,
+            "wanting": self.wanting,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Inspection(Printed):
+    """What is in a file.
+
+    Attributes
+    ----------
+    path : str
+    format : str
+    tables : tuple of TableInfo
+    wanting : str
+        What has to be said before it can be analysed, if that is about the whole file: which topic.
+    """
+
+    path: str
+    format: str
+    tables: tuple[TableInfo, ...]
+    wanting: str = ""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of all tables, each once."""
+        return tuple(dict.fromkeys(finding for table in self.tables for finding in table.findings))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {
+            "path": self.path,
+            "format": self.format,
+            "wanting": self.wanting,
+            "tables": [table.to_dict() for table in self.tables],
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"{self.path}: {self.format}"]
+        for table in self.tables:
+            lines += _lines(table, several=len(self.tables) > 1)
+        lines += [str(finding) for finding in self.findings]
+        if self.wanting:
+            lines.append(f"to analyse it: {self.wanting}")
+        return "\n".join(lines)
+
+
+def _lines(table: TableInfo, *, several: bool) -> list[str]:
+    rows = "rows not counted" if table.rows is None else f"{table.rows} rows"
+    rate = "" if table.rate is None else f", {table.rate:.6g} Hz ({table.rate_source})"
+    length = "" if table.rate is None or not table.rows else f", {seconds(table.rows / table.rate)}"
+    mark = "*" if table.chosen else " "
+    lines = [f"{mark} {table.topic}: {rows}{length}{rate}" if several else f"  {rows}{length}{rate}"]
+    width = min(max((len(c.name) for c in table.columns), default=0), 40)
+    for number, column in enumerate(table.columns[:_LISTED], 1):
+        taken = column.channel or ""
+        unit = f" [{column.unit}]" if column.unit else ""
+        lines.append(f"    {number:3} {column.name:{width}}  {taken}{unit if taken else ''}".rstrip())
+    if len(table.columns) > _LISTED:
+        lines.append(f"        … {len(table.columns)} columns in all")
+    lines += [f"    {note}" for note in table.notes]
+    if table.wanting:
+        lines.append(f"    to analyse it: {table.wanting}")
+    return lines
+
+
+def inspect(
+    path: str | os.PathLike[str],
+    *,
+    rate: float | None = None,
+    unit: Mapping[str, str] | None = None,
+    channels: Mapping[str, str | int] | None = None,
+    input: InputKind = "rate",  # noqa: A002  the word users know from --input
+    scale: Mapping[str, float] | None = None,
+    offset: Mapping[str, float] | None = None,
+    topic: str | Sequence[str] | None = None,
+) -> Inspection:
+    """What a file holds, and what is wrong with it as far as reading shows.
+
+    Nothing has to be known of the file. Tables with a sensor by the names of their columns, and those that are asked for by
+    `topic` or `channels`, are read; of the others only names are told.
+
+    Parameters
+    ----------
+    path, rate, unit, channels, input, scale, offset, topic
+        As `sigmatau.read` takes them: then it is said what would come of it.
+
+    Returns
+    -------
+    Inspection
+
+    Raises
+    ------
+    DataError
+        If nothing of the file can be read.
+    OptionError
+        For an option of the wrong form, or a topic that is not there.
+    """
+    options = assemble.Options.check(
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
+    )
+    with opened(path) as (file, tables):
+        wanting = ""
+        try:
+            chosen = choose_tables(tables, options.topic)
+        except OptionError as error:
+            if options.topic:
+                raise
+            chosen, wanting = [], str(error)
+        found = []
+        for table in tables:
+            wanted = any(table is one for one in chosen)
+            of_this = options if len(chosen) == 1 else replace(options, channels={})
+            if wanted or (sensors(table) and not options.topic):
+                found.append(_looked_into(table, chosen or [table], of_this, chosen=wanted, file=file))
+            else:
+                found.append(_named(table))
+    return Inspection(path=os.fsdecode(path), format=tables[0].format, tables=tuple(found), wanting=wanting)
+
+
+def _looked_into(
+    table: Table, tables: Sequence[Table], options: assemble.Options, *, chosen: bool, file: Path
+) -> TableInfo:
+    info = replace(_named(table), chosen=chosen)
+    try:
+        part = assemble.part(table, assemble.of_table(table, tables, options))
+    except OptionError as error:
+        return _counted(table, replace(info, wanting=str(error)))
+    except DataError as error:
+        return _unusable(info, error)
+    grid = part.streams[0].grid
+    return replace(
+        info,
+        rows=part.rows,
+        rate=grid.rate,
+        rate_source=grid.source,
+        notes=part.conversions,
+        findings=part.findings,
+    )
+
+
+def _counted(table: Table, info: TableInfo) -> TableInfo:
+    """With the number of rows, and what is found while they are counted."""
+    recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None] or [0]
+    try:
+        loaded = table.load(recognised[:1], None)
+    except DataError as error:
+        return _unusable(info, error)
+    rows = len(loaded.columns[recognised[0]])
+    return replace(info, rows=rows, findings=(*info.findings, *loaded.findings))
+
+
+def _unusable(info: TableInfo, error: DataError) -> TableInfo:
+    words = str(error).removeprefix(", ")
+    return replace(info, findings=(*info.findings, Finding(code="unusable", severity="error", message=words)))
+
+
+def _named(table: Table) -> TableInfo:
+    """Of a table that is not read."""
+    columns = []
+    for column, match in zip(table.columns, recognise(table.columns), strict=True):
+        stated = unit_of(column)[1] or (match[1] if match else None)
+        name = column.name or (f"({column.first} …)" if column.first else "")
+        columns.append(ColumnInfo(name=name, channel=match[0] if match else None, unit=stated))
+    return TableInfo(
+        topic=table.topic, rows=table.rows, columns=tuple(columns), notes=table.notes, findings=table.findings
+    )

@@ -1,0 +1,77 @@
+"""inspect(): what is in a file, before anything is asked of it."""
+
+import json
+
+import numpy as np
+import pytest
+
+import sigmatau as st
+from sigmatau.cli import main
+from sigmatau.errors import DataError, OptionError
+
+
+@pytest.fixture
+def csv(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{k / 50},{k % 7},{k % 5},{k % 3}" for k in range(100))
+    path.write_text(f"time [s],gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]\n{rows}\n")
+    return path
+
+
+def test_a_log_that_says_all(csv):
+    (table,) = st.inspect(csv).tables
+    assert (table.rows, table.rate, table.chosen, table.wanting) == (100, pytest.approx(50), True, "")
+    assert [(c.channel, c.unit) for c in table.columns] == [("time", "s")] + [(f"gyro_{a}", "deg/s") for a in "xyz"]
+    printed = repr(st.inspect(csv))
+    assert "100 rows, 2 s, 50 Hz (time stamps in column 'time [s]')" in printed
+    assert "3 gyro_y [deg/s]  gyro_y [deg/s]" in printed
+
+
+def test_what_would_be_asked_for(tmp_path):
+    path = tmp_path / "b.csv"
+    path.write_text("gx,gy,gz\n" + "1,2,3\n" * 40)
+    found = st.inspect(path)
+    assert found.tables[0].rows == 40
+    assert "does not state the unit of gyro_x" in found.tables[0].wanting
+    assert "--rate HZ" in found.tables[0].wanting
+    assert st.inspect(path, unit={"gyro": "deg/s"}, rate=10).tables[0].wanting == ""
+
+
+def test_no_names(tmp_path):
+    path = tmp_path / "c.npy"
+    np.save(path, np.ones((30, 7)))
+    found = st.inspect(path)
+    assert found.tables[0].rows == 30
+    assert "--channels time=1,gyro=2:4,accel=5:7" in found.tables[0].wanting
+    assert st.inspect(path, channels={"gyro": "2:4"}, unit={"gyro": "rad/s"}, rate=5).tables[0].rate == 5
+
+
+def test_data_that_cannot_be_used_are_a_finding(csv):
+    csv.write_text(csv.read_text().replace("\n0.2,", "\nx,"))
+    (finding,) = st.inspect(csv).findings
+    assert (finding.code, finding.severity) == ("unusable", "error")
+    assert "line 12: column time [s] has 'x', which is not a number" in finding.message
+
+
+def test_no_file_and_wrong_options(tmp_path, csv):
+    with pytest.raises(DataError, match="there is no such file"):
+        st.inspect(tmp_path / "none")
+    with pytest.raises(OptionError, match="one table and no topics"):
+        st.inspect(csv, topic="imu")
+    with pytest.raises(OptionError, match="`rate` must be"):
+        st.inspect(csv, rate=-1)
+
+
+def test_command(csv, tmp_path, capsys):
+    assert main(["inspect", str(csv)]) == 0
+    assert capsys.readouterr().out.startswith(f"{csv}: text\n  100 rows")
+    assert main(["inspect", str(csv), "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == st.inspect(csv).to_dict()
+    target = tmp_path / "i.json"
+    assert main(["inspect", str(csv), "--json", str(target)]) == 0
+    assert json.loads(target.read_text()) == found
+    csv.write_text(csv.read_text().replace("\n0.2,", "\nx,"))
+    assert main(["inspect", str(csv)]) == 4
+    assert main(["inspect", str(csv), "--json", str(csv)]) == 2
+    assert main(["inspect", str(tmp_path / "none")]) == 1

@@ -1,0 +1,142 @@
+"""analyze with several logs: one process, one JSON each; a summary; an exit code that says if any failed."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import known
+import sigmatau as st
+from sigmatau.cli import main, many
+from sigmatau.errors import DataError, OptionError
+
+
+def write(path, seed, n=2000):
+    columns = np.c_[np.arange(n) / 100, np.random.default_rng(known.seed_of(seed)).standard_normal((n, 3))]
+    header = "time [s],gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]"
+    np.savetxt(path, columns, delimiter=",", header=header, comments="", fmt="%.6f")
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs")
+    for name in ("b", "a"):
+        write(path / f"{name}.csv", name)
+    (path / "bad.csv").write_text("time [s],gyro_x [deg/s]\n1,2\nx,3\n")
+    (path / "notes.md").write_text("# what was done")
+    (path / ".hidden").write_text("x")
+    return path
+
+
+def run(*argv, capsys):
+    code = main([str(a) for a in argv])
+    return code, *capsys.readouterr()
+
+
+class TestCommand:
+    def test_a_folder(self, folder, tmp_path, capsys):
+        results, plots = tmp_path / "r", tmp_path / "p"
+        code, out, err = run(
+            "analyze", folder, "--jobs", 2, "--json", results, "--plot", plots, "--taus", "octave", capsys=capsys
+        )
+        assert code == 1
+        assert [line.split()[0] for line in out.splitlines() if line and line[0] != " "] == [
+            "log", "a.csv", "b.csv", "bad.csv", "2",
+        ]  # fmt: skip
+        assert "2 of 3 logs analysed" in out
+        assert "bad.csv, line 3: column time [s] has 'x'" in err
+        assert "no logs, left out: notes.md" in err
+        assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
+        assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
+        alone = st.analyze(st.read(folder / "a.csv"), taus="octave").to_dict()
+        assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
+
+    def test_read_off_and_order(self, folder, capsys):
+        logs = [folder / "b.csv", folder / "a.csv"]
+        code, out, _ = run("analyze", *logs, "--method", "read-off", "-q", capsys=capsys)
+        assert code == 0
+        assert out.index("b.csv") < out.index("a.csv")
+        assert out.count("read off") == 6
+        assert " ± " in out
+
+    def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
+        damaged = st.Finding(code="broken_off", severity="error", message="half of it")
+        monkeypatch.setattr(
+            many, "run", lambda logs, *_, **__: [many.Outcome(log=log, findings=(damaged,)) for log in logs]
+        )
+        code, _, err = run("analyze", folder / "a.csv", folder / "b.csv", capsys=capsys)
+        assert code == 4
+        assert "a.csv: error: half of it" in err
+
+    def test_one_in_a_pattern(self, folder, tmp_path, capsys):
+        assert run("analyze", folder / "a.csv", "--jobs", 4, capsys=capsys)[0] == 0
+        assert run("analyze", folder / "a.csv", "--json", tmp_path, "-q", capsys=capsys)[0] == 0
+        assert (tmp_path / "a.csv.json").exists()
+
+    @pytest.mark.parametrize(
+        ("argv", "words"),
+        [
+            (["a.csv", "b.csv", "--json", "x.json"], "must be a folder"),
+            (["a.csv", "b.csv", "--json", "-"], "must be a folder"),
+            (["a.csv", "a.csv"], "given twice"),
+            (["a.csv", "b.csv", "--jobs", "0"], "--jobs 0"),
+            ([], "give a log"),
+        ],
+    )
+    def test_wrong_options(self, folder, monkeypatch, capsys, argv, words):
+        monkeypatch.chdir(folder)
+        code, out, err = run("analyze", *argv, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert words in err
+
+    def test_no_log(self, tmp_path, capsys):
+        code, _, err = run("analyze", tmp_path, capsys=capsys)
+        assert code == 1
+        assert "no log in this folder" in err
+
+
+def killed(log):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def ended(log):
+    os._exit(7)
+
+
+def refused(log):
+    raise OptionError("no such unit", option="unit")
+
+
+class TestProcesses:
+    def test_one_that_dies_does_not_end_the_others(self, folder):
+        (outcome,) = many.run([folder / "a.csv"], killed, jobs=1)
+        assert "ended by SIGKILL" in outcome.error
+        assert outcome.code == 1
+        (outcome,) = many.run([folder / "a.csv"], ended, jobs=1)
+        assert "exit code 7" in outcome.error
+
+    def test_an_option(self, folder):
+        outcomes = list(many.run([folder / "a.csv", folder / "b.csv"], refused, jobs=2))
+        assert [(o.code, o.error) for o in outcomes] == [(2, "no such unit")] * 2
+
+
+class TestNames:
+    def test_short_but_distinct(self):
+        assert many.names([Path("/d/a.csv"), Path("/d/b.csv")]) == ["a.csv", "b.csv"]
+        assert many.names([Path("/d/1/a.csv"), Path("/d/2/a.csv")]) == ["1_a.csv", "2_a.csv"]
+        assert many.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/2/a")]) == ["1_a-1", "1_a-2", "2_a"]
+
+    def test_gather(self, folder, tmp_path):
+        logs, left_out = many.gather([folder])
+        assert [log.name for log in logs] == ["a.csv", "b.csv", "bad.csv"]
+        assert [file.name for file in left_out] == ["notes.md"]
+        with pytest.raises(OptionError, match="given twice"):
+            many.gather([folder, folder / "a.csv"])
+        empty = tmp_path / "none"
+        empty.mkdir()
+        with pytest.raises(DataError, match="no log"):
+            many.gather([empty])

@@ -9,7 +9,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.record import Record
-from sigmatau.results import Printed
+from sigmatau.results import ByChannel, Printed
 from sigmatau.streams import Stream
 from sigmatau.uncertainty import chi2_factors, percentage_error
 
@@ -192,38 +192,20 @@ class DeviationCurve(Printed):
         return "\n".join([head, f"  [ ]: {self.interval_text}", *rows])
 
 
-class Curves(Mapping[str, DeviationCurve], Printed):
+class Curves(ByChannel[DeviationCurve]):
     """Curves by channel: an immutable mapping in the record's order."""
 
-    __slots__ = ("_curves",)
-
-    def __init__(self, curves: Mapping[str, DeviationCurve]) -> None:
-        self._curves = dict(curves)
-
-    def __getitem__(self, channel: str) -> DeviationCurve:
-        try:
-            return self._curves[channel]
-        except KeyError:
-            raise KeyError(f"no channel {channel!r}; channels: {', '.join(self._curves)}") from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._curves)
-
-    def __len__(self) -> int:
-        return len(self._curves)
+    __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Each curve as plain columns, by channel."""
-        return {channel: curve.to_dict() for channel, curve in self._curves.items()}
+        return {channel: curve.to_dict() for channel, curve in self.items()}
 
     def plot(self) -> Figure:
         """Draw all curves with their error bands, one panel a stream."""
         from sigmatau.plot.curves import draw_analysis
 
-        return draw_analysis(self._curves, {channel: {} for channel in self._curves})
-
-    def __repr__(self) -> str:
-        return "\n".join(repr(curve) for curve in self._curves.values())
+        return draw_analysis(self, {channel: {} for channel in self})
 
 
 def allan(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 __all__ = [
+    "ByChannel",
     "Finding",
     "Printed",
     "Severity",
@@ -30,6 +31,33 @@ class Printed:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(repr(self))}</pre>"
+
+
+T = TypeVar("T")
+
+
+class ByChannel(Mapping[str, T], Printed):
+    """Results by channel: an immutable mapping in the record's order."""
+
+    __slots__ = ("_by_channel",)
+
+    def __init__(self, by_channel: Mapping[str, T]) -> None:
+        self._by_channel = dict(by_channel)
+
+    def __getitem__(self, channel: str) -> T:
+        try:
+            return self._by_channel[channel]
+        except KeyError:
+            raise KeyError(f"no channel {channel!r}; channels: {', '.join(self._by_channel)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._by_channel)
+
+    def __len__(self) -> int:
+        return len(self._by_channel)
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self._by_channel.values()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from sigmatau.deviations import moments
 from sigmatau.deviations.kinds import KINDS, Kind, estimator, sizes_for
 from sigmatau.errors import OptionError
 from sigmatau.record import Record
-from sigmatau.results import Printed
+from sigmatau.results import ByChannel, Printed
 from sigmatau.streams import Stream
 from sigmatau.uncertainty import chi2_factors
 from sigmatau.units import integral
@@ -148,39 +148,21 @@ class Deviation(Printed):
         return "\n".join([head, *(f"  {tau:12.6g} s  {value:<12.6g} {terms} terms" for tau, value, terms in rows)])
 
 
-class Deviations(Mapping[str, Deviation], Printed):
+class Deviations(ByChannel[Deviation]):
     """Deviations by channel: an immutable mapping in the record's order."""
 
-    __slots__ = ("_deviations",)
-
-    def __init__(self, deviations: Mapping[str, Deviation]) -> None:
-        self._deviations = dict(deviations)
-
-    def __getitem__(self, channel: str) -> Deviation:
-        try:
-            return self._deviations[channel]
-        except KeyError:
-            raise KeyError(f"no channel {channel!r}; channels: {', '.join(self._deviations)}") from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._deviations)
-
-    def __len__(self) -> int:
-        return len(self._deviations)
+    __slots__ = ()
 
     def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
         """Each as plain columns, by channel."""
-        return {channel: of_channel.to_dict(noise=noise) for channel, of_channel in self._deviations.items()}
+        return {channel: of_channel.to_dict(noise=noise) for channel, of_channel in self.items()}
 
     def plot(self, *, noise: str | Mapping[str, float] | None = None) -> Figure:
         """Draw all of them, one panel a quantity and unit."""
         from sigmatau.plot.curves import draw_deviations
 
-        bands = {} if noise is None else {name: one.interval(noise=noise) for name, one in self._deviations.items()}
-        return draw_deviations(self._deviations, bands)
-
-    def __repr__(self) -> str:
-        return "\n".join(map(repr, self._deviations.values()))
+        bands = {} if noise is None else {name: one.interval(noise=noise) for name, one in self.items()}
+        return draw_deviations(self, bands)
 
 
 def deviation(

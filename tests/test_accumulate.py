@@ -222,3 +222,40 @@ def test_strides_lose_less_than_a_thousandth(m):
         assert -1e-3 < loss(term, m, 64, 1_000_000) < 1e-3, term
     # Of quantization noise all but every 64th term is lost.
     assert loss("quantization", m, 64, 1_000_000) == pytest.approx(63, rel=0.01)
+
+
+def test_copies_are_their_own():
+    import copy
+
+    one = Accumulator("a", rate=1)
+    one.push(np.arange(100.0))
+    for make in (copy.copy, copy.deepcopy, Accumulator.copy):
+        other = make(one)
+        other.push(np.arange(100.0))
+        assert (one.n, other.n) == (100, 200)
+
+
+def test_what_is_no_sample():
+    stream = Accumulator("a", rate=1)
+    with pytest.raises(NonFiniteError, match="index 4"):
+        stream.push(np.ma.array([0, 0, 0, 0, 1e6, 0.0], mask=[0, 0, 0, 0, 1, 0]))
+    for chunk in (np.array([1 + 2j]), np.array(["2020-01-01"], dtype="datetime64[s]"), np.array(["1", "2"])):
+        with pytest.raises(DataError, match="want real numbers"):
+            stream.push(chunk)
+    assert stream.n == 0
+
+
+def test_merged_with_itself():
+    stream = Accumulator("a", rate=1)
+    stream.merge(stream)
+    assert stream.n == 0
+    stream.push(np.arange(10.0))
+    with pytest.raises(ValueError, match="begins at sample 0"):
+        stream.merge(stream)
+
+
+def test_options_of_the_wrong_form():
+    with pytest.raises(TypeError, match="`unit` must be a mapping"):
+        Accumulator("a", rate=1, unit="deg/s")
+    with pytest.raises(OptionError, match="`start`"):
+        Accumulator("a", rate=1, start=2**64)

@@ -62,3 +62,47 @@ def test_the_longest_ruled_time_is_taken():
     (finding,) = [f for f in analysis.findings if f.code == "white_angle_noise"]
     # Q²·3/τ² and N²/τ meet at τ = 3Q²/N² = 0.33 s; the last size before is 32 samples.
     assert "τ = 0.32 s" in finding.message
+
+
+@pytest.mark.parametrize(("n", "walk"), [(3000, 0.0), (3000, 0.2), (10_000, 0.02), (10_000, 1.0), (30_000, 1.0)])
+def test_short_records_and_random_walk(n, walk):
+    """Where the Allan deviation alone gives an adequate model with a random walk that is not there."""
+    rng = np.random.default_rng(seed(f"short {n} {walk}"))
+    said = [
+        codes(analyze(Record.from_arrays(rate=100, a=flicker_angle(n, 1.0, rng) + walk * rng.standard_normal(n))))
+        for _ in range(12)
+    ]
+    assert said.count(["flicker_angle_noise"]) >= 11
+
+
+def _filtered(x, pole):
+    y = np.empty_like(x)
+    held = 0.0
+    for k, value in enumerate(x):
+        held = pole * held + (1 - pole) * value
+        y[k] = held
+    return y
+
+
+@pytest.mark.parametrize("n", [1500, 20_000])
+def test_what_is_no_flicker(n):
+    """Filters, lines, a coarse last digit, a random walk of the rate: nothing is called flicker."""
+    rng = np.random.default_rng(seed(f"no flicker {n}"))
+    t = np.arange(n) / 100
+    for _ in range(6):
+        white, steps = rng.standard_normal(n), np.diff(rng.standard_normal(n + 1))
+        for rates in (
+            white,
+            steps,
+            steps + 0.1 * white,
+            steps + 0.5 * white,
+            _filtered(white, 0.8),
+            _filtered(white, 0.8) + 0.3 * steps,
+            _filtered(steps, 0.5),
+            _filtered(steps, 0.9),
+            0.02 * white + steps + 0.3 * np.sin(2 * np.pi * 7.3 * t),
+            0.02 * white + steps + 0.3 * np.sin(2 * np.pi * 0.73 * t),
+            np.round(0.3 * white),
+            0.01 * np.cumsum(white) + steps,
+        ):
+            assert "flicker_angle_noise" not in codes(analyze(Record.from_arrays(rate=100, a=rates)))

@@ -66,6 +66,43 @@ class TestLines:
         assert (live.lines, live.lost) == (297, 3)
         assert live.lost_example
 
+    @pytest.mark.parametrize("size", [11, 3000, 10**6])
+    @pytest.mark.parametrize("garbled", [b"x,1,2\n", b"0.48,1e200,2\n", b"0.48,nan,2\n"])
+    def test_a_lost_line_does_not_change_the_rate(self, size, garbled):
+        text, y = table()
+        lines = text.splitlines(keepends=True)
+        lines[25] = garbled
+        live = Live(options())
+        assert pushed(live, b"".join(lines), size).tolist() == np.delete(y, 24, axis=0).tolist()
+        assert (live.lost, live.leaps) == (1, 0)
+        assert live.rate == pytest.approx(50)
+        assert live.rate_by_stamps() == pytest.approx(50)
+
+    def test_many_bad_lines_and_carriage_returns(self):
+        text, y = table(5000)
+        lines = text.replace(b"\n", b"\r\r\n").split(b"\n")
+        for k in range(100, 4900, 3):
+            lines[k] = b"9x9\r7777.5,3,1\r\r"
+        live = Live(options())
+        got = pushed(live, b"\n".join(lines), 10**6)
+        kept = [k - 1 for k in range(1, 5001) if not (100 <= k < 4900 and (k - 100) % 3 == 0)]
+        assert got.tolist() == y[kept].tolist()
+        assert live.lost == 1600
+
+    def test_gaps_and_leaps_back_are_counted(self):
+        text, _ = table()
+        lines = text.splitlines(keepends=True)
+        later = [b"%.2f,1,2\n" % (k / 50 + shift) for k, shift in ((300, 5.0), (301, 5.0), (302, -3.0), (303, -3.0))]
+        live = Live(options())
+        pushed(live, b"".join(lines + later), 100)
+        assert live.leaps == 2
+        assert live.rate_by_stamps() == pytest.approx(50)
+
+    @pytest.mark.parametrize("data", [b"\x93NUMPY\x01\x00" + b"a,b\n" * 100, bytes(range(256)) * 40 + b"\n" * 60])
+    def test_binary_data(self, data):
+        with pytest.raises(DataError, match="binary data"):
+            Live(options(rate=1)).push(data, last=True)
+
     def test_scales_and_offsets(self):
         text, y = table(header="t,a,b")
         live = Live(
@@ -187,7 +224,7 @@ class TestCommand:
         assert main(argv) == 0
         err = capsys.readouterr().err
         assert "1 line left out that could not be read: 'x'" in err
-        assert "99.9993 Hz by the stamps so far, 99 Hz is used" in err
+        assert "100 Hz by the stamps so far, 99 Hz is used" in err
 
     @pytest.mark.parametrize(
         ("argv", "code", "words"),
@@ -244,3 +281,53 @@ class TestTextPlot:
 
     def test_nothing_to_draw(self):
         assert text_plot({}, width=80, height=20) == []
+
+
+class TestEnds:
+    """However it ends, what has come is not lost."""
+
+    def started(self, *argv, **given):
+        return subprocess.Popen(
+            [sys.executable, "-m", "sigmatau", "watch", *argv],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+            **given,
+        )
+
+    def test_terminated(self, tmp_path):
+        text, _ = table(3000)
+        path = tmp_path / "log.csv"
+        path.write_bytes(text)
+        run = self.started(str(path))
+        time.sleep(3)
+        run.terminate()
+        out, err = run.communicate(timeout=30)
+        assert run.returncode == 0, err
+        assert "3000 samples" in out
+
+    def test_a_file_that_becomes_shorter(self, tmp_path):
+        text, _ = table(3000)
+        path = tmp_path / "log.csv"
+        path.write_bytes(text)
+        run = self.started(str(path), "--json", str(tmp_path / "r.json"))
+        time.sleep(3)
+        path.write_bytes(text[:1000])
+        out, err = run.communicate(timeout=30)
+        assert run.returncode == 1
+        assert "has become shorter" in err
+        assert "3000 samples" in out
+        assert (tmp_path / "r.json").exists()
+
+    def test_closed_standard_input(self):
+        done = subprocess.run(
+            f"{sys.executable} -m sigmatau watch <&-", shell=True, capture_output=True, text=True, env=ENVIRONMENT
+        )
+        assert (done.returncode, done.stderr) == (1, "sigmatau: standard input is closed\n")
+
+    def test_too_few(self, capsys, tmp_path):
+        path = tmp_path / "few.csv"
+        path.write_text("gyro_x [deg/s]\n1\n2\n")
+        assert main(["watch", str(path), "--rate", "1", "--idle", "0.2"]) == 1
+        assert "at least 4 are needed" in capsys.readouterr().err

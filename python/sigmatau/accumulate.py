@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels
 from sigmatau.allan import Curves, DeviationCurve, TauGrid, cluster_sizes, refuse_missing
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.record import conversion
+from sigmatau.record import conversion, real_numbers
 from sigmatau.results import Printed
 from sigmatau.streams import Stream
 
@@ -89,8 +89,10 @@ class Accumulator(Printed):
             raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
         if input not in ("rate", "increments"):
             raise OptionError(f"`input` must be 'rate' or 'increments', not {input!r}", option="input")
-        if isinstance(start, bool) or not isinstance(start, int | np.integer) or start < 0:
+        if isinstance(start, bool) or not isinstance(start, int | np.integer) or not 0 <= start < 1 << 62:
             raise OptionError(f"`start` must be the index of a sample, not {start!r}", option="start")
+        if unit is not None and not isinstance(unit, Mapping):
+            raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
         self.channels = channels
         self.tau0 = 1.0 / float(rate)
         self.long = _checked(long)
@@ -159,6 +161,8 @@ class Accumulator(Printed):
         """
         if not isinstance(later, Accumulator):
             raise TypeError(f"only an Accumulator can be merged, not a {type(later).__name__}")
+        if later is self:
+            later = self.copy()
         mine, theirs = ((a.channels, a.tau0, a.long, a._units, a._quantities) for a in (self, later))
         if mine != theirs:
             raise ValueError("the two accumulators are not for the same channels, rate and choice of `long`")
@@ -171,6 +175,12 @@ class Accumulator(Printed):
                 ours.merge(other)
         except ValueError:
             raise ValueError("the two accumulators have different averaging times") from None
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self.copy()
 
     def copy(self) -> Self:
         """An accumulator of its own with the same sums."""
@@ -220,12 +230,12 @@ class Accumulator(Printed):
         if isinstance(chunk, Mapping):
             if set(chunk) != set(self.channels):
                 raise ValueError(f"`chunk` has {', '.join(map(str, chunk))}; want {', '.join(self.channels)}")
-            columns = [np.asarray(chunk[channel], dtype=np.float64) for channel in self.channels]
+            columns = [real_numbers(channel, chunk[channel]) for channel in self.channels]
             shapes = {column.shape for column in columns}
             if len(shapes) > 1 or columns[0].ndim != 1:
                 raise ValueError(f"the channels of `chunk` must have one length, got shapes {sorted(shapes)}")
         else:
-            array = np.asarray(chunk, dtype=np.float64)
+            array = real_numbers("chunk", chunk)
             if array.ndim == 1 and len(self.channels) == 1:
                 array = array[:, np.newaxis]
             if array.ndim != 2 or array.shape[1] != len(self.channels):

@@ -14,7 +14,7 @@ from sigmatau import memory
 from sigmatau._version import __version__
 from sigmatau.accumulate import accumulate, strided_sizes
 from sigmatau.allan import Counting, Curves, DeviationCurve, Overlap, TauGrid, allan, channel_curve, cluster_sizes
-from sigmatau.anglenoise import angle_noise
+from sigmatau.anglenoise import angle_noise, untold
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.readoff import ReadOff, read_off
@@ -149,7 +149,10 @@ def analyze(
     if method not in ("gls", "read-off"):
         raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")
     if not isinstance(record, Record):
-        raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}")
+        hint = (
+            "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
+        )
+        raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}{hint}")
     if long not in get_args(Long):
         raise OptionError(f"`long` must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
     if long == "strided" and (overlap, counting) != ("full", "standard"):
@@ -164,7 +167,8 @@ def analyze(
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
             found, for_fit = _strided(stream, taus)
             fitted_on |= for_fit
-            findings += _strides(stream, found, asked_for=long == "strided")
+            why = "" if long == "strided" else f"{stream.grid.n} samples do not fit in memory: "
+            findings += _strides(found, stream.name, why)
         else:
             found = allan(Record(streams=(stream,)), taus=taus, overlap=overlap, counting=counting, threads=threads)
         for channel, curve in found.items():
@@ -181,7 +185,7 @@ def analyze(
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             findings += _findings(fits[channel])
-            if channel not in fitted_on and (said := angle_noise(record, fits[channel], threads=threads)):
+            if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
     return Analysis(
         source=record.provenance,
@@ -221,6 +225,9 @@ def of_curves(
             fits[channel] = fit(curve)
             kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             said += _findings(fits[channel])
+        said += filter(None, [untold(curve)])
+    if kept:
+        said += _strides(kept, None)
     if not kept:
         raise DataError("no channel is left to analyse: every one of them never changes")
     return Analysis(
@@ -245,17 +252,16 @@ def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, Devia
     return only[0], only[1]
 
 
-def _strides(stream: Stream, curves: Mapping[str, DeviationCurve], *, asked_for: bool) -> list[Finding]:
+def _strides(curves: Mapping[str, DeviationCurve], name: str | None, why: str = "") -> list[Finding]:
     curve = next(iter(curves.values()))
     if curve.stride is None:
         return []
     first = seconds(float(curve.tau[curve.stride > 1][0]))
-    why = "" if asked_for else f"{stream.grid.n} samples do not fit in memory: "
     return [
         Finding(
             code="strided",
             severity="info",
-            channel=stream.name,
+            channel=name,
             message=f"{why}from τ = {first} s on, clusters begin at every 64th sample or less often",
             effect="spread grows by less than 0.1 % for white noise and slower, by a multiple for quantization noise",
         )

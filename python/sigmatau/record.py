@@ -19,7 +19,17 @@ from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooSho
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import CHUNK, Columns, Grid, InputKind, Stream, Transform
 
-__all__ = ["MIN_SAMPLES", "QUANTITIES", "Checksum", "Provenance", "Record", "conversion", "make_stream", "stream_name"]
+__all__ = [
+    "MIN_SAMPLES",
+    "QUANTITIES",
+    "Checksum",
+    "Provenance",
+    "Record",
+    "conversion",
+    "make_stream",
+    "real_numbers",
+    "stream_name",
+]
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """Quantities with a unit of their own; any other signal keeps the unit it came in."""
@@ -191,7 +201,7 @@ class Record(Printed):
         if input not in get_args(InputKind):
             raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
-        arrays = {name: _real(name, values) for name, values in channels.items()}
+        arrays = {name: real_numbers(name, values) for name, values in channels.items()}
         finite = dict(zip(arrays, _kernels.all_finite(list(arrays.values())), strict=True))
         with_gaps = {stream_name(name) for name in arrays if not finite[name]}
         for name, values in arrays.items():
@@ -226,7 +236,7 @@ class Record(Printed):
         )
 
 
-def _real(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def real_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Numbers as float64, masked ones as NaN."""
     if isinstance(values, np.ma.MaskedArray):
         values = np.ma.filled(values.astype(np.float64), np.nan)

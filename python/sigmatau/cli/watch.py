@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shutil
+import signal
 import sys
+import threading
 import time
 from contextlib import nullcontext
 from pathlib import Path
@@ -18,7 +20,7 @@ from sigmatau.cli.options import check_output, key_numbers, key_values, say
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.assemble import Options
-from sigmatau.record import Provenance
+from sigmatau.record import MIN_SAMPLES, Provenance
 from sigmatau.results import Finding
 
 if TYPE_CHECKING:
@@ -84,7 +86,10 @@ def watch_command(
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(json, (), "json")
     if source != "-" and not Path(source).is_file():
-        raise DataError(f"{source}: there is no such file; - is standard input")
+        what = "is no regular file" if Path(source).exists() else "there is no such file"
+        raise DataError(f"{source}: {what}; - is standard input")
+    if source == "-" and (sys.stdin is None or sys.stdin.closed):
+        raise DataError("standard input is closed")
     if source == "-" and sys.stdin.isatty():
         raise OptionError("nothing is piped in: name a file, or say logger | sigmatau watch", option="source")
     options = Options.check(
@@ -96,7 +101,10 @@ def watch_command(
         offset=key_numbers(offset or [], "offset", "gyro=2048"),
     )
     watched = _Watched(source, Live(options))
+    broken: DataError | None = None
     try:
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, _stop)
         with _screen(quiet=quiet) as screen:
             shown = time.monotonic()
             for piece in follow(source, every=every, idle=idle):
@@ -108,7 +116,12 @@ def watch_command(
         pass  # which is how one stops watching
     except OptionError as error:
         raise OptionError(f"{watched.name}: {error}", option=error.option) from None
-    watched.take(b"", last=True)
+    except DataError as error:
+        if watched.sums is None or watched.sums.n < MIN_SAMPLES:
+            raise
+        broken = error  # what has come until then is not lost
+    if broken is None:
+        watched.take(b"", last=True)
     analysis = watched.analysis()
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
@@ -117,7 +130,13 @@ def watch_command(
     if json is not None:
         write_json(analysis, json)
     sys.stdout.write(f"{analysis.summary()}\n")
+    if broken is not None:
+        raise broken
     return 0
+
+
+def _stop(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 class _Watched:
@@ -143,10 +162,20 @@ class _Watched:
         if self.sums is not None and len(samples):
             self.sums.push(samples)
 
+    def _set_rate(self) -> None:
+        """By all the stamps so far, which say it better than the first ones did. Increments were divided already."""
+        measured = self.live.rate_by_stamps()
+        if self.sums is not None and measured and self.live.options.rate is None and self.live.options.input == "rate":
+            self.sums.tau0 = 1 / measured
+            self.live.rate = measured
+
     def analysis(self) -> Analysis:
-        if self.sums is None or self.sums.n < 2:
+        if self.sums is None or self.sums.n < MIN_SAMPLES:
             n = 0 if self.sums is None else self.sums.n
-            raise RecordTooShortError(f"{self.name}: {n} samples came; at least 2 are needed", need=2, got=n)
+            raise RecordTooShortError(
+                f"{self.name}: {n} samples came; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n
+            )
+        self._set_rate()
         return of_curves(
             self.sums.snapshot(),
             source=Provenance(path=self.name, format="live", rows=self.sums.n),
@@ -172,6 +201,15 @@ class _Watched:
             message = f"{lines} left out that could not be read{last}: {self.live.lost_example!r}"
             effect = "samples behind are taken to follow at once"
             found.append(Finding(code="lines_lost", severity="warning", message=message, effect=effect))
+        if self.live.leaps:
+            found.append(
+                Finding(
+                    code="irregular_stamps",
+                    severity="warning",
+                    message=f"{self.live.leaps} of the intervals between stamps are negative or longer than 20 samples",
+                    effect="samples behind are taken to follow at once; if samples were lost, they bend the curve",
+                )
+            )
         measured = self.live.rate_by_stamps()
         if measured is not None and abs(measured / self.live.rate - 1) > _AGREE:
             found.append(
@@ -214,7 +252,7 @@ def _panels(analysis: Analysis) -> list[dict[str, Any]]:
 
 
 def _screen(*, quiet: bool) -> Any:  # noqa: ANN401  a Live, or a context without one
-    if quiet or not sys.stdout.isatty():
+    if quiet or sys.stdout is None or not sys.stdout.isatty():
         return nullcontext()
     from rich.console import Console
     from rich.live import Live as Screen

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,10 @@ _PAUSE = 0.05  # before a file that has ended is looked at again [s]
 _WAITING = 64  # pieces that may be read ahead
 _FIRST_LINES = 50  # that are waited for, to find out the layout and the rate
 _LONGEST_LINE = 1 << 20  # [bytes]
+_ABSURD = 1e100  # no sensor says so: a bad byte in the exponent
+_PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
+_MANY_BAD = 16  # lines of a piece, after which it is read line by line
+_GAP = 20  # sample intervals, as in `sigmatau.io.read.stamps`
 
 
 def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
@@ -123,6 +128,8 @@ class Live:
         What was wrong with the last of them.
     lines : int
         Lines of data that were read.
+    leaps : int
+        Intervals between stamps that are negative or longer than 20 sample intervals.
     """
 
     options: Options
@@ -132,10 +139,12 @@ class Live:
     lost: int = 0
     lost_example: str = ""
     lines: int = 0
+    leaps: int = 0
     _rest: bytes = b""
     _layout: Layout | None = None
     _choice: Choice | None = None
-    _stamps: tuple[float, float] | None = None
+    _intervals: tuple[int, float] = (0, 0.0)
+    _last_stamp: float | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -143,10 +152,9 @@ class Live:
         return () if self._choice is None else tuple(self._choice.channels)
 
     def rate_by_stamps(self) -> float | None:
-        """Samples over the time between the first and the last stamp, if there are stamps with a unit. [Hz]"""
-        if self._stamps is None or self.lines < 2 or self._stamps[1] <= self._stamps[0]:
-            return None
-        return (self.lines + self.lost - 1) / (self._stamps[1] - self._stamps[0])
+        """By the intervals between the stamps of lines that follow each other, if they have a unit; gaps left out. [Hz]"""
+        count, total = self._intervals
+        return count / total if count > 1 and total > 0 else None
 
     def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
         """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes.
@@ -173,6 +181,9 @@ class Live:
 
     def _find_out(self, head: bytes) -> bytes:
         """Take layout, columns, units and rate from the first lines; what is left of them is data."""
+        # A bad byte here and there is left out with its line.
+        if head.startswith((b"\x93NUMPY", b"\x1f\x8b")) or len(head.translate(None, _PRINTABLE)) > 0.01 * len(head):
+            raise DataError("is binary data, no table of text")
         layout = find_layout(head, whole=True)
         table = Table(
             format="text",
@@ -183,16 +194,20 @@ class Live:
         )
         choice, unit, _, _ = resolve(table, self.options)
         self._layout, self._choice, self.unit = layout, choice, unit
-        body = b"".join(head.splitlines(keepends=True)[layout.skip_lines :])
-        stamps = np.empty(0)
+        body = b"".join(_lines(head)[layout.skip_lines :])
+        stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
             at = self._wanted().index(choice.time)
-            stamps = np.concatenate([stamps, *(columns[at] for columns in self._good(body)[0])])
+            good, bad = self._good(_first_lines(body))
+            stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
                 raise OptionError("gives too few time stamps to tell the rate: say --rate HZ", option="rate")
         if len(stamps) < 3:  # nothing to check
             choice = replace(choice, time=None)
         self.rate, self.source_of_rate = find_rate(table, choice, stamps, unit.get("time"), self.options)
+        if choice.time is not None and self.options.rate is None and bad:
+            # As many samples more as there are lines that could not be read.
+            self.rate *= (len(stamps) - 1 + len(bad)) / (len(stamps) - 1)
         return body
 
     def _wanted(self) -> tuple[int, ...]:
@@ -202,25 +217,29 @@ class Live:
 
     def _good(self, lines: bytes) -> tuple[list[list[NDArray[np.float64]]], list[str]]:
         """Columns of the stretches between lines that cannot be read, and what is wrong with those."""
-        assert self._layout is not None
         good: list[list[NDArray[np.float64]]] = []
         bad: list[str] = []
-        while lines.strip():
-            until: int | None = None
+        while lines.strip() and len(bad) < _MANY_BAD:
             try:
                 good.append(self._parse(lines))
             except _kernels.TextReadError as error:
                 if error.kind == "empty":
-                    break
+                    return good, bad
                 until = max(error.line, 1)
                 bad.append(error.text or f"{error.got} fields in place of {error.expected}")
-            if until is None:
-                break
-            split = lines.splitlines(keepends=True)
+            else:
+                return good, bad
+            split = _lines(lines)
             before = b"".join(split[: until - 1])
             if before.strip():
                 good.append(self._parse(before))
             lines = b"".join(split[until:])
+        for line in _lines(lines):
+            try:
+                good.append(self._parse(line))
+            except _kernels.TextReadError as error:
+                if error.kind != "empty":
+                    bad.append(error.text or f"{error.got} fields in place of {error.expected}")
         return good, bad
 
     def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
@@ -236,6 +255,7 @@ class Live:
     def _numbers(self, lines: bytes) -> NDArray[np.float64]:
         assert self._choice is not None
         good, bad = self._good(lines)
+        good = [part for columns in good for part in _without_absurd(columns, bad)]
         self.lost += len(bad)
         self.lost_example = bad[-1] if bad else self.lost_example
         wanted = self._wanted()
@@ -243,8 +263,8 @@ class Live:
         channels = self._choice.channels
         rows = [np.stack([columns[at[index]] for index in channels.values()], axis=1) for columns in good]
         samples = np.concatenate(rows) if rows else np.empty((0, len(channels)))
-        if self._choice.time is not None and "time" in self.unit and good:
-            self._note_stamps(good, at[self._choice.time])
+        if self._choice.time is not None and "time" in self.unit:
+            self._note_stamps([columns[at[self._choice.time]] for columns in good], broken=bool(bad))
         self.lines += len(samples)
         for k, channel in enumerate(channels):
             stream = channel.split("_")[0]
@@ -253,12 +273,47 @@ class Live:
             samples[:, k] = (samples[:, k] - offset) * scale
         return samples
 
-    def _note_stamps(self, good: list[list[NDArray[np.float64]]], column: int) -> None:
+    def _note_stamps(self, stretches: list[NDArray[np.float64]], *, broken: bool) -> None:
+        """Intervals within stretches; where a line was lost, none."""
         from sigmatau.units import find
 
         second = find(self.unit["time"]).factor * float(self.options.scale.get("time", 1.0))
-        first = self._stamps[0] if self._stamps else float(good[0][column][0]) * second
-        self._stamps = (first, float(good[-1][column][-1]) * second)
+        last = None if broken else self._last_stamp
+        for stretch in stretches:
+            stamps = stretch * second if last is None else np.concatenate([[last], stretch * second])
+            intervals = np.diff(stamps)
+            even = (intervals >= 0) & (intervals * self.rate <= _GAP)
+            self.leaps += int(np.count_nonzero(~even))
+            count, total = self._intervals
+            self._intervals = count + int(np.count_nonzero(even)), total + float(intervals[even].sum())
+            last = None
+        if stretches:
+            self._last_stamp = float(stretches[-1][-1]) * second
+
+
+def _lines(piece: bytes) -> list[bytes]:
+    """Lines with their ends, as the reader of tables counts them: a carriage return alone ends none."""
+    lines = piece.split(b"\n")
+    return [line + b"\n" for line in lines[:-1]] + ([lines[-1]] if lines[-1] else [])
+
+
+def _first_lines(piece: bytes) -> bytes:
+    """Always the same lines, however many have come: the rate must not depend on how the input is cut."""
+    return b"".join(_lines(piece)[:_FIRST_LINES])
+
+
+def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[list[NDArray[np.float64]]]:
+    """The stretches between rows with a number that no sensor says; those rows are added to `bad`."""
+    absurd = np.zeros(len(columns[0]), dtype=bool)
+    for column in columns:
+        absurd |= np.abs(column) > _ABSURD
+    if not absurd.any():
+        return [columns]
+    rows = np.flatnonzero(absurd)
+    bad += [f"{max((column[row] for column in columns), key=abs):g}" for row in rows]
+    borders = [-1, *rows.tolist(), len(absurd)]
+    stretches = [(a + 1, b) for a, b in pairwise(borders) if b > a + 1]
+    return [[column[a:b] for column in columns] for a, b in stretches]
 
 
 def _not_loaded(*_: object) -> Loaded:

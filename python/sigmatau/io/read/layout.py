@@ -155,7 +155,10 @@ def _split(text: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         fields = text.split()
     elif '"' in text:
-        fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
+        try:
+            fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
+        except csv.Error:  # a carriage return within, for instance
+            fields = text.split(delimiter)
     else:
         fields = text.split(delimiter)
     return [_bare(f) for f in fields]

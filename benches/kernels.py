@@ -73,4 +73,11 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
             "times the parts of the core one by one.",
         ),
     ]
-    return lines, []
+    short, long = samples
+    at_long = f"octave kernel, {text.number(long)} samples, a term"
+    reached = [
+        text.at_least_percent(f"octave kernel, {text.number(short)} samples, share of the roof",
+                              100 * p["roof"] / p[f"octaves_{short}"], 75),
+        text.at_most(at_long, p[f"octaves_{long}"], 190, "ps"),
+    ]  # fmt: skip
+    return [*lines, *text.gates(reached)], reached

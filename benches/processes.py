@@ -167,4 +167,11 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "algebra, waiting. `make bench PARTS=processes`.",
     )
     lines += text.table(["", "wall time", "CPU time"], cells)
-    return lines, []
+    reached = [
+        text.at_least("log to curves, pandas + allantools", log["pandas + allantools"]["wall"] / own["wall"], 10),
+        text.at_most(
+            "`import sigmatau` over `import numpy`", starts["import sigmatau"]["wall"] / base["wall"], 1.3, "times"
+        ),
+        text.at_most("`sigmatau --help`, CPU time", starts["sigmatau --help"]["cpu"], 0.25, "s"),
+    ]
+    return [*lines, *text.gates(reached)], reached

@@ -22,6 +22,11 @@ def at_least(what: str, got: float, least: float) -> Gate:
     return Gate(what, f"≥ {least:g}×", times(got), got >= least)
 
 
+def at_least_percent(what: str, got: float, least: float) -> Gate:
+    """A share that should be so large."""
+    return Gate(what, f"≥ {least:g} %", f"{got:.0f} %", got >= least)
+
+
 def at_most(what: str, got: float, most: float, unit: str, *, digits: int = 3) -> Gate:
     """A figure that should be so small."""
     return Gate(what, f"≤ {most:g} {unit}", f"{got:.{digits}g} {unit}", got <= most)

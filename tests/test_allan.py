@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import known
-from sigmatau import Record, _kernels, allan
+from sigmatau import Record, _kernels, allan, analyze
 from sigmatau.allan import cluster_sizes
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 
@@ -353,3 +353,12 @@ def test_columns_of_any_layout_are_the_same(n):
         got = _kernels._contiguous(columns, "abc")
         assert [column.tolist() for column in got] == [column.tolist() for column in plain]
         assert all(column.flags.c_contiguous and column.dtype == np.float64 and column.dtype.isnative for column in got)
+
+
+@pytest.mark.parametrize("size", [1e100, 1e-100])
+def test_numbers_that_no_fit_can_square(size):
+    y = size * np.random.default_rng(3).standard_normal(2000)
+    analysis = analyze(Record.from_arrays(rate=100, a=y))
+    assert [f.code for f in analysis.findings] == ["not_fitted"]
+    assert analysis.curves["a"].adev[0] == pytest.approx(size, rel=0.1)
+    assert "a" in analysis.summary()

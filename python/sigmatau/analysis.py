@@ -181,6 +181,9 @@ def analyze(
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
         for channel, curve in curves.items():
+            if not _LEAST < curve.avar.max() < _MOST:
+                findings.append(_beyond(curve))
+                continue
             fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
@@ -320,13 +323,28 @@ def _rounding(stream: Stream, channel: str) -> float:
     return 4 * sys.float_info.epsilon * largest
 
 
+# A fit squares variances.
+_LEAST, _MOST = 1e-120, 1e120
+
+
+def _beyond(curve: DeviationCurve) -> Finding:
+    largest = curve.adev.max()
+    return Finding(
+        code="not_fitted",
+        severity="warning",
+        channel=curve.channel,
+        message=f"deviations up to {largest:.3g} {curve.unit} are too {'large' if largest > 1 else 'small'}",
+        effect="the curve is right, but nothing is fitted; check unit and scale",
+    )
+
+
 def _constant(stream: Stream, channel: str) -> Finding:
     value = stream.samples.read(stream.channels.index(channel), 0, 1)[0]
     return Finding(
         code="constant_channel",
         severity="error",
         channel=channel,
-        message=f"every one of {stream.grid.n} samples is {value:.6g} {stream.unit}",
+        message=f"{stream.grid.n} samples of {value:.6g} {stream.unit} differ by no more than rounding",
         effect="not analysed; check the wiring, the resolution or the column",
     )
 

@@ -25,6 +25,12 @@ pub enum Error {
         /// Index of the sample in the record.
         index: usize,
     },
+    /// No memory to be had.
+    #[error("no memory for {bytes} bytes")]
+    Memory {
+        /// How much was asked for.
+        bytes: usize,
+    },
     /// A parameter outside its domain.
     #[error("{name} = {value} is out of range")]
     Parameter {

@@ -108,7 +108,7 @@ impl Phase {
 
     /// [`Phase::refill`] with other limits than [`LARGEST_RATE`] and [`LONGEST_BLOCK`].
     pub(crate) fn fill(&mut self, rate: &[f64], largest: f64, longest: usize) -> Result<(), Error> {
-        self.values.resize(rate.len() + 1);
+        self.values.resize(rate.len() + 1)?;
         let Survey { slope, block } = Survey::of(rate);
         let length = block.min(longest);
         (self.block, self.slope) = (length, slope);

@@ -3,6 +3,7 @@
 //! A vector that straddles two lines costs two loads; a window in small pages costs a walk through the tables of the
 //! processor for each, and fresh ones a visit to the system.
 
+use crate::error::Error;
 use memmap2::MmapMut;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -39,21 +40,34 @@ impl Points {
     }
 
     /// So many, whatever they are: nothing is to be expected of those that were there before.
-    pub(crate) fn resize(&mut self, count: usize) {
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Memory`].
+    pub(crate) fn resize(&mut self, count: usize) -> Result<(), Error> {
         if self.capacity() < count || matches!(self.memory, Memory::Heap(_)) {
-            self.memory = Memory::of(count, std::mem::take(&mut self.memory));
+            self.memory = Memory::of(count, std::mem::take(&mut self.memory))?;
             // Nothing depends on it but the time that a load takes.
             let line = if count < WORTH_PAGES { LINE } else { LARGE_PAGE };
             self.start = self.memory.numbers().as_ptr().align_offset(line * size_of::<f64>()).min(line - 1);
         }
         self.count = count;
+        Ok(())
+    }
+
+    /// So many; ends the program where there is no memory, as any vector does.
+    fn of(count: usize) -> Self {
+        let mut points = Self::default();
+        if points.resize(count).is_err() {
+            points = Self { memory: Memory::Heap(vec![0.0; count]), start: 0, count };
+        }
+        points
     }
 
     /// One more at the end.
     pub(crate) fn push(&mut self, value: f64) {
         if self.count == self.capacity() {
-            let mut more = Self::default();
-            more.resize(self.count + 1);
+            let mut more = Self::of(self.count + 1);
             more[..self.count].copy_from_slice(self);
             *self = more;
         } else {
@@ -71,22 +85,21 @@ impl Points {
 
 impl Memory {
     /// For so many numbers and one more, wherever they begin; of what there is, if it can be used.
-    fn of(count: usize, before: Self) -> Self {
+    fn of(count: usize, before: Self) -> Result<Self, Error> {
         if count >= WORTH_PAGES {
             let bytes = (count + 1 + LARGE_PAGE) * size_of::<f64>();
-            if let Ok(pages) = MmapMut::map_anon(bytes) {
-                // A system that has none goes on with small ones.
-                #[cfg(target_os = "linux")]
-                let _ = pages.advise(memmap2::Advice::HugePage);
-                return Self::Pages(pages);
-            }
+            let pages = MmapMut::map_anon(bytes).map_err(|_| Error::Memory { bytes })?;
+            // A system that has none goes on with small ones.
+            #[cfg(target_os = "linux")]
+            let _ = pages.advise(memmap2::Advice::HugePage);
+            return Ok(Self::Pages(pages));
         }
         let mut numbers = match before {
             Self::Heap(numbers) => numbers,
             Self::Pages(_) => Vec::new(),
         };
-        numbers.resize(count + 1 + if count < WORTH_PAGES { LINE } else { LARGE_PAGE }, 0.0);
-        Self::Heap(numbers)
+        numbers.resize(count + 1 + LINE, 0.0);
+        Ok(Self::Heap(numbers))
     }
 
     fn numbers(&self) -> &[f64] {
@@ -112,8 +125,7 @@ impl Default for Memory {
 
 impl Clone for Points {
     fn clone(&self) -> Self {
-        let mut copy = Self::default();
-        copy.resize(self.count);
+        let mut copy = Self::of(self.count);
         copy.copy_from_slice(self);
         copy
     }
@@ -150,7 +162,7 @@ mod tests {
         let mut points = Points::default();
         assert!(points.is_empty());
         for count in [0, 1, 7, 8, 9, 1000, WORTH_PAGES - 1, WORTH_PAGES, 5, 3 * WORTH_PAGES, 3] {
-            points.resize(count);
+            points.resize(count).unwrap();
             assert_eq!(points.len(), count);
             assert!(points.capacity() > count);
             assert_eq!(points.as_ptr() as usize % 64, 0);
@@ -159,6 +171,12 @@ mod tests {
         points.push(2.0);
         assert_eq!(points[..], [1.0, 1.0, 1.0, 2.0]);
         assert_eq!(points.clone()[..], points[..]);
+    }
+
+    #[test]
+    fn there_may_be_no_memory() {
+        let mut points = Points::default();
+        assert!(matches!(points.resize(1 << 58), Err(Error::Memory { .. })));
     }
 
     #[test]

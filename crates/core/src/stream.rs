@@ -97,7 +97,11 @@ impl Accumulator {
             return Err(Error::NonFinite { index });
         }
         match &mut self.store {
-            Store::Kept { rate: kept, .. } => kept.extend_from_slice(rate),
+            Store::Kept { rate: kept, .. } => {
+                let bytes = size_of_val(rate);
+                kept.try_reserve(rate.len()).map_err(|_| Error::Memory { bytes })?;
+                kept.extend_from_slice(rate);
+            }
             Store::Level(level) => level.push(rate)?,
         }
         Ok(())

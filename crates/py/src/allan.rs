@@ -2,7 +2,7 @@
 
 use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use sigmatau_core::allan::{self, Counting, Estimate, Overlap};
 use sigmatau_core::error::Error;
@@ -52,7 +52,10 @@ pub fn sizes(m: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
 }
 
 pub fn value_error(error: &Error) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    match error {
+        Error::Memory { .. } => PyMemoryError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
+    }
 }
 
 /// The core names the sample; which channel it is in has to be looked up.

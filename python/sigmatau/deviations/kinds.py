@@ -20,6 +20,8 @@ from sigmatau.errors import OptionError, RecordTooShortError
 
 __all__ = ["KINDS", "Estimator", "Kind", "estimator", "sizes_for"]
 
+_ALL = 20_000  # samples up to which every averaging time is done one by one
+
 Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]
 
 
@@ -71,6 +73,12 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
     if largest < smallest:
         raise RecordTooShortError(
             f"{n} samples are too few for the {chosen.label}: at least {least} are needed", need=least, got=n
+        )
+    if isinstance(taus, str) and taus == "all" and n > _ALL:
+        raise OptionError(
+            f"`taus` 'all' of {n} samples takes some N² steps for the {chosen.label}; it is done up to {_ALL}: take a grid"
+            " such as 'eighth'",
+            option="taus",
         )
     even = 2 if chosen.kernel == "theo1" else 1
     if isinstance(taus, str):

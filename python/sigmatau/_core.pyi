@@ -97,8 +97,16 @@ def read_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
+    writing: tuple[str, bool, int | None],
 ) -> tuple[list[_Floats], _Ints | None]: ...
 def parse_text(
-    lines: bytes, delimiter: str | None, comment: list[str], columns: int, wanted: list[int]
-) -> list[_Floats]: ...
+    lines: bytes,
+    delimiter: str | None,
+    comment: list[str],
+    skip_lines: int,
+    columns: int,
+    wanted: list[int],
+    exact: int | None,
+    writing: tuple[str, bool, int | None],
+) -> tuple[list[_Floats], _Ints | None]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...

@@ -25,7 +25,6 @@ __all__ = [
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
-    "parse_text",
     "quadratic_edf",
     "read_text",
     "simulate",
@@ -49,7 +48,8 @@ class TextReadError(Exception):
     Attributes
     ----------
     kind : str
-        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"io"`` or ``"empty"``.
+        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"damaged"``, ``"io"``
+        or ``"empty"``.
     line : int
         Line of the file, counted from 1; 0 if unknown.
     row : int
@@ -338,50 +338,50 @@ def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: in
 
 
 def read_text(
-    path: str,
+    source: str | bytes,
     *,
     delimiter: str | None,
     comment: tuple[str, ...],
-    skip_lines: int,
     columns: int,
     wanted: tuple[int, ...],
-    exact: int | None,
+    exact: int | None = None,
+    skip_lines: int = 0,
+    encoding: str = "ascii",
+    decimal_comma: bool = False,
+    lines: int | None = None,
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.int64] | None]:
     """Columns of a text table.
 
     Parameters
     ----------
-    path : str
-        A gzip file is recognised by its first bytes.
+    source : str or bytes
+        Path of a file, of which a gzip file is recognised by its first bytes; or the text itself.
     delimiter : str or None
         One ASCII character; None for runs of white space.
     comment : tuple of str
         Lines that begin so are passed over.
-    skip_lines : int
-        Lines before the data.
     columns : int
         Fields in every row.
     wanted : tuple of int
         Columns to return, counted from 0.
     exact : int or None
         A column to return as integers too, if all its values are integers that fit 64 bits.
+    skip_lines : int
+        Lines before the data.
+    encoding : {"ascii", "utf-16-le", "utf-16-be"}
+        The first for all in which ASCII is ASCII.
+    decimal_comma : bool
+        Whether 0,5 is one half; then 0.5 is no number.
+    lines : int or None
+        Lines of the source after which it is taken to end.
 
     Raises
     ------
     TextReadError
     """
+    how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, (encoding, decimal_comma, lines))
     try:
-        return _core.read_text(path, delimiter, list(comment), skip_lines, columns, list(wanted), exact)
-    except _core.TextError as error:
-        raise TextReadError(*error.args) from None
-
-
-def parse_text(
-    lines: bytes, *, delimiter: str | None, comment: tuple[str, ...], columns: int, wanted: tuple[int, ...]
-) -> list[NDArray[np.float64]]:
-    """Columns of lines that are in memory; parameters and errors as in `read_text`, lines counted from the first one."""
-    try:
-        return _core.parse_text(lines, delimiter, list(comment), columns, list(wanted))
+        return _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
 

@@ -175,8 +175,8 @@ def _reader(head: Head, file: Path) -> Format:
         if module.sniff(head.data, file):
             return module
     found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
-    if head.data[:2] in (b"\xff\xfe", b"\xfe\xff") or _every_other_byte_is_null(head.data):
-        raise DataError("is text in UTF-16; save it as UTF-8")
+    if _every_other_byte_is_null(head.data):
+        raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
     raise DataError(f"is {found}, not a format that is read: text tables, .npy, .npz")
 
 

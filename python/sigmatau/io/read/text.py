@@ -25,6 +25,13 @@ __all__ = ["read", "sniff", "table_of"]
 _OTHERS = (b"%PDF", b"#ROSBAG")
 _MARKS = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
 _BOM = b"\xef\xbb\xbf"
+_SENSOR_LOGGER = {
+    "gyroscope": "gyroscope",
+    "gyroscopeuncalibrated": "gyroscope",
+    "accelerometer": "accelerometer",
+    "accelerometeruncalibrated": "accelerometer",
+    "totalacceleration": "accelerometer",
+}
 _TEXT_ENOUGH = 16  # lines before bytes that are no text: a damaged table, not a binary file
 
 
@@ -80,11 +87,11 @@ def read(path: Path, head: Head) -> tuple[Table]:
         If no table is found in the head; by ``load``: for a row of another length, a word among the numbers, damaged
         compression; `NonFiniteError` for a NaN, an infinity or an empty field.
     """
-    return (table_of(path, head),)
+    return (table_of(path, head, path.name.split(".")[0]),)
 
 
-def table_of(source: Path | bytes, head: Head) -> Table:
-    """The table of a file, or of a text in memory."""
+def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Table:
+    """The table of a file of a name, or of a text in memory."""
     beginning = _Beginning.of(head.data, whole=head.whole)
     layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
     text = _Text(source=source, layout=layout, encoding=beginning.encoding, gzip=head.gzip)
@@ -94,10 +101,24 @@ def table_of(source: Path | bytes, head: Head) -> Table:
             _refuse_too_large(source, head, len(wanted) + (exact is not None))
         return text.load(tuple(wanted), exact)
 
-    notes = (*(("gzip",) if head.gzip else ()), *layout.notes)
+    columns, named = _of_sensor_logger(layout.columns, name)
     return Table(
-        format="text", columns=layout.columns, notes=notes, load=load, where=lambda row: f"line {text.line(row)}"
+        format="text",
+        columns=columns,
+        notes=(*(("gzip",) if head.gzip else ()), *layout.notes, *named),
+        load=load,
+        where=lambda row: f"line {text.line(row)}",
+        topic=topic,
     )
+
+
+def _of_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Column, ...], tuple[str, ...]]:
+    """Sensor Logger (the app) writes a file a sensor, whose columns are x, y and z in each: the name says which it is."""
+    sensor = _SENSOR_LOGGER.get(name.lower())
+    if sensor is None or {"seconds_elapsed", "x", "y", "z"} - {column.name for column in columns}:
+        return columns, ()
+    full = tuple(replace(c, name=f"{sensor} {c.name}") if c.name in ("x", "y", "z") else c for c in columns)
+    return full, (f"x, y, z are of the {sensor} by the name of the file, {name}",)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

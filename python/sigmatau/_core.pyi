@@ -19,6 +19,7 @@ __all__ = [
     "gauss_markov_avar",
     "parse_text",
     "quadratic_edf",
+    "read_sentences",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -89,6 +90,9 @@ def simulate(
     seed: int,
     stream: int,
 ) -> _Floats: ...
+def read_sentences(
+    path: str, name: str, fields: int, wanted: list[int]
+) -> tuple[list[_Floats], int, int, list[tuple[int, str]], int, bool]: ...
 def read_text(
     path: str,
     delimiter: str | None,

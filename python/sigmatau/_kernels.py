@@ -6,6 +6,7 @@ Nothing else imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go in a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 __all__ = [
     "Accumulator",
     "Factor",
+    "Sentences",
     "TextReadError",
     "all_finite",
     "allan_variances",
@@ -26,6 +28,7 @@ __all__ = [
     "deviations",
     "gauss_markov_avar",
     "quadratic_edf",
+    "read_sentences",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -384,6 +387,40 @@ def read_text(
         return _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sentences:
+    """The sentences of one name in a log.
+
+    Attributes
+    ----------
+    columns : list of ndarray, shape (n,)
+    broken, inner : int
+        Lines that are no whole sentence; those of them after the first row.
+    examples : list of (int, str)
+        Line, counted from 1, and what is wrong with it, for the first of them.
+    others : int
+        Whole sentences of other names.
+    cut : bool
+        Whether the last line is broken and has no line end.
+    """
+
+    columns: list[NDArray[np.float64]]
+    broken: int
+    inner: int
+    examples: list[tuple[int, str]]
+    others: int
+    cut: bool
+
+
+def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]) -> Sentences:
+    """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
+    try:
+        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
+    except _core.TextError as error:
+        raise TextReadError(*error.args) from None
+    return Sentences(columns=columns, broken=broken, inner=inner, examples=examples, others=others, cut=cut)
 
 
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:

@@ -74,7 +74,7 @@ DATA = {
     "UTF-16 without a mark": (GOOD.encode("utf-16-le"), ["UTF-16"]),
     "old Mac": (GOOD.replace("\n", "\r"), ["CR alone"]),
     "null byte": (GOOD.replace("0.04", "0.0\0"), ["binary data", "text tables, .npy, .npz"]),
-    "NMEA": (b"$VNYMR,-1.0,2.0,3.0*68\n" * 9, ["line 1", "$VNYMR", "not read yet"]),
+    "NMEA": (b"$GPGGA,-1.0,2.0,3.0*68\n" * 9, ["line 1", "$GPGGA", "not read yet"]),
     "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["JSON"]),
     "huge first line": (b"1," * 200_000, ["first line is longer than 256 KiB"]),
     "PDF": (b"%PDF-1.7\n1 2 3\n", ["a PDF", "text tables, .npy, .npz"]),

@@ -100,7 +100,7 @@ fn one_byte(delimiter: &str) -> PyResult<u8> {
 }
 
 /// The fields of `_kernels.TextReadError`: kind, line, row, column, text, got, expected.
-fn refused(error: Refused) -> PyErr {
+pub fn refused(error: Refused) -> PyErr {
     let message = error.to_string();
     let fields = match error {
         Refused::Ragged { line, row, got, expected } => {

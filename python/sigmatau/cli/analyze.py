@@ -34,6 +34,7 @@ def analyze_command(
     rate: float | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     topic: Annotated[list[str] | None, Parameter(negative=())] = None,
+    layout: str | None = None,
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
     input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option's name
     scale: Annotated[list[str] | None, Parameter(negative=())] = None,
@@ -60,6 +61,8 @@ def analyze_command(
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
     topic
         Which topic, message or variable of a log that holds several: one, or one for each sensor.
+    layout
+        Fields of a row of a raw binary file, e.g. "<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x passes bytes over.
     channels
         Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
     input
@@ -99,6 +102,7 @@ def analyze_command(
             rate=rate,
             unit=key_values(unit or [], "unit", "gyro=deg/s"),
             topic=topic,
+            layout=layout,
             channels=key_values(channels or [], "channels", "gyro_x=wx"),
             input=input,
             scale=key_numbers(scale or [], "scale", "gyro=0.01"),

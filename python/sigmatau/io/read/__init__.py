@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, npy, text, zipped
+from sigmatau.io.read import assemble, npy, raw, text, vectornav, zipped
 from sigmatau.io.read.table import HEAD, Format, Head
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -23,7 +23,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, zipped, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, zipped, vectornav, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -61,6 +61,7 @@ def read(
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
+    layout: str | None = None,
 ) -> Record:
     """The static record that a file holds.
 
@@ -91,6 +92,12 @@ def read(
     topic : str or sequence of str, optional
         Which of the topics, messages or variables of a file that holds several; one, or one for each sensor. By default the
         only one that has a gyro and an accelerometer by the names of its columns, or the only one of each.
+    layout : str, optional
+        Of a raw binary file: the fields of a row, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``.
+        A field is how many (if several), a type as NumPy names it (i1 to i8, u1 to u8, f4, f8), a name, and a unit in
+        brackets if it has one; three of a name are its x, y and z. ``<`` is the low byte first, as nearly always, ``>`` the
+        high one, for all fields that follow. ``4x`` passes four bytes over; ``header 512`` in front passes over what stands
+        before the first row.
 
     Returns
     -------
@@ -113,7 +120,7 @@ def read(
     try:
         file = _regular(name)
         head = _head(file)
-        tables = _reader(head, file).read(file, head)
+        tables = _reader(head, file).read(file, head) if layout is None else raw.read(file, head, layout)
         return assemble.assemble(choose_tables(tables, options.topic), file, options)
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None

@@ -7,7 +7,7 @@ layout and reads each number to the nearest double.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from sigmatau import _kernels, memory
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.io.read import breaks
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.table import Head, Loaded, Table
+from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff", "table_of"]

@@ -1,4 +1,4 @@
-//! Sentences of VectorNav's sensors: `$VNYMR,…*68`, a line each, with a checksum of 8 or 16 bits.
+//! Sentences of `VectorNav`'s sensors: `$VNYMR,…*68`, a line each, with a checksum of 8 or 16 bits.
 //!
 //! A line whose checksum is wrong is left out and counted: a serial line drops bytes, and a log of days must not be lost to
 //! one of them. How many there were, and where the first ones stood, is told.
@@ -153,7 +153,7 @@ fn checked(text: &[u8]) -> Result<&[u8], String> {
     }
 }
 
-/// CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with 0, as VectorNav's manuals define it.
+/// CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with 0, as `VectorNav`'s manuals define it.
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0_u16, |crc, &byte| {
         let mut crc = crc.swap_bytes() ^ u16::from(byte);

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, npy, raw, text, vectornav, zipped
+from sigmatau.io.read import assemble, novatel, npy, raw, text, vectornav, zipped
 from sigmatau.io.read.table import HEAD, Format, Head
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -23,7 +23,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, zipped, vectornav, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, zipped, novatel, vectornav, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 

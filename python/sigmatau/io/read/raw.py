@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.breaks import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.results import Finding
 
 __all__ = ["parse_layout", "read"]
 
@@ -33,7 +34,9 @@ def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str
         That says which part is wrong.
     """
     header, order, offset = 0, "", 0
-    names, formats, offsets = [], [], []
+    names: list[str] = []
+    formats: list[np.dtype[Any]] = []
+    offsets: list[int] = []
     columns: list[tuple[Column, str, int | None]] = []
     for k, part in enumerate(text.split(",")):
         part = part.strip()
@@ -120,7 +123,7 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
             raw[index] = whole_stamps(values) if index == exact else values
         return Loaded(columns=raw)
 
-    findings = ()
+    findings: tuple[Finding, ...] = ()
     if rest:
         message = (
             f"the last {rest} bytes are no whole row of {row.itemsize}; {rows} rows were read. The file was cut off there,"

@@ -195,7 +195,7 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
             gyro, axis = index <= 3, (index - 1) % 3
             # In the log: z, minus y, x, first of the velocity.
             counts = rows["counts"][:, (3 if gyro else 0) + 2 - axis].astype(np.float64)
-            scale = 1.0 if known is None else known[1 if gyro else 2]
+            scale = 1.0 if known is None else known[1] if gyro else known[2]
             raw[index] = counts * (-scale if axis == 1 else scale)
         return Loaded(columns=raw)
 

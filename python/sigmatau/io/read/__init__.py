@@ -66,8 +66,9 @@ def read(
     """The static record that a file holds.
 
     Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too, or several in a zip archive),
-    VectorNav lines, NovAtel RAWIMU logs, ``.npy`` and ``.npz`` are told apart by content; raw binary files need `layout`. Columns are recognised by the names that people use, units by what the header says, the rate by the
-    time stamps; what the file does not say is asked for, never guessed.
+    VectorNav lines, NovAtel RAWIMU logs, ``.npy`` and ``.npz`` are told apart by content; raw binary files need
+    `layout`. Columns are recognised by the names that people use, units by what the header says, the rate by the time
+    stamps; what the file does not say is asked for, never guessed.
 
     Parameters
     ----------

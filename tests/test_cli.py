@@ -221,7 +221,7 @@ BAD = {
     "no rate": (table().encode(), [], 2, ["--rate"]),
     "wrong column": (table().encode(), ["--rate", "100", "--channels", "gyro_x=omega"], 2, ["omega", "gyro_y"]),
     "directory": (None, ["--rate", "100"], 1, ["directory"]),
-    "cut gzip": (_gz(table(4000))[:20000], ["--rate", "100"], 1, ["gzip", "compressed"]),
+    "damaged gzip": (_gz(table(4000))[:-8] + bytes(8), ["--rate", "100"], 1, ["gzip", "compressed"]),
     "one column twice": (table().encode(), ["--rate", "100", "--channels", "gyro_x=1,gyro_y=1"], 2, ["column 1", "twice"]),
     "too large": (_with(18, "1.0,1e300,2.0").encode(), ["--rate", "100"], 1, ["gyro_y", "index 17", "too large"]),
     "output no file": (table().encode(), ["--rate", "100", "--plot", "pipe.png"], 1, ["pipe.png", "no regular file"]),
@@ -242,7 +242,7 @@ def test_bad_input(name, tmp_path, monkeypatch, capsys):
     """One clear line that names the file or option, the documented exit code, and no output left."""
     content, options, code, words = BAD[name]
     monkeypatch.chdir(tmp_path)
-    path = tmp_path / ("log.csv.gz" if name == "cut gzip" else "log.csv")
+    path = tmp_path / ("log.csv.gz" if name == "damaged gzip" else "log.csv")
     if content is None:
         path.mkdir()
     else:
@@ -255,8 +255,17 @@ def test_bad_input(name, tmp_path, monkeypatch, capsys):
     assert out == ""
     assert len(err.splitlines()) == 1, err
     assert err.startswith("sigmatau: ")
-    assert any(word in err for word in words) if name == "cut gzip" else all(word in err for word in words), err
+    assert any(word in err for word in words) if name == "damaged gzip" else all(word in err for word in words), err
     assert {p.name for p in tmp_path.iterdir()} - {"pipe.png"} == {path.name}
+
+
+def test_a_log_that_is_cut_off_is_analysed_and_said_so(tmp_path, capsys):
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(_gz(table(4000))[:20000])
+    code, out, err = run("analyze", path, "--rate", "100", capsys=capsys)
+    assert code == 0
+    assert "gyro_x" in out
+    assert "error: the compressed data break off after line" in err
 
 
 def test_the_log_is_never_overwritten(log, tmp_path, capsys):

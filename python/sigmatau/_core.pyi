@@ -19,6 +19,7 @@ __all__ = [
     "gauss_markov_avar",
     "parse_text",
     "quadratic_edf",
+    "read_sentences",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -89,6 +90,9 @@ def simulate(
     seed: int,
     stream: int,
 ) -> _Floats: ...
+def read_sentences(
+    path: str, name: str, fields: int, wanted: list[int]
+) -> tuple[list[_Floats], int, int, list[tuple[int, str]], int, bool]: ...
 def read_text(
     path: str,
     delimiter: str | None,
@@ -97,8 +101,16 @@ def read_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
+    writing: tuple[str, bool, int | None],
 ) -> tuple[list[_Floats], _Ints | None]: ...
 def parse_text(
-    lines: bytes, delimiter: str | None, comment: list[str], columns: int, wanted: list[int]
-) -> list[_Floats]: ...
+    lines: bytes,
+    delimiter: str | None,
+    comment: list[str],
+    skip_lines: int,
+    columns: int,
+    wanted: list[int],
+    exact: int | None,
+    writing: tuple[str, bool, int | None],
+) -> tuple[list[_Floats], _Ints | None]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...

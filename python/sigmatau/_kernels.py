@@ -6,6 +6,7 @@ Nothing else imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go in a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 __all__ = [
     "Accumulator",
     "Factor",
+    "Sentences",
     "TextReadError",
     "all_finite",
     "allan_variances",
@@ -25,8 +27,8 @@ __all__ = [
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
-    "parse_text",
     "quadratic_edf",
+    "read_sentences",
     "read_text",
     "simulate",
     "sinusoid_avar",
@@ -49,7 +51,8 @@ class TextReadError(Exception):
     Attributes
     ----------
     kind : str
-        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"io"`` or ``"empty"``.
+        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"damaged"``, ``"io"``
+        or ``"empty"``.
     line : int
         Line of the file, counted from 1; 0 if unknown.
     row : int
@@ -338,52 +341,86 @@ def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: in
 
 
 def read_text(
-    path: str,
+    source: str | bytes,
     *,
     delimiter: str | None,
     comment: tuple[str, ...],
-    skip_lines: int,
     columns: int,
     wanted: tuple[int, ...],
-    exact: int | None,
+    exact: int | None = None,
+    skip_lines: int = 0,
+    encoding: str = "ascii",
+    decimal_comma: bool = False,
+    lines: int | None = None,
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.int64] | None]:
     """Columns of a text table.
 
     Parameters
     ----------
-    path : str
-        A gzip file is recognised by its first bytes.
+    source : str or bytes
+        Path of a file, of which a gzip file is recognised by its first bytes; or the text itself.
     delimiter : str or None
         One ASCII character; None for runs of white space.
     comment : tuple of str
         Lines that begin so are passed over.
-    skip_lines : int
-        Lines before the data.
     columns : int
         Fields in every row.
     wanted : tuple of int
         Columns to return, counted from 0.
     exact : int or None
         A column to return as integers too, if all its values are integers that fit 64 bits.
+    skip_lines : int
+        Lines before the data.
+    encoding : {"ascii", "utf-16-le", "utf-16-be"}
+        The first for all in which ASCII is ASCII.
+    decimal_comma : bool
+        Whether 0,5 is one half; then 0.5 is no number.
+    lines : int or None
+        Lines of the source after which it is taken to end.
 
     Raises
     ------
     TextReadError
     """
+    how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, (encoding, decimal_comma, lines))
     try:
-        return _core.read_text(path, delimiter, list(comment), skip_lines, columns, list(wanted), exact)
+        return _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
 
 
-def parse_text(
-    lines: bytes, *, delimiter: str | None, comment: tuple[str, ...], columns: int, wanted: tuple[int, ...]
-) -> list[NDArray[np.float64]]:
-    """Columns of lines that are in memory; parameters and errors as in `read_text`, lines counted from the first one."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sentences:
+    """The sentences of one name in a log.
+
+    Attributes
+    ----------
+    columns : list of ndarray, shape (n,)
+    broken, inner : int
+        Lines that are no whole sentence; those of them after the first row.
+    examples : list of (int, str)
+        Line, counted from 1, and what is wrong with it, for the first of them.
+    others : int
+        Whole sentences of other names.
+    cut : bool
+        Whether the last line is broken and has no line end.
+    """
+
+    columns: list[NDArray[np.float64]]
+    broken: int
+    inner: int
+    examples: list[tuple[int, str]]
+    others: int
+    cut: bool
+
+
+def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]) -> Sentences:
+    """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
     try:
-        return _core.parse_text(lines, delimiter, list(comment), columns, list(wanted))
+        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
+    return Sentences(columns=columns, broken=broken, inner=inner, examples=examples, others=others, cut=cut)
 
 
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:

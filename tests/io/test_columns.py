@@ -64,7 +64,7 @@ RECOGNISED = {
     "timestamp [ns]": ("time", "ns"),
     "stamp": ("time", None),
     "header.stamp": ("time", None),
-    "field.header.stamp": ("time", None),
+    "field.header.stamp": ("time", "ns"),
     "t_host": ("time", None),
     "elapsed": ("time", None),
     "time_s": ("time", "s"),

@@ -1,9 +1,12 @@
 """Records made by others."""
 
+import gzip
+
 import numpy as np
 import pytest
 
-from sigmatau.errors import DataError, OptionError
+from known import seed_of
+from sigmatau.errors import OptionError
 from sigmatau.io import read
 
 IMU = {"channels": {"time": 1, "gyro": "2:4", "accel": "5:7"}, "unit": {"gyro": "rad/s", "accel": "g", "time": "s"}}
@@ -57,6 +60,39 @@ def test_phase_of_stable32(field_data):
     assert record.streams[0].column("phase")[0] == 8.511601033439709e-02
 
 
-def test_vn100_is_not_read_yet(field_data):
-    with pytest.raises(DataError, match=r"line 1: sentences like \$VNYMR .* not read yet"):
-        read(field_data / "vn100" / "live_capture.txt.gz")
+def test_vn100(field_data):
+    record = read(field_data / "vn100" / "live_capture.txt.gz", rate=40)
+    assert [s.grid.n for s in record.streams] == [30_178, 30_178]
+    assert record.stream_of("gyro_x").column("gyro_x")[0] == -0.000063
+    assert record.stream_of("accel_z").column("accel_z")[-1] == -9.984
+    assert record.findings == ()
+
+
+def test_vn100_with_planted_broken_lines(field_data, tmp_path):
+    lines = gzip.decompress((field_data / "vn100" / "live_capture.txt.gz").read_bytes()).split(b"\n")[:-1]
+    rng = np.random.default_rng(seed_of("vn100"))
+    planted = np.sort(rng.choice(np.arange(1, len(lines) - 1), 50, replace=False))
+    for k, at in enumerate(planted):
+        line = bytearray(lines[at])
+        where = int(rng.integers(1, len(line) - 3))
+        match k % 5:
+            case 0:
+                line[where] ^= 1 << int(rng.integers(7))
+            case 1:
+                del line[where:]
+            case 2:
+                del line[where]
+            case 3:
+                line[:where] = b""
+            case _:
+                line[where:where] = b"\xff"
+        lines[at] = bytes(line).replace(b"\n", b"?")
+    path = tmp_path / "log.txt"
+    path.write_bytes(b"\n".join(lines) + b"\n")
+    record = read(path, rate=40)
+    assert [s.grid.n for s in record.streams] == [30_128, 30_128]
+    (finding,) = record.findings
+    assert (finding.code, finding.severity) == ("broken_lines", "error")
+    assert finding.message.startswith(f"50 broken lines, the first: line {planted[0] + 1} ")
+    whole = np.array([float(line.split(b",")[10]) for line in np.delete(np.array(lines, dtype=object), planted)])
+    np.testing.assert_array_equal(record.stream_of("gyro_x").column("gyro_x"), whole)

@@ -5,11 +5,15 @@
 
 #![forbid(unsafe_code)]
 
+mod decode;
 mod number;
 mod pieces;
 mod rows;
+mod sentences;
 mod text;
 mod write;
 
+pub use decode::{Encoding, Writing, read_written, read_written_file};
+pub use sentences::{Sentences, read_sentences};
 pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
 pub use write::{write_columns, write_file};

@@ -104,9 +104,15 @@ pub enum TextError {
         /// Line of the file.
         line: usize,
     },
-    /// A compressed file that ends in the middle or is damaged.
-    #[error("the compressed data break off or are damaged after line {line}")]
+    /// A compressed file that ends in the middle.
+    #[error("the compressed data break off after line {line}")]
     Truncated {
+        /// Last line that was read whole.
+        line: usize,
+    },
+    /// A compressed file that is damaged: what was decompressed before that shows may be wrong as well.
+    #[error("the compressed data are damaged before or after line {line}")]
+    Damaged {
         /// Last line that was read whole.
         line: usize,
     },
@@ -128,7 +134,7 @@ impl TextError {
                 *line += lines;
                 *row += rows;
             }
-            Self::TooLong { line } | Self::Truncated { line } => *line += lines,
+            Self::TooLong { line } | Self::Truncated { line } | Self::Damaged { line } => *line += lines,
             Self::Io(_) | Self::Empty => {}
         }
         self
@@ -224,8 +230,9 @@ pub(crate) fn read_stream(
             Ok(got) => got,
             Err(e) => match e.kind() {
                 ErrorKind::Interrupted => continue,
-                ErrorKind::UnexpectedEof | ErrorKind::InvalidData | ErrorKind::InvalidInput => {
-                    return Err(TextError::Truncated { line: rows.lines });
+                ErrorKind::UnexpectedEof => return Err(TextError::Truncated { line: rows.lines }),
+                ErrorKind::InvalidData | ErrorKind::InvalidInput => {
+                    return Err(TextError::Damaged { line: rows.lines });
                 }
                 _ => return Err(TextError::Io(e.to_string())),
             },

@@ -144,7 +144,7 @@ fn damaged_compression_is_told() {
     assert!(matches!(read(&compressed[..compressed.len() - 1]), Err(TextError::Truncated { line: 10_000 })));
     let crc = compressed.len() - 8;
     compressed[crc] ^= 1;
-    assert!(matches!(read(&compressed), Err(TextError::Truncated { line: 10_000 })));
+    assert!(matches!(read(&compressed), Err(TextError::Damaged { line: 10_000 })));
 }
 
 #[test]

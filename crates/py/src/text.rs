@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use sigmatau_formats::{self as formats, Delimiter, Dialect, TextError as Refused};
+use sigmatau_formats::{self as formats, Delimiter, Dialect, Encoding, TextError as Refused, Writing};
 use std::path::PathBuf;
 
 pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
@@ -21,30 +21,37 @@ pub fn read_text<'py>(
     columns: usize,
     wanted: Vec<usize>,
     exact: Option<usize>,
+    writing: (&str, bool, Option<usize>),
 ) -> PyResult<Columns<'py>> {
-    let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
-    let comment = comment.into_iter().map(String::into_bytes).collect();
-    let dialect = Dialect { delimiter, comment, skip_lines, columns };
-    let table = py.detach(|| formats::read_file(&path, &dialect, &wanted, exact)).map_err(refused)?;
+    let dialect = dialect(delimiter, comment, skip_lines, columns)?;
+    let writing = written(writing)?;
+    let table = py
+        .detach(|| formats::read_written_file(&path, writing, &dialect, &wanted, exact))
+        .map_err(refused)?;
     let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
     Ok((floats, table.integers.map(|c| c.into_pyarray(py))))
 }
 
 /// The same from lines in memory.
 #[pyfunction]
+#[allow(clippy::too_many_arguments)]
 pub fn parse_text<'py>(
     py: Python<'py>,
     lines: &[u8],
     delimiter: Option<&str>,
     comment: Vec<String>,
+    skip_lines: usize,
     columns: usize,
     wanted: Vec<usize>,
-) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
-    let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
-    let comment = comment.into_iter().map(String::into_bytes).collect();
-    let dialect = Dialect { delimiter, comment, skip_lines: 0, columns };
-    let table = py.detach(|| formats::read_columns(lines, &dialect, &wanted, None)).map_err(refused)?;
-    Ok(table.columns.into_iter().map(|c| c.into_pyarray(py)).collect())
+    exact: Option<usize>,
+    writing: (&str, bool, Option<usize>),
+) -> PyResult<Columns<'py>> {
+    let dialect = dialect(delimiter, comment, skip_lines, columns)?;
+    let writing = written(writing)?;
+    let table =
+        py.detach(|| formats::read_written(lines, writing, &dialect, &wanted, exact)).map_err(refused)?;
+    let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
+    Ok((floats, table.integers.map(|c| c.into_pyarray(py))))
 }
 
 #[pyfunction]
@@ -62,6 +69,27 @@ pub fn write_text(
         .map_err(|error| PyOSError::new_err(error.to_string()))
 }
 
+fn dialect(
+    delimiter: Option<&str>,
+    comment: Vec<String>,
+    skip_lines: usize,
+    columns: usize,
+) -> PyResult<Dialect> {
+    let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
+    let comment = comment.into_iter().map(String::into_bytes).collect();
+    Ok(Dialect { delimiter, comment, skip_lines, columns })
+}
+
+fn written((encoding, decimal_comma, lines): (&str, bool, Option<usize>)) -> PyResult<Writing> {
+    let encoding = match encoding {
+        "ascii" => Encoding::Ascii,
+        "utf-16-le" => Encoding::Utf16Le,
+        "utf-16-be" => Encoding::Utf16Be,
+        other => return Err(PyValueError::new_err(format!("no such encoding: {other:?}"))),
+    };
+    Ok(Writing { encoding, decimal_comma, lines })
+}
+
 fn one_byte(delimiter: &str) -> PyResult<u8> {
     match delimiter.as_bytes() {
         [byte] => Ok(*byte),
@@ -72,7 +100,7 @@ fn one_byte(delimiter: &str) -> PyResult<u8> {
 }
 
 /// The fields of `_kernels.TextReadError`: kind, line, row, column, text, got, expected.
-fn refused(error: Refused) -> PyErr {
+pub fn refused(error: Refused) -> PyErr {
     let message = error.to_string();
     let fields = match error {
         Refused::Ragged { line, row, got, expected } => {
@@ -82,6 +110,7 @@ fn refused(error: Refused) -> PyErr {
         Refused::NonFinite { line, row, column, text } => ("non_finite", line, row, column, text, 0, 0),
         Refused::TooLong { line } => ("too_long", line, 0, 0, String::new(), 0, 0),
         Refused::Truncated { line } => ("truncated", line, 0, 0, message, 0, 0),
+        Refused::Damaged { line } => ("damaged", line, 0, 0, message, 0, 0),
         Refused::Io(text) => ("io", 0, 0, 0, text, 0, 0),
         Refused::Empty => ("empty", 0, 0, 0, String::new(), 0, 0),
     };

@@ -28,6 +28,8 @@ class Reading:
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
     topic
         Which topic, message or variable of a log that holds several: one, or one for each sensor.
+    layout
+        Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x passes bytes over.
     channels
         Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
     input
@@ -41,6 +43,7 @@ class Reading:
     rate: float | None = None
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
     topic: Annotated[list[str] | None, Parameter(negative=())] = None
+    layout: str | None = None
     channels: Annotated[list[str] | None, Parameter(negative=())] = None
     input: Literal["rate", "increments", "accumulated"] = "rate"
     scale: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -52,6 +55,7 @@ class Reading:
             "rate": self.rate,
             "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
             "topic": self.topic,
+            "layout": self.layout,
             "channels": key_values(self.channels or [], "channels", "gyro_x=wx"),
             "input": self.input,
             "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, npy, text
+from sigmatau.io.read import assemble, novatel, npy, raw, text, vectornav, zipped
 from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -24,7 +24,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["opened", "read"]
 
-_FORMATS: tuple[Format, ...] = (npy, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, zipped, novatel, vectornav, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -33,7 +33,6 @@ _MARKS = (
     (b"%PDF", "a PDF"),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
-    (b"PK\x03\x04", "a zip archive"),
     (b"#ROSBAG", "a ROS 1 bag"),
     (b"SQLite format 3", "an SQLite database (a ROS 2 bag?)"),
     (b"\x89MCAP", "an MCAP file"),
@@ -63,12 +62,14 @@ def read(
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
+    layout: str | None = None,
 ) -> Record:
     """The static record that a file holds.
 
-    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too), ``.npy`` and ``.npz`` are told
-    apart by content. Columns are recognised by the names that people use, units by what the header says, the rate by the
-    time stamps; what the file does not say is asked for, never guessed.
+    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too, or several in a zip archive),
+    VectorNav lines, NovAtel RAWIMU logs, ``.npy`` and ``.npz`` are told apart by content; raw binary files need
+    `layout`. Columns are recognised by the names that people use, units by what the header says, the rate by the time
+    stamps; what the file does not say is asked for, never guessed.
 
     Parameters
     ----------
@@ -93,6 +94,12 @@ def read(
     topic : str or sequence of str, optional
         Which of the topics, messages or variables of a file that holds several; one, or one for each sensor. By default the
         only one that has a gyro and an accelerometer by the names of its columns, or the only one of each.
+    layout : str, optional
+        Of a raw binary file: the fields of a row, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``.
+        A field is how many (if several), a type as NumPy names it (i1 to i8, u1 to u8, f4, f8), a name, and a unit in
+        brackets if it has one; three of a name are its x, y and z. ``<`` is the low byte first, as nearly always, ``>`` the
+        high one, for all fields that follow. ``4x`` passes four bytes over; ``header 512`` in front passes over what stands
+        before the first row.
 
     Returns
     -------
@@ -111,18 +118,18 @@ def read(
     options = assemble.Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
-    with opened(path) as (file, tables):
+    with opened(path, layout) as (file, tables):
         return assemble.assemble(choose_tables(tables, options.topic), file, options)
 
 
 @contextlib.contextmanager
-def opened(path: str | os.PathLike[str]) -> Iterator[tuple[Path, Sequence[Table]]]:
+def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[tuple[Path, Sequence[Table]]]:
     """A file and its tables; errors on the way get the name of the file."""
     name = os.fsdecode(path)
     try:
         file = _regular(name)
         head = _head(file)
-        yield file, _reader(head, file).read(file, head)
+        yield file, _reader(head, file).read(file, head) if layout is None else raw.read(file, head, layout)
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
     except MemoryError:
@@ -182,8 +189,8 @@ def _reader(head: Head, file: Path) -> Format:
         if module.sniff(head.data, file):
             return module
     found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
-    if head.data[:2] in (b"\xff\xfe", b"\xfe\xff") or _every_other_byte_is_null(head.data):
-        raise DataError("is text in UTF-16; save it as UTF-8")
+    if _every_other_byte_is_null(head.data):
+        raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
     raise DataError(f"is {found}, not a format that is read: text tables, .npy, .npz")
 
 

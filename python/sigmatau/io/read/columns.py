@@ -106,6 +106,11 @@ _WITH_UNIT = {
     r"micros": ("time", "us"),
 }
 
+# ``rostopic echo -p`` writes stamps in nanoseconds; and a message with this covariance is a sensor_msgs/Imu, in SI.
+_ROSTOPIC = re.compile(r"field\.(?:[\w.]+\.)?header\.stamp")
+_ROS_IMU = "field.angular_velocity_covariance0"
+_ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
+
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 
 
@@ -152,8 +157,11 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
         for key in (f"{stem}{sep}{a}" for a in "xyz")
     }
     found: list[tuple[str, str | None] | None] = []
+    of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
     for column, key in zip(columns, keys, strict=True):
         stated = unit_of(column)[1]
+        if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
+            stated = "ns"
         match = None
         for stem, unit in _readings(key, stated):
             if _ALONE.match(stem) and stem not in together and stem == key:
@@ -162,6 +170,8 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
             if channel is None:
                 continue
             unit = unit or own
+            if unit is None and of_ros and column.name.startswith("field."):
+                unit = _ROS_UNITS.get(channel.split("_")[0])
             if unit is None or units.find(unit).si in _KINDS[channel.split("_")[0]]:
                 match = (channel, unit)
                 break

@@ -159,6 +159,7 @@ def inspect(
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
+    layout: str | None = None,
 ) -> Inspection:
     """What a file holds, and what is wrong with it as far as reading shows.
 
@@ -167,7 +168,7 @@ def inspect(
 
     Parameters
     ----------
-    path, rate, unit, channels, input, scale, offset, topic
+    path, rate, unit, channels, input, scale, offset, topic, layout
         As `sigmatau.read` takes them: then it is said what would come of it.
 
     Returns
@@ -184,7 +185,7 @@ def inspect(
     options = assemble.Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
-    with opened(path) as (file, tables):
+    with opened(path, layout) as (file, tables):
         wanting = ""
         try:
             chosen = choose_tables(tables, options.topic)

@@ -1,8 +1,9 @@
 """The layout of a text table, found out from its beginning: delimiter, first row of data, names, units.
 
 Nothing is guessed: a number is what Python's ``float`` reads, less underscores; a line is data if most of its fields are
-numbers and it has as many fields as the table has columns. What could be read in two ways (decimal commas, two delimiters
-at once) is refused with a word on how to save it instead.
+numbers and it has as many fields as the table has columns. Decimal commas are read where the fields are parted by another
+character and no number has a point. What could be read in two ways (decimal commas between commas, two delimiters at once)
+is refused with a word on how to save it instead.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*")  # the row of most logs
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_EXCHANGED = str.maketrans(",.", ".,")
 _UNIT_GAP = re.compile(r"\s+(?=[\[(])")
 _IN_BRACKETS = re.compile(r"[\[(][^\])]*[\])]")
 
@@ -43,12 +45,15 @@ class Layout:
     columns : tuple of Column
     notes : tuple of str
         In words.
+    decimal_comma : bool
+        Whether 0,5 is one half.
     """
 
     delimiter: str | None
     skip_lines: int
     columns: tuple[Column, ...]
     notes: tuple[str, ...]
+    decimal_comma: bool = False
 
 
 @dataclass(slots=True)
@@ -78,7 +83,7 @@ class _Line:
         return len(parts), sum(map(_is_number, parts)), not parts[-1]
 
 
-def find_layout(data: bytes, *, whole: bool) -> Layout:
+def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     """The layout of the table that begins with `data`.
 
     Parameters
@@ -87,13 +92,16 @@ def find_layout(data: bytes, *, whole: bool) -> Layout:
         Beginning of the file, decompressed.
     whole : bool
         True if the file ends there; else its last line is not looked at.
+    encoding : str
+        What the file is written in, if not what `data` is; for the notes.
 
     Raises
     ------
     DataError
         If there are no lines of numbers, or more than one way to read them.
     """
-    text, encoding = _decode(data, whole=whole)
+    text, read_as = _decode(data, whole=whole)
+    written = f", {encoding}" if encoding else read_as
     lines = _lines(text)
     rows = [line for line in lines if not line.comment]
     if not rows:
@@ -101,7 +109,7 @@ def find_layout(data: bytes, *, whole: bool) -> Layout:
     if rows[0].text.startswith(("{", "<")):
         raise DataError("is JSON or XML, not a format that is read: text tables, .npy, .npz")
     _refuse_sentences(rows)
-    _refuse_decimal_commas(rows)
+    decimal_comma = _exchange_decimal_commas(rows)
     delimiter, columns = _delimiter(rows)
     first = next(line for line in rows if _is_data(line.split(delimiter), columns))
     if delimiter == ",":
@@ -112,7 +120,11 @@ def find_layout(data: bytes, *, whole: bool) -> Layout:
     _refuse_cut_rows(before, header, first, delimiter, columns)
 
     kind = f"{_DELIMITERS[delimiter]}-separated" if columns > 1 else "one column of"
-    notes = [f"{kind} text, {'no header' if header is None else f'header on line {header}'}{encoding}", *layout_notes]
+    commas = " with decimal commas" if decimal_comma else ""
+    notes = [
+        f"{kind} text{commas}, {'no header' if header is None else f'header on line {header}'}{written}",
+        *layout_notes,
+    ]
     return Layout(
         delimiter=delimiter,
         skip_lines=first.number - 1,
@@ -121,6 +133,7 @@ def find_layout(data: bytes, *, whole: bool) -> Layout:
             for n, u, f in zip(names, units, first.split(delimiter)[:columns], strict=True)
         ),
         notes=tuple(notes),
+        decimal_comma=decimal_comma,
     )
 
 
@@ -232,18 +245,36 @@ def _refuse_sentences(rows: list[_Line]) -> None:
         )
 
 
-def _refuse_decimal_commas(rows: list[_Line]) -> None:
+def _exchange_decimal_commas(rows: list[_Line]) -> bool:
+    """Whether numbers have decimal commas; those rows get points then, as the reader of the rows sees them."""
     for delimiter in (";", "\t", None):
+        found = next((row for row in rows if _has_decimal_commas(row, delimiter)), None)
+        if found is None:
+            continue
         for row in rows:
-            if "," not in row.text or len(row.text.split(delimiter, 1)) < 2:
-                continue  # as nearly every row; the fields need not be looked at
-            fields = [f for f in row.split(delimiter) if f]
-            if (
-                len(row.split(delimiter)) > 1
-                and any(_DECIMAL_COMMA.fullmatch(f) for f in fields)
-                and all(_DECIMAL_COMMA.fullmatch(f) or _is_number(f) for f in fields)
-            ):
-                raise _decimal_comma(row)
+            point = next((f for f in row.split(delimiter) if "." in f and _is_number(f)), None)
+            if point is not None:
+                raise DataError(
+                    f", line {found.number}: numbers with a decimal comma ({found.text[:40]!r}), though line {row.number}"
+                    f" has {point!r} with a point; save all with points"
+                )
+        for row in rows:
+            exchanged = row.text.translate(_EXCHANGED)
+            if row.number == found.number or _is_data([_bare(f) for f in exchanged.split(delimiter)]):
+                row.text = exchanged
+                row.fields.clear()
+        return True
+    return False
+
+
+def _has_decimal_commas(row: _Line, delimiter: str | None) -> bool:
+    if "," not in row.text or len(row.text.split(delimiter, 1)) < 2:
+        return False  # as nearly every row; the fields need not be looked at
+    fields = [f for f in row.split(delimiter) if f]
+    commas = sum(_DECIMAL_COMMA.fullmatch(f) is not None for f in fields)
+    numbers = commas + sum(map(_is_number, fields))
+    # Spaces also part a date from a time, and the words of a remark.
+    return commas > 0 and (numbers == len(fields) if delimiter is None else 2 * numbers >= len(fields))
 
 
 def _refuse_halves(rows: list[_Line], first: _Line, columns: int) -> None:
@@ -266,8 +297,8 @@ def _refuse_halves(rows: list[_Line], first: _Line, columns: int) -> None:
 
 def _decimal_comma(row: _Line) -> DataError:
     return DataError(
-        f", line {row.number}: numbers with a decimal comma ({row.text[:40]!r}) are not read yet;"
-        " save them with a decimal point"
+        f", line {row.number}: numbers with a decimal comma ({row.text[:40]!r}) cannot be told from two numbers with a"
+        " comma between; save them with a decimal point, or with semicolons between them"
     )
 
 

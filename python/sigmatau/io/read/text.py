@@ -6,8 +6,8 @@ layout and reads each number to the nearest double.
 
 from __future__ import annotations
 
-import gzip
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +15,62 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels, memory
 from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.io.read import breaks
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.table import Head, Loaded, Table
+from sigmatau.io.read.table import Column, Head, Loaded, Table
+from sigmatau.results import Finding
 
-__all__ = ["read", "sniff"]
+__all__ = ["read", "sniff", "table_of"]
 
-_CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))  # 0x1a ends files of old systems
+_OTHERS = (b"%PDF", b"#ROSBAG")
+_MARKS = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
+_BOM = b"\xef\xbb\xbf"
+_SENSOR_LOGGER = {
+    "gyroscope": "gyroscope",
+    "gyroscopeuncalibrated": "gyroscope",
+    "accelerometer": "accelerometer",
+    "accelerometeruncalibrated": "accelerometer",
+    "totalacceleration": "accelerometer",
+}
+_TEXT_ENOUGH = 16  # lines before bytes that are no text: a damaged table, not a binary file
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Beginning:
+    """The head of a text in UTF-8, up to the first byte that is no text."""
+
+    data: bytes
+    whole: bool
+    encoding: str
+    called: str  # how the encoding is called; empty if it is ASCII or found out later
+
+    @classmethod
+    def of(cls, head: bytes, *, whole: bool) -> _Beginning:
+        encoding, called = _MARKS.get(head[:2], ("ascii", "UTF-8 with a byte order mark" if head[:3] == _BOM else ""))
+        data = head
+        if encoding != "ascii":
+            data = head[: len(head) // 2 * 2].decode(encoding, errors="replace").encode("utf-8", errors="replace")
+        if bad := breaks.BREAK.search(data):
+            return cls(
+                data=data[: data.rfind(b"\n", 0, bad.start()) + 1], whole=False, encoding=encoding, called=called
+            )
+        return cls(data=data, whole=whole, encoding=encoding, called=called)
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is text: no control characters."""
-    return not head.startswith((b"%PDF", b"#ROSBAG", b"\xff\xfe", b"\xfe\xff")) and not head.translate(
-        None, bytes(set(range(256)) - set(_CONTROL))
-    )
+    """Whether the file is text: no control characters, or a table of numbers before the first of them."""
+    if head.startswith(_OTHERS):
+        return False
+    beginning = _Beginning.of(head, whole=True)
+    if beginning.whole:
+        return True
+    if beginning.data.count(b"\n") < _TEXT_ENOUGH:
+        return False
+    try:
+        find_layout(beginning.data, whole=False)
+    except DataError:
+        return False
+    return True
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
@@ -44,33 +87,125 @@ def read(path: Path, head: Head) -> tuple[Table]:
         If no table is found in the head; by ``load``: for a row of another length, a word among the numbers, damaged
         compression; `NonFiniteError` for a NaN, an infinity or an empty field.
     """
-    layout = find_layout(head.data, whole=head.whole)
+    return (table_of(path, head, path.name.split(".")[0]),)
+
+
+def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Table:
+    """The table of a file of a name, or of a text in memory."""
+    beginning = _Beginning.of(head.data, whole=head.whole)
+    layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
+    text = _Text(source=source, layout=layout, encoding=beginning.encoding, gzip=head.gzip)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        if not head.gzip:
-            _refuse_too_large(path, head, len(wanted) + (exact is not None))
+        if isinstance(source, Path) and not head.gzip:
+            _refuse_too_large(source, head, len(wanted) + (exact is not None))
+        return text.load(tuple(wanted), exact)
+
+    columns, named = _of_sensor_logger(layout.columns, name)
+    return Table(
+        format="text",
+        columns=columns,
+        notes=(*(("gzip",) if head.gzip else ()), *layout.notes, *named),
+        load=load,
+        where=lambda row: f"line {text.line(row)}",
+        topic=topic,
+    )
+
+
+def _of_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Column, ...], tuple[str, ...]]:
+    """Sensor Logger (the app) writes a file a sensor, whose columns are x, y and z in each: the name says which it is."""
+    sensor = _SENSOR_LOGGER.get(name.lower())
+    if sensor is None or {"seconds_elapsed", "x", "y", "z"} - {column.name for column in columns}:
+        return columns, ()
+    full = tuple(replace(c, name=f"{sensor} {c.name}") if c.name in ("x", "y", "z") else c for c in columns)
+    return full, (f"x, y, z are of the {sensor} by the name of the file, {name}",)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Text:
+    """A text of which the layout is known."""
+
+    source: Path | bytes
+    layout: Layout
+    encoding: str
+    gzip: bool
+
+    def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
+        found: tuple[Finding, ...] = ()
         try:
-            columns, integers = _kernels.read_text(
-                str(path),
-                delimiter=layout.delimiter,
-                comment=COMMENTS,
-                skip_lines=layout.skip_lines,
-                columns=len(layout.columns),
-                wanted=tuple(wanted),
-                exact=exact,
-            )
+            raw = self._rows(wanted, exact, None)
         except _kernels.TextReadError as error:
-            raise _explained(error, layout) from None
+            until, what = self._break(error)
+            try:
+                raw = self._rows(wanted, exact, until)
+            except _kernels.TextReadError:
+                raise _explained(error, self.layout) from None
+            found = (breaks.finding(*what(len(raw[wanted[0]]))),)
+        if not found and len(self.layout.columns) - 1 in wanted:
+            cut = breaks.cut_number(self.source, self.encoding, self.layout.delimiter)
+            if cut:
+                raw = {index: column[:-1] for index, column in raw.items()}
+                rows = len(raw[wanted[0]])
+                message = f"the last line was cut off in its last number; {rows} rows were read before it"
+                found = (breaks.finding("broken_off", message),)
+            elif cut is None:
+                message = "the last line has no line end: whether its last number was cut off cannot be told"
+                found = (Finding(code="no_line_end", severity="info", message=message),)
+        return Loaded(columns=raw, findings=found)
+
+    def _rows(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> dict[int, NDArray[Any]]:
+        columns, integers = _kernels.read_text(
+            self.source if isinstance(self.source, bytes) else str(self.source),
+            delimiter=self.layout.delimiter,
+            comment=COMMENTS,
+            skip_lines=self.layout.skip_lines,
+            columns=len(self.layout.columns),
+            wanted=wanted,
+            exact=exact,
+            encoding=self.encoding,
+            decimal_comma=self.layout.decimal_comma,
+            lines=lines,
+        )
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, columns, strict=True))
         if exact is not None and integers is not None:
             raw[exact] = integers
-        return Loaded(columns=raw)
+        return raw
 
-    def where(row: int) -> str:
-        return f"line {_line_of(path, row, layout, compressed=head.gzip)}"
+    def _break(self, error: _kernels.TextReadError) -> tuple[int, Callable[[int], tuple[str, str]]]:
+        """The lines before a break, and what to say of it; raises what is wrong if it is none."""
+        if error.kind == "truncated":
+            return error.line, lambda rows: (
+                "broken_off",
+                f"the compressed data break off after line {error.line}; {rows} rows were read before",
+            )
+        if error.kind in ("ragged", "not_a_number", "non_finite", "too_long"):
+            line = breaks.line_at(self.source, error.line, self.encoding)
+            columns = len(self.layout.columns)
+            short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
+            if line.last and not line.ended and short and error.kind != "too_long":
+                return error.line - 1, lambda rows: (
+                    "broken_off",
+                    f"the file breaks off in the middle of line {error.line}; {rows} rows were read before",
+                )
+            # Of damaged compressed data the lines before may be wrong as well, and still look like rows.
+            if not self.gzip and breaks.damaged(line.text, self.encoding):
+                return error.line - 1, lambda rows: (
+                    "damaged",
+                    f"line {error.line} holds bytes that are no text; {rows} rows were read before it, none after it",
+                )
+        raise _explained(error, self.layout) from None
 
-    notes = (*(("gzip",) if head.gzip else ()), *layout.notes)
-    return (Table(format="text", columns=layout.columns, notes=notes, load=load, where=where),)
+    def line(self, row: int) -> int:
+        """The line of a row of data, found by going through the text again: only asked for when something is wrong."""
+        blank = b" \r\n" if self.layout.delimiter == "\t" else b" \t\r\n"
+        comments = tuple(c.encode() for c in COMMENTS)
+        rows = -1
+        for number, line in enumerate(breaks.lines_of(self.source, self.encoding), 1):
+            text = line.strip(blank)
+            rows += number > self.layout.skip_lines and bool(text) and not text.startswith(comments)
+            if rows == row:
+                return number
+        raise DataError("changed while it was being read")
 
 
 def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
@@ -89,6 +224,8 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
 
 def _explained(error: _kernels.TextReadError, layout: Layout) -> DataError:
     place = f", line {error.line}"
+    if layout.decimal_comma:
+        error.text = error.text.translate(str.maketrans(",.", ".,"))  # as it stands in the file
     if error.kind == "ragged":
         last = " (the file was cut off, if it is the last)" if error.got < error.expected else ""
         return DataError(
@@ -110,24 +247,12 @@ def _explained(error: _kernels.TextReadError, layout: Layout) -> DataError:
     if error.kind == "too_long":
         return DataError(f"{place}: longer than 1 MiB, so this is no line of a table; delete it")
     if error.kind == "truncated":
+        return DataError(f"the compressed data break off after line {error.line}; get or make the file again")
+    if error.kind == "damaged":
         return DataError(
-            f"the compressed data break off or are damaged after line {error.line}; get or make the file again,"
-            " or save what can be decompressed"
+            f"the compressed data are damaged, which shows after line {error.line}: the lines before may be wrong as well;"
+            " get or make the file again"
         )
     if error.kind == "empty":
         return DataError("has no row of data")
     return DataError(f"cannot be read: {error.text}")
-
-
-def _line_of(path: Path, row: int, layout: Layout, *, compressed: bool) -> int:
-    """The line of a row of data, found by going through the file again: only asked for when something is wrong."""
-    blank = b" \r\n" if layout.delimiter == "\t" else b" \t\r\n"
-    comments = tuple(c.encode() for c in COMMENTS)
-    with gzip.open(path, "rb") if compressed else path.open("rb") as lines:
-        rows = -1
-        for number, line in enumerate(lines, 1):
-            text = line.strip(blank)
-            rows += number > layout.skip_lines and bool(text) and not text.startswith(comments)
-            if rows == row:
-                return number
-    raise DataError("changed while it was being read")

@@ -1,0 +1,242 @@
+//! Text as other programs write it, decoded on the way: UTF-16, decimal commas, and only the lines before a break.
+
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
+use crate::text::{Dialect, Table, TextError, open, read_columns, read_file};
+
+/// Bytes decoded at a time.
+const CHUNK: usize = 1 << 16;
+
+/// How the characters of a text are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Encoding {
+    /// UTF-8, or any other in which ASCII is ASCII.
+    #[default]
+    Ascii,
+    /// UTF-16, the low byte first.
+    Utf16Le,
+    /// UTF-16, the high byte first.
+    Utf16Be,
+}
+
+/// How a text is written, beside its layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Writing {
+    /// How its characters are written.
+    pub encoding: Encoding,
+    /// Whether 0,5 is one half. Points are made commas then, so that a number with points is none.
+    pub decimal_comma: bool,
+    /// Lines after which the text is taken to end.
+    pub lines: Option<usize>,
+}
+
+impl Writing {
+    /// The text in ASCII with decimal points.
+    pub(crate) fn decode<'r>(self, reader: impl Read + Send + 'r) -> Box<dyn Read + Send + 'r> {
+        let mut reader: Box<dyn Read + Send + 'r> = match self.encoding {
+            Encoding::Ascii => Box::new(reader),
+            Encoding::Utf16Le => Box::new(Utf16::new(reader, u16::from_le_bytes)),
+            Encoding::Utf16Be => Box::new(Utf16::new(reader, u16::from_be_bytes)),
+        };
+        if let Some(lines) = self.lines {
+            reader = Box::new(Lines { reader, left: lines });
+        }
+        if self.decimal_comma { Box::new(Swapped { reader }) } else { reader }
+    }
+}
+
+/// Reads the wanted columns of a table that is written so, see [`read_columns`].
+///
+/// # Errors
+///
+/// See [`TextError`]. Quoted fields have decimal points and commas exchanged.
+///
+/// # Panics
+///
+/// As [`read_columns`].
+pub fn read_written(
+    reader: impl Read + Send,
+    writing: Writing,
+    dialect: &Dialect,
+    wanted: &[usize],
+    exact: Option<usize>,
+) -> Result<Table, TextError> {
+    read_columns(writing.decode(reader), dialect, wanted, exact)
+}
+
+/// The same from a file, see [`read_file`]; one that is to be decoded is read on one thread.
+///
+/// # Errors
+///
+/// As [`read_written`].
+///
+/// # Panics
+///
+/// As [`read_columns`].
+pub fn read_written_file(
+    path: &Path,
+    writing: Writing,
+    dialect: &Dialect,
+    wanted: &[usize],
+    exact: Option<usize>,
+) -> Result<Table, TextError> {
+    if writing == Writing::default() {
+        return read_file(path, dialect, wanted, exact);
+    }
+    read_written(open(path)?, writing, dialect, wanted, exact)
+}
+
+struct Utf16<R> {
+    reader: R,
+    unit: fn([u8; 2]) -> u16,
+    raw: Vec<u8>,
+    /// Bytes of `raw` that are not decoded yet.
+    filled: usize,
+    text: String,
+    /// Bytes of `text` that are handed out.
+    taken: usize,
+}
+
+impl<R: Read> Utf16<R> {
+    fn new(reader: R, unit: fn([u8; 2]) -> u16) -> Self {
+        Self { reader, unit, raw: vec![0; CHUNK], filled: 0, text: String::new(), taken: 0 }
+    }
+
+    /// Decodes the next bytes; false at the end.
+    fn more(&mut self) -> io::Result<bool> {
+        self.text.clear();
+        self.taken = 0;
+        let got = self.reader.read(&mut self.raw[self.filled..])?;
+        self.filled += got;
+        let mut whole = self.filled / 2 * 2;
+        let unit = |raw: &[u8]| (self.unit)([raw[0], raw[1]]);
+        // Half of a pair waits for the other half.
+        if got > 0 && whole > 0 && (0xd800..0xdc00).contains(&unit(&self.raw[whole - 2..])) {
+            whole -= 2;
+        }
+        let units = self.raw[..whole].chunks_exact(2).map(unit);
+        self.text.extend(char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)));
+        self.raw.copy_within(whole..self.filled, 0);
+        self.filled -= whole;
+        if got == 0 && self.filled > 0 {
+            // Half a character at the end of the file.
+            self.text.push(char::REPLACEMENT_CHARACTER);
+            self.filled = 0;
+        }
+        Ok(got > 0 || !self.text.is_empty())
+    }
+}
+
+impl<R: Read> Read for Utf16<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        while self.taken == self.text.len() {
+            match self.more() {
+                Ok(true) => {}
+                Ok(false) => return Ok(0),
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                Err(e) => return Err(e),
+            }
+        }
+        let rest = &self.text.as_bytes()[self.taken..];
+        let n = rest.len().min(out.len());
+        out[..n].copy_from_slice(&rest[..n]);
+        self.taken += n;
+        Ok(n)
+    }
+}
+
+/// The first lines of a text.
+struct Lines<R> {
+    reader: R,
+    left: usize,
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        if self.left == 0 {
+            return Ok(0);
+        }
+        let got = self.reader.read(out)?;
+        for end in memchr::memchr_iter(b'\n', &out[..got]) {
+            self.left -= 1;
+            if self.left == 0 {
+                return Ok(end + 1);
+            }
+        }
+        Ok(got)
+    }
+}
+
+/// Commas for points, and points for commas.
+struct Swapped<R> {
+    reader: R,
+}
+
+impl<R: Read> Read for Swapped<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let got = self.reader.read(out)?;
+        for byte in &mut out[..got] {
+            *byte = match *byte {
+                b',' => b'.',
+                b'.' => b',',
+                other => other,
+            };
+        }
+        Ok(got)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Hands out one byte, two, three … at a time.
+    struct Slow<'a>(&'a [u8], usize);
+
+    impl Read for Slow<'_> {
+        fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+            self.1 = self.1 % 5 + 1;
+            let n = self.1.min(out.len()).min(self.0.len());
+            out[..n].copy_from_slice(&self.0[..n]);
+            self.0 = &self.0[n..];
+            Ok(n)
+        }
+    }
+
+    fn decoded(bytes: &[u8], writing: Writing) -> String {
+        let mut text = String::new();
+        writing.decode(Slow(bytes, 0)).read_to_string(&mut text).unwrap();
+        text
+    }
+
+    #[test]
+    fn utf_16_of_any_characters_in_pieces_of_any_size() {
+        let text = "\u{feff}t [°/s];\u{1f600}x\r\n0,5;µ\n";
+        let units: Vec<u16> = text.encode_utf16().collect();
+        let le: Vec<u8> = units.iter().flat_map(|u| u.to_le_bytes()).collect();
+        let be: Vec<u8> = units.iter().flat_map(|u| u.to_be_bytes()).collect();
+        for (encoding, bytes) in [(Encoding::Utf16Le, &le), (Encoding::Utf16Be, &be)] {
+            let writing = Writing { encoding, ..Writing::default() };
+            assert_eq!(decoded(bytes, writing), text);
+            // Cut in the middle of a unit, and of a pair.
+            assert_eq!(decoded(&bytes[..bytes.len() - 1], writing), text.replace("µ\n", "µ\u{fffd}"));
+            let pair = 2 * units.iter().position(|u| (0xd800..0xdc00).contains(u)).unwrap();
+            assert!(decoded(&bytes[..pair + 2], writing).ends_with(";\u{fffd}"));
+        }
+    }
+
+    #[test]
+    fn commas_and_points_change_places() {
+        let writing = Writing { decimal_comma: true, ..Writing::default() };
+        assert_eq!(decoded(b"0,5;1.234,5\n", writing), "0.5;1,234.5\n");
+    }
+
+    #[test]
+    fn so_many_lines() {
+        for (lines, expected) in [(0, ""), (1, "a\n"), (2, "a\n\n"), (3, "a\n\nb"), (9, "a\n\nb")] {
+            let writing = Writing { lines: Some(lines), ..Writing::default() };
+            assert_eq!(decoded(b"a\n\nb", writing), expected);
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Sentences of `VectorNav`'s sensors: `$VNYMR,…*68`, a line each, with a checksum of 8 or 16 bits.
+//!
+//! A line whose checksum is wrong is left out and counted: a serial line drops bytes, and a log of days must not be lost to
+//! one of them. How many there were, and where the first ones stood, is told.
+
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+
+use crate::text::TextError;
+
+/// A longer line is none.
+const LONGEST: u64 = 1 << 12;
+
+/// Broken lines that are described.
+const DESCRIBED: usize = 5;
+
+/// Fields after those of the sentence: counts of synchronisation pulses and times since them, which can be switched on.
+const APPENDED: [u8; 2] = *b"ST";
+
+/// The sentences of one name.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sentences {
+    /// The wanted fields, in the order in which they were asked for; NaN where that is written.
+    pub columns: Vec<Vec<f64>>,
+    /// Rows.
+    pub rows: usize,
+    /// Lines that are not blank and no whole sentence, of any name.
+    pub broken: usize,
+    /// Those of them after the first row.
+    pub inner: usize,
+    /// The first of them, counted from 1, and what is wrong with each.
+    pub examples: Vec<(usize, String)>,
+    /// Whole sentences of other names.
+    pub others: usize,
+    /// Whether the last line is broken and has no line end.
+    pub cut: bool,
+}
+
+/// Reads the wanted fields (counted from 0, of `fields`) of the sentences called `name`, without the `$`.
+///
+/// # Errors
+///
+/// [`TextError::Damaged`] and [`TextError::Io`]. Compressed data that break off end the text, with `cut` set.
+///
+/// # Panics
+///
+/// If a wanted field is not one of the fields.
+pub fn read_sentences(
+    reader: impl Read,
+    name: &[u8],
+    fields: usize,
+    wanted: &[usize],
+) -> Result<Sentences, TextError> {
+    assert!(wanted.iter().all(|&field| field < fields), "fields {wanted:?} of {fields}");
+    let mut found = Sentences { columns: vec![Vec::new(); wanted.len()], ..Sentences::default() };
+    let mut reader = BufReader::with_capacity(1 << 16, reader);
+    let mut line = Vec::new();
+    let mut number = 0;
+    let mut continued = false;
+    loop {
+        line.clear();
+        let ended_early = match reader.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
+            Ok(_) => false,
+            Err(e) => match e.kind() {
+                ErrorKind::UnexpectedEof => true,
+                ErrorKind::InvalidData | ErrorKind::InvalidInput => {
+                    return Err(TextError::Damaged { line: number });
+                }
+                _ => return Err(TextError::Io(io::Error::to_string(&e))),
+            },
+        };
+        if line.is_empty() {
+            found.cut |= ended_early;
+            return Ok(found);
+        }
+        let whole = line.ends_with(b"\n");
+        // What is left of a line that was too long has been counted.
+        if !continued {
+            number += 1;
+            let text = line.trim_ascii();
+            let outcome = if text.is_empty() { Ok(()) } else { found.take(text, name, fields, wanted) };
+            if let Err(reason) = outcome {
+                found.broken += 1;
+                found.inner += usize::from(found.rows > 0);
+                found.cut = !whole && (line.len() as u64) < LONGEST;
+                if found.examples.len() < DESCRIBED {
+                    found.examples.push((number, reason));
+                }
+            } else {
+                found.cut = false;
+            }
+        }
+        continued = !whole;
+        if ended_early {
+            found.cut = true;
+            return Ok(found);
+        }
+    }
+}
+
+impl Sentences {
+    fn take(&mut self, text: &[u8], name: &[u8], fields: usize, wanted: &[usize]) -> Result<(), String> {
+        let body = checked(text)?;
+        let mut parts = body.split(|&b| b == b',');
+        if parts.next() != Some(name) {
+            self.others += 1;
+            return Ok(());
+        }
+        let mut got = 0;
+        let mut values = vec![0.0; wanted.len()];
+        for part in parts {
+            if got < fields {
+                if let Some(place) = wanted.iter().position(|&field| field == got) {
+                    let part = part.trim_ascii();
+                    let value = fast_float2::parse(part)
+                        .map_err(|_| format!("{:?} is not a number", String::from_utf8_lossy(part)))?;
+                    values[place] = value;
+                }
+            } else if !part.first().is_some_and(|b| APPENDED.contains(b)) {
+                return Err(format!("more than {fields} fields"));
+            }
+            got += 1;
+        }
+        if got < fields {
+            return Err(format!("{got} fields, {fields} expected"));
+        }
+        for (column, value) in self.columns.iter_mut().zip(values) {
+            column.push(value);
+        }
+        self.rows += 1;
+        Ok(())
+    }
+}
+
+/// What stands between `$` and `*`, if the checksum after it is right.
+fn checked(text: &[u8]) -> Result<&[u8], String> {
+    let Some(rest) = text.strip_prefix(b"$") else { return Err("does not begin with $".into()) };
+    let Some(star) = memchr::memrchr(b'*', rest) else { return Err("has no checksum".into()) };
+    let (body, written) = (&rest[..star], &rest[star + 1..]);
+    let sum = match written.len() {
+        2 => body.iter().fold(0, |sum, &b| sum ^ u16::from(b)),
+        4 => crc16(body),
+        _ => return Err("has half a checksum".into()),
+    };
+    let stated = std::str::from_utf8(written)
+        .ok()
+        .filter(|w| w.bytes().all(|b| b.is_ascii_hexdigit()))
+        .and_then(|w| u16::from_str_radix(w, 16).ok());
+    if stated == Some(sum) {
+        Ok(body)
+    } else {
+        let digits = written.len();
+        Err(format!("checksum {}, {sum:0digits$X} by its bytes", String::from_utf8_lossy(written)))
+    }
+}
+
+/// CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with 0, as `VectorNav`'s manuals define it.
+fn crc16(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0_u16, |crc, &byte| {
+        let mut crc = crc.swap_bytes() ^ u16::from(byte);
+        crc ^= (crc & 0xff) >> 4;
+        crc ^= crc << 12;
+        crc ^ ((crc & 0xff) << 5)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_check_value_of_the_crc() {
+        assert_eq!(crc16(b"123456789"), 0x31c3); // CRC-16/XMODEM, as catalogues print it
+    }
+
+    #[test]
+    fn both_checksums_and_broken_lines() {
+        let text = b"1.0,2.0*11\n$VNGYR,1,-2,+03.5*5B\r\n\n$VNGYR,1,-2,+03.5*5C\n$VNGYR,1\n$VNACC,1,2,3*76\n$VNGYR,4,5";
+        let good = |body: &str| format!("${body}*{:04X}\n", crc16(body.as_bytes()));
+        let xor = b"VNGYR,1,-2,+03.5".iter().fold(0, |a, b| a ^ b);
+        let other = b"VNACC,1,2,3".iter().fold(0, |a, b| a ^ b);
+        let text = String::from_utf8_lossy(text)
+            .replace("*5B", &format!("*{xor:02X}"))
+            .replace("*5C", &format!("*{:02X}", xor ^ 1))
+            .replace("*76", &format!("*{other:02x}"));
+        let text = text.replace("\n\n", &format!("\n{}\n", good("VNGYR,7,8,9,S000123")));
+        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[2, 0]).unwrap();
+        assert_eq!(found.columns, [[3.5, 9.0], [1.0, 7.0]]);
+        assert_eq!((found.rows, found.broken, found.inner, found.others, found.cut), (2, 4, 3, 1, true));
+        assert_eq!(found.examples.iter().map(|e| e.0).collect::<Vec<_>>(), [1, 5, 6, 8]);
+    }
+
+    #[test]
+    fn a_line_without_end_takes_no_memory() {
+        let found = read_sentences(io::repeat(b'7').take(1 << 24), b"VNGYR", 3, &[0]).unwrap();
+        assert_eq!((found.rows, found.broken), (0, 1));
+    }
+}

@@ -1,0 +1,25 @@
+//! Sentences with checksums.
+
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+use sigmatau_formats as formats;
+use std::path::PathBuf;
+
+use crate::text::refused;
+
+/// Columns, then broken lines in all, those after the first row, the first ones, other sentences, and whether it was cut.
+type Found<'py> = (Vec<Bound<'py, PyArray1<f64>>>, usize, usize, Vec<(usize, String)>, usize, bool);
+
+#[pyfunction]
+pub fn read_sentences<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    name: &str,
+    fields: usize,
+    wanted: Vec<usize>,
+) -> PyResult<Found<'py>> {
+    let read = || formats::read_sentences(formats::open(&path)?, name.as_bytes(), fields, &wanted);
+    let found = py.detach(read).map_err(refused)?;
+    let columns = found.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
+    Ok((columns, found.broken, found.inner, found.examples, found.others, found.cut))
+}

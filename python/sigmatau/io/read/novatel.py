@@ -1,0 +1,231 @@
+"""NovAtel's RAWIMU, RAWIMUS, RAWIMUX and RAWIMUSX, ASCII and binary: counts of velocity and angle over a sample interval.
+
+Only the logs with X name the type of the sensor, and with it the scale; for the others, and for types whose scale is not in
+the table below, the counts are handed over as they are, and a scale must be given.
+"""
+
+from __future__ import annotations
+
+import mmap
+import re
+import struct
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.breaks import finding
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.results import Finding
+
+__all__ = ["read", "sniff"]
+
+_FOOT = 0.3048
+_DEGREE = np.pi / 180
+
+# By type of IMU: one count of angle in rad and of velocity in m/s. OEM7 manual, table "Raw IMU Scale Factors".
+_SCALES: dict[int, tuple[str, float, float]] = {
+    5: ("HG1900 CA29", 2.0**-33, 2.0**-27 * _FOOT),
+    8: ("LN200", 2.0**-19, 2.0**-14),
+    11: ("HG1700 AG58", 2.0**-33, 2.0**-27 * _FOOT),
+    12: ("HG1700 AG62", 2.0**-33, 2.0**-26 * _FOOT),
+    26: ("ISA-100C", 1e-9, 2e-8),
+    27: ("HG1900 CA50", 2.0**-33, 2.0**-27 * _FOOT),
+    28: ("HG1930 CA50", 2.0**-33, 2.0**-27 * _FOOT),
+    32: ("STIM300", 2.0**-21 * _DEGREE, 2.0**-22),
+    56: ("STIM300D", 2.0**-21 * _DEGREE, 2.0**-22),
+    58: ("HG4930 AN01", 2.0**-33, 2.0**-29),
+    68: ("HG4930 AN04", 2.0**-33, 2.0**-29),
+}
+
+_IDS = {268: "RAWIMU", 325: "RAWIMUS", 1461: "RAWIMUX", 1462: "RAWIMUSX"}
+_ASCII = re.compile(rb"[#%](RAWIMU(?:SX|S|X|))A,[^;*#%\r\n]{0,200};([^*#%\r\n]{0,200})\*([0-9A-Fa-f]{8})")
+_BEGUN = re.compile(rb"[#%]RAWIMU(?:SX|S|X|)A,")
+_SYNC = re.compile(rb"\xaaD[\x12\x13]")
+_WEEK_NS = 604_800_000_000_000
+_DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
+
+
+@dataclass(slots=True)
+class _Found:
+    """Rows by name of the log, and what was no whole message."""
+
+    rows: dict[str, list[tuple[int, int, tuple[int, ...]]]] = field(default_factory=dict)
+    broken: list[int] = field(default_factory=list)  # positions
+    end: int = 0  # of the last whole message
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether a whole RAWIMU log stands in the beginning of the file."""
+    if _BEGUN.search(head) is None and _SYNC.search(head) is None:
+        return False
+    return bool(_scan(head).rows)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The logs of a file, each name a topic, of messages whose CRC-32 is right.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+
+    Raises
+    ------
+    DataError
+        If the file is compressed.
+    """
+    if head.gzip:
+        raise DataError("is a NovAtel log compressed by gzip; decompress it first")
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        found = _scan(data)
+        rest = bytes(data[found.end : found.end + 400])
+    findings = _findings(found, rest)
+    return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in found.rows.items())
+
+
+def _scan(data: bytes | mmap.mmap) -> _Found:
+    found = _Found()
+    if _SYNC.search(data):
+        for name, body in _messages(data, found):
+            _take_binary(name, body, found)
+    good = 0
+    for match in _ASCII.finditer(data):
+        start = match.start() + 1
+        if _crc(data[start : match.end() - 9]) == int(match[3], 16) and _take_ascii(match[1].decode(), match[2], found):
+            good += 1
+            found.end = max(found.end, match.end())
+        else:
+            found.broken.append(match.start())
+    begun = [match.start() for match in _BEGUN.finditer(data)]
+    if good < len(begun):
+        whole = {match.start() for match in _ASCII.finditer(data)}
+        found.broken.extend(start for start in begun if start not in whole)
+    found.broken.sort()
+    return found
+
+
+def _crc(data: bytes) -> int:
+    # NovAtel's begins with 0 and is not inverted at the end, as zlib's is at both.
+    return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
+
+
+def _messages(data: bytes | mmap.mmap, found: _Found) -> Iterator[tuple[str, bytes]]:
+    at, size = 0, len(data)
+    while (at := data.find(b"\xaaD", at)) >= 0 and at + 12 <= size:
+        kind = data[at + 2]
+        if kind == 0x12:
+            header, length = data[at + 3], int.from_bytes(data[at + 8 : at + 10], "little")
+        elif kind == 0x13:
+            header, length = 12, data[at + 3]
+        else:
+            at += 2
+            continue
+        end = at + header + length
+        message = data[at:end]
+        if header >= 12 and end + 4 <= size and _crc(message) == int.from_bytes(data[end : end + 4], "little"):
+            name = _IDS.get(int.from_bytes(message[4:6], "little"))
+            if name is not None:
+                yield name, message[header:]
+            at = end + 4
+            found.end = at
+        else:
+            if int.from_bytes(data[at + 4 : at + 6], "little") in _IDS:
+                found.broken.append(at)
+            at += 2
+
+
+def _take_binary(name: str, body: bytes, found: _Found) -> None:
+    if len(body) < 40:
+        return
+    if name.endswith("X"):
+        kind, week, seconds, _, *counts = struct.unpack_from("<xBHdI6i", body)
+    else:
+        kind, (week, seconds, _, *counts) = 0, struct.unpack_from("<IdI6i", body)
+    if 0 <= seconds < 604_801 and week < 10_000:
+        found.rows.setdefault(name, []).append((_stamp(week, seconds), kind, tuple(counts)))
+
+
+def _take_ascii(name: str, body: bytes, found: _Found) -> bool:
+    fields = body.split(b",")
+    kind = 0
+    try:
+        if name.endswith("X"):
+            kind, fields = int(fields[1]), fields[2:]
+        week, seconds, counts = int(fields[0]), float(fields[1]), tuple(int(f) for f in fields[3:])
+    except (ValueError, IndexError):
+        return False
+    if len(counts) != 6 or not (0 <= seconds < 604_801 and 0 <= week < 10_000) or max(map(abs, counts)) >= 1 << 31:
+        return False
+    found.rows.setdefault(name, []).append((_stamp(week, seconds), kind, counts))
+    return True
+
+
+def _stamp(week: int, seconds: float) -> int:
+    return week * _WEEK_NS + round(seconds * 1e9)
+
+
+def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Table:
+    kinds = np.unique(rows["type"]).tolist()
+    known = _SCALES.get(kinds[0]) if len(kinds) == 1 and name.endswith("X") else None
+    units = ("", "") if known is None else (" [rad]", " [m/s]")
+    columns = (
+        Column(name="time [ns]"),
+        *(Column(name=f"delta_theta_{axis}{units[0]}") for axis in "xyz"),
+        *(Column(name=f"delta_vel_{axis}{units[1]}") for axis in "xyz"),
+    )
+    if known is not None:
+        note = f"counts of the {known[0]} by its published scale"
+    elif name.endswith("X"):
+        note = f"counts: the scale of IMU type {', '.join(map(str, kinds))} is not known; give --scale and --unit"
+    else:
+        note = f"counts: {name} does not name the sensor; give --scale and --unit"
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        raw: dict[int, NDArray[Any]] = {}
+        for index in wanted:
+            if index == 0:
+                raw[0] = whole_stamps(rows["time"]) if exact == 0 else rows["time"].astype(np.float64)
+                continue
+            gyro, axis = index <= 3, (index - 1) % 3
+            # In the log: z, minus y, x, first of the velocity.
+            counts = rows["counts"][:, (3 if gyro else 0) + 2 - axis].astype(np.float64)
+            scale = 1.0 if known is None else known[1] if gyro else known[2]
+            raw[index] = counts * (-scale if axis == 1 else scale)
+        return Loaded(columns=raw)
+
+    return Table(
+        format="novatel",
+        columns=columns,
+        notes=(f"NovAtel {name}, CRC-32 verified", note),
+        load=load,
+        where=lambda row: f"row {row} (counted from 0) of {name}",
+        topic=name,
+        rows=len(rows),
+        findings=findings,
+    )
+
+
+def _findings(found: _Found, rest: bytes) -> tuple[Finding, ...]:
+    findings = []
+    rows = sum(map(len, found.rows.values()))
+    inner = [at for at in found.broken if at < found.end]
+    if inner:
+        first = ", ".join(map(str, inner[:5]))
+        findings.append(
+            Finding(
+                code="broken_messages",
+                severity="error",
+                message=f"{len(inner)} messages with a wrong checksum, the first at byte {first}; {rows} are whole",
+                effect="they are left out, so that rows are missing and times after each are too early",
+            )
+        )
+    if rest.strip(b"\r\n\0 "):
+        message = f"no whole message after byte {found.end}; {rows} were read before"
+        findings.append(finding("broken_off", message))
+    return tuple(findings)

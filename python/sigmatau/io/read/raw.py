@@ -1,0 +1,143 @@
+"""Raw binary files, of which only the user knows how they are laid out: rows of numbers, one after the other."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.breaks import finding
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.results import Finding
+
+__all__ = ["parse_layout", "read"]
+
+_EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
+_HEADER = re.compile(r"header\s+(\d+)")
+_SKIPPED = re.compile(r"(\d*)x")
+_FIELD = re.compile(r"([<>]?)\s*(\d*)\s*([iufIUF][1248])\s+([^\[\],]+?)\s*(?:\[([^\[\]]*)\])?")
+_TYPES = ("i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8")
+_LARGEST = 1 << 20  # bytes of a row
+
+
+def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str, int | None], ...]]:
+    """Bytes of the header, the type of a row, and for each column its field and its place in that.
+
+    Raises
+    ------
+    OptionError
+        That says which part is wrong.
+    """
+    header, order, offset = 0, "", 0
+    names: list[str] = []
+    formats: list[np.dtype[Any]] = []
+    offsets: list[int] = []
+    columns: list[tuple[Column, str, int | None]] = []
+    for k, part in enumerate(text.split(",")):
+        part = part.strip()
+        if k == 0 and (match := _HEADER.fullmatch(part)):
+            header = _count(match[1], part)
+        elif match := _SKIPPED.fullmatch(part):
+            offset += _count(match[1] or "1", part)
+        elif match := _FIELD.fullmatch(part):
+            order = match[1] or order
+            kind, count = match[3].lower(), _count(match[2] or "1", part)
+            if kind not in _TYPES:
+                raise _wrong(part, f"there is no type {kind}; types: {', '.join(_TYPES)}")
+            if not order and kind[1] != "1":
+                raise _wrong(
+                    part, "whether the low byte (<) or the high byte (>) comes first must be said, e.g. <" + part
+                )
+            name = f"f{len(names)}"
+            base = np.dtype((order or "|") + kind)
+            if count * base.itemsize > _LARGEST:
+                raise _wrong(part, "the row grows beyond 1 MiB")
+            names.append(name)
+            formats.append(np.dtype((base, (count,))) if count > 1 else base)
+            offsets.append(offset)
+            offset += count * base.itemsize
+            unit = f" [{match[5]}]" if match[5] else ""
+            endings = [""] if count == 1 else [f"_{e}" for e in ("xyz" if count == 3 else range(1, count + 1))]
+            for place, ending in enumerate(endings):
+                column = Column(name=f"{match[4]}{ending}{unit}")
+                columns.append((column, name, None if count == 1 else place))
+        else:
+            raise _wrong(part, f"a field is a count, a type, a name and a unit, e.g. {_EXAMPLE}")
+        if offset > _LARGEST:
+            raise _wrong(part, "the row grows beyond 1 MiB")
+    if not columns:
+        raise OptionError(f"--layout {text!r} has no fields; e.g. {_EXAMPLE}", option="layout")
+    row = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": offset})
+    return header, row, tuple(columns)
+
+
+def _count(text: str, part: str) -> int:
+    if len(text) > 9 or int(text) == 0:
+        raise _wrong(part, "the number must be from 1 to 999999999")
+    return int(text)
+
+
+def _wrong(part: str, why: str) -> OptionError:
+    return OptionError(f"--layout: {part!r}: {why}", option="layout")
+
+
+def read(path: Path, head: Head, layout: object) -> tuple[Table]:
+    """The columns of a raw file, which stays on disk.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+    layout : str
+        See `sigmatau.io.read.read`.
+
+    Raises
+    ------
+    OptionError
+        If the layout cannot be understood.
+    DataError
+        If the file is compressed or holds no row.
+    """
+    if not isinstance(layout, str) or not layout.strip():
+        raise OptionError(f"`layout` must be words such as {_EXAMPLE}, not {layout!r}", option="layout")
+    if head.gzip:
+        raise DataError("is compressed by gzip, and a layout is about plain files; decompress it first")
+    header, row, columns = parse_layout(layout)
+    size = path.stat().st_size
+    rows, rest = divmod(max(size - header, 0), row.itemsize)
+    if not rows:
+        raise DataError(f"has {size} bytes: no row of {row.itemsize} bytes after a header of {header}")
+    array = np.memmap(path, dtype=row, mode="r", offset=header, shape=(rows,))
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        raw: dict[int, NDArray[Any]] = {}
+        for index in wanted:
+            column, field, place = columns[index]
+            values = array[field] if place is None else array[field][:, place]
+            refuse_non_finite(values, column.name)
+            raw[index] = whole_stamps(values) if index == exact else values
+        return Loaded(columns=raw)
+
+    findings: tuple[Finding, ...] = ()
+    if rest:
+        message = (
+            f"the last {rest} bytes are no whole row of {row.itemsize}; {rows} rows were read. The file was cut off there,"
+            " or the layout is wrong"
+        )
+        findings = (finding("broken_off", message),)
+    return (
+        Table(
+            format="raw",
+            columns=tuple(column for column, _, _ in columns),
+            notes=(f"{rows} rows of {row.itemsize} bytes" + (f" after a header of {header}" if header else ""),),
+            load=load,
+            where=lambda number: f"row {number}",
+            rows=rows,
+            findings=findings,
+        ),
+    )

@@ -1,0 +1,129 @@
+"""Lines of VectorNav's sensors, ``$VNYMR,…*68``: those with a wrong checksum are left out, counted, and the first named."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from sigmatau import _kernels
+from sigmatau.errors import DataError
+from sigmatau.io.read import breaks
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite
+from sigmatau.results import Finding
+
+__all__ = ["read", "sniff"]
+
+_LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
+_NUMBER = re.compile(rb"\s*[+-]?(?:\d+\.?\d*|\.\d+|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
+_APPENDED = (b"S", b"T")  # fields after those of the sentence, which can be switched on
+
+
+def _xyz(name: str, unit: str) -> list[str]:
+    return [f"{name}{axis} [{unit}]" for axis in "XYZ"]
+
+
+_ANGLES = ["Yaw [deg]", "Pitch [deg]", "Roll [deg]"]
+_MAG, _ACCEL, _GYRO = _xyz("Mag", "Gauss"), _xyz("Accel", "m/s^2"), _xyz("Gyro", "rad/s")
+
+# Fields by sentence, from the manuals of VN-100, VN-200 and VN-300. The accelerations of VNYBA and VNYIA lack gravity.
+_FIELDS = {
+    "VNYMR": [*_ANGLES, *_MAG, *_ACCEL, *_GYRO],
+    "VNQMR": ["Quat0", "Quat1", "Quat2", "Quat3", *_MAG, *_ACCEL, *_GYRO],
+    "VNMAR": [*_MAG, *_ACCEL, *_GYRO],
+    "VNIMU": [*_MAG, *_ACCEL, *_GYRO, "Temp [degC]", "Pressure [kPa]"],
+    "VNCMV": [*_MAG, *_ACCEL, *_GYRO, "Temp [degC]"],
+    "VNACC": _ACCEL,
+    "VNGYR": _GYRO,
+    "VNYBA": [*_ANGLES, *_xyz("BodyAccel", "m/s^2"), *_GYRO],
+    "VNYIA": [*_ANGLES, *_xyz("InertialAccel", "m/s^2"), *_GYRO],
+    "VNDTV": ["DeltaTime [s]", *_xyz("DeltaTheta", "deg"), *_xyz("DeltaVel", "m/s")],
+}
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether half the lines are sentences of VectorNav."""
+    found = sum(1 for _ in _LINE.finditer(head))
+    return found > 0 and 2 * found >= sum(1 for line in head.split(b"\n") if line.strip())
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The sentences of a log, each name a topic.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+
+    Raises
+    ------
+    DataError
+        By ``load``: if no sentence of the name is whole, or compressed data are damaged.
+    """
+    counts: Counter[tuple[str, int]] = Counter()
+    for match in _LINE.finditer(head.data):
+        fields = match[2].split(b",")
+        while fields and fields[-1].startswith(_APPENDED):
+            fields.pop()
+        if all(_NUMBER.fullmatch(field) for field in fields):
+            counts[match[1].decode(), len(fields)] += 1
+    widths: dict[str, int] = {}
+    for (name, width), _ in counts.most_common():
+        widths.setdefault(name, width)
+    if not widths:
+        raise DataError("has VectorNav sentences, none of them with numbers")
+    return tuple(_table(path, name, width, gzip=head.gzip) for name, width in widths.items())
+
+
+def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
+    names = _FIELDS.get(name, [])
+    known = len(names) == width
+    columns = (
+        tuple(Column(name=n) for n in names) if known else tuple(Column(name=f"field {k + 1}") for k in range(width))
+    )
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        try:
+            found = _kernels.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
+        except _kernels.TextReadError as error:
+            if error.kind == "damaged":
+                raise DataError("the compressed data are damaged; get or make the file again") from None
+            raise DataError(f"cannot be read: {error.text}") from None
+        for index, column in zip(wanted, found.columns, strict=True):
+            refuse_non_finite(column, columns[index].name, f"row {{row}} (counted from 0) of ${name}")
+        rows = len(found.columns[0])
+        return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, name, rows))
+
+    what = "" if known else f"; its {width} fields are not those that are known, so they have numbers for names"
+    return Table(
+        format="vectornav",
+        columns=columns,
+        notes=(*(("gzip",) if gzip else ()), f"VectorNav sentences ${name}, checksums verified{what}"),
+        load=load,
+        where=lambda row: f"row {row} (counted from 0) of ${name}",
+        topic=name,
+    )
+
+
+def _findings(found: _kernels.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
+    findings = []
+    if found.broken:
+        examples = "; ".join(f"line {line} {what}" for line, what in found.examples)
+        more = ", the first:" if found.broken > len(found.examples) else ":"
+        findings.append(
+            Finding(
+                code="broken_lines",
+                severity="error" if found.inner else "warning",
+                message=f"{found.broken} broken line{'s' if found.broken != 1 else ''}{more} {examples}",
+                effect=f"they are left out, so that {found.inner} rows may be missing between the {rows} of ${name}:"
+                " times after each are too early"
+                if found.inner
+                else "before the first row: no row is missing between others",
+            )
+        )
+    if found.cut:
+        findings.append(
+            breaks.finding("broken_off", f"the file breaks off in the middle of a line; {rows} rows were read")
+        )
+    return tuple(findings)

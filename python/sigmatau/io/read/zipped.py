@@ -1,0 +1,146 @@
+"""Zip archives of text tables, as phyphox and Sensor Logger export them: a file a sensor, each at its own rate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from sigmatau import memory
+from sigmatau.errors import DataError
+from sigmatau.io.read import text
+from sigmatau.io.read.table import HEAD, Head, Loaded, Table
+
+if TYPE_CHECKING:
+    import zipfile
+
+__all__ = ["read", "sniff"]
+
+_MARK = b"PK\x03\x04"
+_MOST = 1000  # members looked at
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file is a zip archive."""
+    return head.startswith(_MARK)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The text tables of an archive, each member a topic; members that hold no table are named in a note.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+
+    Raises
+    ------
+    DataError
+        If the archive is damaged or cut off, encrypted, or holds no text table; by ``load`` as for a text file, and if
+        the checksum of a member is wrong.
+    """
+    if head.gzip:
+        raise DataError("is a zip archive compressed by gzip; decompress it first")
+    import zipfile  # in the call, for those who read text
+
+    tables: list[Table] = []
+    left: list[str] = []
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
+            if any(m.filename == "[Content_Types].xml" for m in members):
+                raise DataError("is an Excel or Word file; save the table as CSV")
+            if len(members) > _MOST:
+                raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the one that is meant")
+            for member in members:
+                table = _table(path, archive, member)
+                if isinstance(table, Table):
+                    tables.append(table)
+                else:
+                    left.append(f"{member.filename} ({table})")
+    except (DataError, OSError, MemoryError):
+        raise
+    except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
+        raise _damaged(error) from None
+    if not tables:
+        why = f": {'; '.join(left[:3])}" if left else ""
+        raise DataError(f"is a zip archive of none of the formats that are read: text tables, .npy, .npz{why}"[:400])
+    if left:
+        note = f"left out: {', '.join(left)}"[:300]
+        tables = [
+            Table(
+                format=t.format,
+                columns=t.columns,
+                notes=(*t.notes, note) if t is tables[0] else t.notes,
+                load=t.load,
+                where=t.where,
+                topic=t.topic,
+            )
+            for t in tables
+        ]
+    return tuple(tables)
+
+
+def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Table | str:
+    """The table that a member holds, or why it holds none."""
+    if member.flag_bits & 1:
+        return "encrypted: unpack it with its password"
+    with archive.open(member) as stream:
+        data = stream.read(HEAD)
+    if not data:
+        return "empty"
+    if data.startswith(b"\x1f\x8b"):
+        return "compressed by gzip: unpack the archive and give the file"
+    whole = member.file_size <= HEAD
+    if not text.sniff(data, path):
+        return "binary data"
+    head = Head(data=data, whole=whole, gzip=False)
+    name = PurePosixPath(member.filename).stem
+    try:
+        # The layout is found out from the head; the rows are unpacked when they are wanted, and not kept.
+        shown = text.table_of(data, head, name, member.filename)
+    except DataError as error:
+        return str(error).removeprefix(", ")
+
+    def whole_table() -> Table:
+        return text.table_of(_unpacked(path, member), head, name, member.filename)
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        try:
+            return whole_table().load(wanted, exact)
+        except DataError as error:
+            text_of = str(error)
+            error.args = (
+                f", {member.filename}{text_of}" if text_of.startswith(", ") else f", {member.filename}: {text_of}",
+            )
+            raise
+
+    return Table(
+        format=shown.format,
+        columns=shown.columns,
+        notes=("zip", *shown.notes),
+        load=load,
+        where=lambda row: f"{member.filename}, {whole_table().where(row)}",
+        topic=member.filename,
+    )
+
+
+def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
+    """The bytes of a member; the checksum is verified at its end."""
+    import zipfile
+
+    free = memory.available()
+    if free is not None and 2 * member.file_size > free:
+        raise DataError(f"{member.file_size / 1e9:.3g} GB unpacked do not fit in memory; unpack it and give the file")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return archive.read(member)
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
+        raise _damaged(error) from None
+
+
+def _damaged(error: Exception) -> DataError:
+    words = str(error).split("\n")[0] or type(error).__name__
+    return DataError(f"is a zip archive that is damaged or cut off ({words}); get or make the file again")

@@ -1,6 +1,6 @@
 # The compiled core as Python sees it; crates/py/src/lib.rs is the other side, mypy.stubtest holds the two together.
 
-from typing import Self, final
+from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ __all__ = [
     "parse_text",
     "quadratic_edf",
     "read_text",
+    "scan_ulog",
     "simulate",
     "sinusoid_avar",
     "stationary_moments",
@@ -27,6 +28,7 @@ __all__ = [
     "term_avar",
     "term_psd",
     "theo1_expectation",
+    "ulog_columns",
     "write_text",
 ]
 
@@ -101,4 +103,8 @@ def read_text(
 def parse_text(
     lines: bytes, delimiter: str | None, comment: list[str], columns: int, wanted: list[int]
 ) -> list[_Floats]: ...
+def scan_ulog(path: str) -> dict[str, Any]: ...
+def ulog_columns(
+    path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]
+) -> list[NDArray[np.uint8]]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...

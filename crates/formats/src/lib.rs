@@ -9,7 +9,11 @@ mod number;
 mod pieces;
 mod rows;
 mod text;
+mod ulog;
+mod window;
 mod write;
 
 pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
+pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};
+pub use window::Break;
 pub use write::{write_columns, write_file};

@@ -14,12 +14,14 @@ __all__ = [
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
+    "dataflash_columns",
     "deviation_limits",
     "deviations_of_channels",
     "gauss_markov_avar",
     "parse_text",
     "quadratic_edf",
     "read_text",
+    "scan_dataflash",
     "scan_ulog",
     "simulate",
     "sinusoid_avar",
@@ -103,6 +105,16 @@ def read_text(
 def parse_text(
     lines: bytes, delimiter: str | None, comment: list[str], columns: int, wanted: list[int]
 ) -> list[_Floats]: ...
+def scan_dataflash(path: str) -> dict[str, Any]: ...
+def dataflash_columns(
+    path: str,
+    end: int,
+    kind: int,
+    instance: tuple[int, int] | None,
+    rows: int,
+    size: int,
+    fields: list[tuple[int, int]],
+) -> list[NDArray[np.uint8]]: ...
 def scan_ulog(path: str) -> dict[str, Any]: ...
 def ulog_columns(
     path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]

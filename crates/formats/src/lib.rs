@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+mod dataflash;
 mod number;
 mod pieces;
 mod rows;
@@ -13,6 +14,7 @@ mod ulog;
 mod window;
 mod write;
 
+pub use dataflash::{DataFlashKind, DataFlashRows, DataFlashScan, dataflash_columns, scan_dataflash};
 pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
 pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};
 pub use window::Break;

@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use sigmatau_formats::{self as formats, Break, UlogError, UlogTopic};
+use sigmatau_formats::{self as formats, Break, DataFlashRows, UlogError, UlogTopic};
 use std::fs::File;
 use std::path::PathBuf;
 
@@ -42,6 +42,40 @@ pub fn ulog_columns(
     let topic = UlogTopic { id: number, instance: 0, name: Vec::new(), rows, size };
     let read = || formats::ulog_columns(File::open(path)?, end, &topic, &fields);
     let columns = py.detach(read).map_err(refused)?;
+    Ok(columns.into_iter().map(|column| column.into_pyarray(py)).collect())
+}
+
+/// What a `DataFlash` file holds: a dictionary, see `_kernels.scan_dataflash`.
+#[pyfunction]
+pub fn scan_dataflash(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let scan = py.detach(|| formats::scan_dataflash(File::open(path)?))?;
+    let found = PyDict::new(py);
+    let kinds: Vec<_> =
+        scan.kinds.into_iter().map(|k| (k.id, k.name, k.fields, k.size, k.instance, k.rows)).collect();
+    found.set_item("kinds", kinds)?;
+    let definitions: Vec<_> =
+        scan.definitions.iter().map(|(place, body)| (place, PyBytes::new(py, body))).collect();
+    found.set_item("definitions", definitions)?;
+    found.set_item("messages", scan.messages)?;
+    found.set_item("end", scan.end)?;
+    found.set_item("broken", broken(scan.broken))?;
+    Ok(found)
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // what a scan found, which _kernels names
+pub fn dataflash_columns(
+    py: Python<'_>,
+    path: PathBuf,
+    end: u64,
+    kind: u8,
+    instance: Option<(usize, u8)>,
+    rows: usize,
+    size: usize,
+    fields: Vec<(usize, usize)>,
+) -> PyResult<Bytes<'_>> {
+    let wanted = DataFlashRows { id: kind, instance, size, rows, end };
+    let columns = py.detach(|| formats::dataflash_columns(File::open(path)?, &wanted, &fields))?;
     Ok(columns.into_iter().map(|column| column.into_pyarray(py)).collect())
 }
 

@@ -29,7 +29,7 @@ mod _core {
         deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,
     };
     #[pymodule_export]
-    use crate::flight::{scan_ulog, ulog_columns};
+    use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]

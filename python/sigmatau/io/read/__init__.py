@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, npy, text, ulog
+from sigmatau.io.read import assemble, dataflash, npy, text, ulog
 from sigmatau.io.read.table import HEAD, Format, Head
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -23,7 +23,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, ulog, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, ulog, dataflash, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -38,7 +38,6 @@ _MARKS = (
     (b"\x89MCAP", "an MCAP file"),
     (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
     (b"MATLAB 5.0", "a MATLAB file"),
-    (b"\xa3\x95", "an ArduPilot flight log"),
     (b"TDSm", "a LabVIEW TDMS file"),
     (b"PAR1", "a Parquet file"),
     (b"ARROW1", "an Arrow file"),
@@ -64,9 +63,9 @@ def read(
 ) -> Record:
     """The static record that a file holds.
 
-    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too), ``.npy`` and ``.npz`` are told
-    apart by content. Columns are recognised by the names that people use, units by what the header says, the rate by the
-    time stamps; what the file does not say is asked for, never guessed.
+    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too), ``.npy`` and ``.npz``, flight logs
+    of PX4 and ArduPilot are told apart by content. Columns are recognised by the names that people use, units by what the
+    header says, the rate by the time stamps; what the file does not say is asked for, never guessed.
 
     Parameters
     ----------

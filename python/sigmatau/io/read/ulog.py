@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import DataError
+from sigmatau.io.read.chain import EFFECT, broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
 from sigmatau.results import Finding
 
@@ -49,7 +50,6 @@ _AXES = {
     **{m: (m, "m/s^2") for m in ("sensor_accel", "sensor_accel_fifo")},
 }
 _INCREMENTS = {"vehicle_imu", "sensor_preflight_imu"}
-_EFFECT = "the rest of the log is missing; get or make the file again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         raise DataError(f"is a PX4 flight log that cannot be read: {error}; get or make the file again") from None
     size = path.stat().st_size
     formats = _formats(scan["formats"])
-    findings = [*_broken(scan, size), *_passed_over(scan), *_dropouts(scan["dropouts"])]
+    findings = [*broken(scan, size), *_passed_over(scan), *_dropouts(scan["dropouts"])]
     topics = [
         (number, instance, bytes(name).decode(), rows, width) for number, instance, name, rows, width in scan["topics"]
     ]
@@ -200,7 +200,7 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     good = int(wrong[0]) if len(wrong) else source.rows
     if len(wrong):
         said = f"{source.where(good)} says {counts[good]} samples and has room for {depth}"
-        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=_EFFECT))
+        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=EFFECT))
     counts = counts[:good]
     columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
     first = np.concatenate(([0], np.cumsum(counts)))
@@ -308,18 +308,6 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
             fields += [_Field(f"{base}.{f.name}" if f.name else base, f.kind, offset + f.offset) for f in inner]
             offset += length
     return fields, offset
-
-
-def _broken(scan: Mapping[str, Any], size: int) -> list[Finding]:
-    if scan["broken"] is None:
-        return []
-    at, what = scan["broken"]
-    read = f"{scan['messages']} messages were read"
-    if what is None:
-        message = f"the log breaks off in the middle of a message at byte {at} of {size}; {read}"
-        return [Finding(code="broken_off", severity="error", message=message, effect=_EFFECT)]
-    message = f"the log is damaged at byte {at} of {size}: {what}; {read} up to there"
-    return [Finding(code="damaged", severity="error", message=message, effect=_EFFECT)]
 
 
 def _passed_over(scan: Mapping[str, Any]) -> list[Finding]:

@@ -260,3 +260,19 @@ def test_mutations(file):
             outcomes.add(type(error).__name__)
     assert outcomes >= {"read", "told", "DataError"}
     assert time.monotonic() - begin < 60  # seconds; some 5 are usual
+
+
+def test_much_work_from_few_bytes(file):
+    """Nested definitions that double, and topics by the thousand, must not take time or memory beyond the file's size."""
+    log = (
+        HEADER
+        + b"".join(definition(f"a{k}", f"a{k + 1} x;a{k + 1} y;") for k in range(40))
+        + definition("a40", "float z;")
+    )
+    log += definition("wide", "uint8_t[60000] x;")
+    log += b"".join(subscription("a0" if k % 2 else "wide", k) for k in range(20000))
+    file.write_bytes(log + data(0, b"1234") * 10)
+    begin = time.monotonic()
+    with pytest.raises(DataError, match="without data"):
+        read(file)
+    assert time.monotonic() - begin < 10  # seconds; below 1 is usual

@@ -88,40 +88,32 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         raise DataError(f"is a PX4 flight log that cannot be read: {error}; get or make the file again") from None
     size = path.stat().st_size
     formats = _formats(scan["formats"])
-    findings = [*broken(scan, size), *_passed_over(scan), *_dropouts(scan["dropouts"])]
     topics = [
         (number, instance, bytes(name).decode(), rows, width) for number, instance, name, rows, width in scan["topics"]
     ]
-    known = []
-    layouts: dict[str, tuple[list[_Field], int]] = {}  # once a name: damage must not make it 65535 times the work
-    for topic in topics:
-        name = topic[2]
-        try:
-            if name not in layouts:
-                layouts[name] = _laid_out(name, formats, depth=0)
-            known.append((topic, _fields(*layouts[name], rows=topic[3], size=topic[4])))
-        except _UnusableError as error:
-            findings.append(
-                Finding(
-                    code="damaged",
-                    severity="error",
-                    message=f"the definition of {topic[2]} cannot be used: {error}",
-                    effect="this message is not read; get or make the file again",
-                )
-            )
-    if not any(topic[3] for topic, _ in known):
+    # Topics without data are not looked at, and each definition once: damage must not make 65535 times the work.
+    layouts = {name: _layout(name, formats) for name in {topic[2] for topic in topics if topic[3]}}
+    unusable = {t[2]: why for t in topics if t[3] and (why := layouts[t[2]].misfit(t[4]))}
+    findings = (
+        *broken(scan, size),
+        *(_unusable(name, why) for name, why in unusable.items()),
+        *_passed_over(scan),
+        *_dropouts(scan["dropouts"]),
+    )
+    if all(not rows or name in unusable for _, _, name, rows, _ in topics):
         raise DataError(f"is a PX4 flight log without data{_because(findings)}")
-    several = {t[2] for t in topics if t[1] > 0}
+    several = {name for _, instance, name, _, _ in topics if instance > 0}
+    labels: set[str] = set()
     tables: list[Table] = []
-    for (number, instance, name, rows, width), fields in known:
-        if not rows:
+    for number, instance, name, rows, width in topics:
+        if not rows or name in unusable:
             continue
         label = f"{name}:{instance}" if name in several or _has_instances(name) else name
-        if any(table.topic == label for table in tables):
-            label = f"{label}#{number}"
+        label = f"{label}#{number}" if label in labels else label
+        labels.add(label)
         source = _Source(str(path), int(scan["end"]), number, rows, width, label)
         make = _fifo if name.endswith("_fifo") and name in _AXES else _plain
-        tables.extend(make(source, name, fields, tuple(findings)))
+        tables.extend(make(source, name, layouts[name].fields, findings))
     if not tables:
         raise DataError(f"is a PX4 flight log without columns of numbers{_because(findings)}")
     return tuple(tables)
@@ -271,15 +263,40 @@ def _formats(definitions: Sequence[bytes]) -> dict[str, str]:
     return formats
 
 
-def _fields(laid_out: Sequence[_Field], length: int, *, rows: int, size: int) -> list[_Field]:
-    """The fields of a message without the bytes that fill up; its messages have `size` bytes, if there are any."""
-    fields = list(laid_out)
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """The fields of a message without the bytes that fill up, and how many bytes it may have; or what is wrong."""
+
+    fields: Sequence[_Field] = ()
+    least: int = 0
+    most: int = 0
+    wrong: str = ""
+
+    def misfit(self, size: int) -> str:
+        """Why messages of so many bytes cannot be taken; empty if they can."""
+        if self.wrong or self.least <= size <= self.most:
+            return self.wrong
+        return f"it makes {self.most} bytes, and its messages have {size}"
+
+
+def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
+    try:
+        fields, most = _laid_out(message, formats, depth=0)
+    except _UnusableError as error:
+        return _Layout(wrong=str(error))
     while fields and fields[-1].name.startswith("_padding"):
         fields.pop()  # not written at the end
-    need = max((f.offset + np.dtype(f.kind).itemsize for f in fields), default=0)
-    if rows and not need <= size <= length:
-        raise _UnusableError(f"it makes {length} bytes, and its messages have {size}")
-    return [f for f in fields if "_padding" not in f.name]
+    least = max((f.offset + np.dtype(f.kind).itemsize for f in fields), default=0)
+    return _Layout([f for f in fields if "_padding" not in f.name], least, most)
+
+
+def _unusable(name: str, why: str) -> Finding:
+    return Finding(
+        code="damaged",
+        severity="error",
+        message=f"the definition of {name} cannot be used: {why}",
+        effect="this message is not read; get or make the file again",
+    )
 
 
 def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_Field], int]:

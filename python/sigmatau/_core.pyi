@@ -1,6 +1,6 @@
 # The compiled core as Python sees it; crates/py/src/lib.rs is the other side, mypy.stubtest holds the two together.
 
-from typing import Self, final
+from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ __all__ = [
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
+    "dataflash_columns",
     "deviation_limits",
     "deviations_of_channels",
     "gauss_markov_avar",
@@ -21,6 +22,8 @@ __all__ = [
     "quadratic_edf",
     "read_sentences",
     "read_text",
+    "scan_dataflash",
+    "scan_ulog",
     "simulate",
     "sinusoid_avar",
     "stationary_moments",
@@ -28,6 +31,7 @@ __all__ = [
     "term_avar",
     "term_psd",
     "theo1_expectation",
+    "ulog_columns",
     "write_text",
 ]
 
@@ -113,4 +117,18 @@ def parse_text(
     exact: int | None,
     writing: tuple[str, bool, int | None],
 ) -> tuple[list[_Floats], _Ints | None]: ...
+def scan_dataflash(path: str) -> dict[str, Any]: ...
+def dataflash_columns(
+    path: str,
+    end: int,
+    kind: int,
+    instance: tuple[int, int] | None,
+    rows: int,
+    size: int,
+    fields: list[tuple[int, int]],
+) -> list[NDArray[np.uint8]]: ...
+def scan_ulog(path: str) -> dict[str, Any]: ...
+def ulog_columns(
+    path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]
+) -> list[NDArray[np.uint8]]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...

@@ -24,12 +24,15 @@ __all__ = [
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
+    "dataflash_columns",
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
     "quadratic_edf",
     "read_sentences",
     "read_text",
+    "scan_dataflash",
+    "scan_ulog",
     "simulate",
     "sinusoid_avar",
     "stationary_moments",
@@ -37,6 +40,7 @@ __all__ = [
     "term_avar",
     "term_psd",
     "theo1_expectation",
+    "ulog_columns",
     "write_text",
 ]
 
@@ -426,6 +430,94 @@ def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
     """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
     _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
+
+
+def scan_dataflash(path: str) -> Mapping[str, Any]:
+    """What an ArduPilot DataFlash file holds, up to the place where it breaks off if it does.
+
+    Returns
+    -------
+    mapping
+        ``kinds``, each number, name, fields (name, letter of the type, offset), bytes a message, offset of the instance or
+        None, and messages by instance; ``definitions``, messages that define units, each the place of its kind and bytes;
+        ``messages``, ``end`` and ``broken`` as in `scan_ulog`.
+
+    Raises
+    ------
+    OSError
+    """
+    return _core.scan_dataflash(path)
+
+
+def dataflash_columns(
+    path: str,
+    *,
+    end: int,
+    kind: int,
+    instance: tuple[int, int] | None,
+    rows: int,
+    size: int,
+    fields: Sequence[tuple[int, int]],
+) -> list[NDArray[np.uint8]]:
+    """Bytes of fields of all messages of a kind and an instance, one array a field.
+
+    Parameters
+    ----------
+    path : str
+    end, kind, rows, size : int
+        From `scan_dataflash`.
+    instance : (int, int) or None
+        Its offset in a message, and which.
+    fields : sequence of (int, int)
+        Offset in a message and length. [bytes]
+
+    Raises
+    ------
+    OSError
+        Also if the file is no longer the one that was scanned.
+    """
+    return _core.dataflash_columns(path, end, kind, instance, rows, size, list(fields))
+
+
+def scan_ulog(path: str) -> Mapping[str, Any]:
+    """What a ULog file holds, up to the place where it breaks off if it does.
+
+    Returns
+    -------
+    mapping
+        ``formats``, definitions as bytes; ``topics``, each number, instance, name as bytes, rows and bytes a row;
+        ``dropouts`` in milliseconds; ``unknown``, messages of kinds not known; ``unfinished``, parts passed over, from and
+        to; ``messages``, how many were read; ``end``, where reading ended; ``broken``, None or where and what is wrong, the
+        latter None if the file just ends there.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or one that must not be read without knowing more of the format.
+    OSError
+    """
+    return _core.scan_ulog(path)
+
+
+def ulog_columns(
+    path: str, *, end: int, number: int, rows: int, size: int, fields: Sequence[tuple[int, int]]
+) -> list[NDArray[np.uint8]]:
+    """Bytes of fields of all messages of a topic of a ULog file, one array a field.
+
+    Parameters
+    ----------
+    path : str
+    end, number, rows, size : int
+        From `scan_ulog`.
+    fields : sequence of (int, int)
+        Offset in a message and length. [bytes]
+
+    Raises
+    ------
+    OSError
+        Also if the file is no longer the one that was scanned.
+    """
+    return _core.ulog_columns(path, end, number, rows, size, list(fields))
 
 
 def _five(coefficients: Mapping[str, float]) -> list[float]:

@@ -5,15 +5,21 @@
 
 #![forbid(unsafe_code)]
 
+mod dataflash;
 mod decode;
 mod number;
 mod pieces;
 mod rows;
 mod sentences;
 mod text;
+mod ulog;
+mod window;
 mod write;
 
+pub use dataflash::{DataFlashKind, DataFlashRows, DataFlashScan, dataflash_columns, scan_dataflash};
 pub use decode::{Encoding, Writing, read_written, read_written_file};
 pub use sentences::{Sentences, read_sentences};
 pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
+pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};
+pub use window::Break;
 pub use write::{write_columns, write_file};

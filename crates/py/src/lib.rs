@@ -9,6 +9,7 @@ mod allan;
 mod cholesky;
 mod covariance;
 mod deviations;
+mod flight;
 mod generate;
 mod pool;
 mod sentences;
@@ -28,6 +29,8 @@ mod _core {
     use crate::deviations::{
         deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,
     };
+    #[pymodule_export]
+    use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]

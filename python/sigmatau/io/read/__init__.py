@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, novatel, npy, raw, text, vectornav, zipped
+from sigmatau.io.read import assemble, dataflash, novatel, npy, raw, text, ulog, vectornav, zipped
 from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -24,7 +24,15 @@ from sigmatau.streams import InputKind
 
 __all__ = ["opened", "read"]
 
-_FORMATS: tuple[Format, ...] = (npy, zipped, novatel, vectornav, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (
+    npy,
+    zipped,
+    ulog,
+    dataflash,
+    novatel,
+    vectornav,
+    text,
+)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -38,8 +46,6 @@ _MARKS = (
     (b"\x89MCAP", "an MCAP file"),
     (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
     (b"MATLAB 5.0", "a MATLAB file"),
-    (b"ULog", "a PX4 flight log"),
-    (b"\xa3\x95", "an ArduPilot flight log"),
     (b"TDSm", "a LabVIEW TDMS file"),
     (b"PAR1", "a Parquet file"),
     (b"ARROW1", "an Arrow file"),

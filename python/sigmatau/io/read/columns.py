@@ -27,6 +27,7 @@ _STEMS = {
         "gyros?",
         "gyr",
         "gyroscope",
+        "gyro_fifo",  # PX4
         "angular_?velocity",
         "angular_?rate",
         "ang_?vel",
@@ -41,6 +42,7 @@ _STEMS = {
         "accel",
         "acc",
         "accelerometer",
+        "accel_fifo",  # PX4
         "acceleration",
         "linear_?acceleration",
         "linear_?accel",
@@ -64,7 +66,9 @@ _ALONE = re.compile(r"^[ag]_?[xyz]$")
 
 # Of two time columns of one file, the one further up is taken: the sensor's own stamp before that of its arrival.
 _TIMES = (
+    r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
     r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
+    r"timeus",  # before T, which is a temperature in ArduPilot's messages
     r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
     r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch",
 )
@@ -101,6 +105,8 @@ _SUFFIX = re.compile(
 _WITH_UNIT = {
     r"gyro_rad_([xyz])": ("gyro", "rad/s"),  # PX4, sensor_combined: "in rad/s"
     r"time_?us(?:ec)?": ("time", "us"),  # ArduPilot TimeUS, MAVLink time_usec
+    r"sample_?us": ("time", "us"),  # ArduPilot SampleUS
+    r"time_?stamp_sample": ("time", "us"),  # PX4
     r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
     r"millis": ("time", "ms"),  # Arduino's millis()
     r"micros": ("time", "us"),

@@ -1,0 +1,401 @@
+//! PX4 flight logs, `ULog`, as published at <https://docs.px4.io/main/en/dev_log/ulog_file_format.html>.
+//!
+//! A log is a chain of messages, each with its length before it, and no checksums. So a message is believed only if its
+//! kind is known, its length is that of its kind (of data: that of the first of the same topic), and the next one holds as
+//! well: the last message before a damaged place is given up, because the damage may begin inside it.
+
+use std::io::{self, Read, Seek};
+
+use crate::window::{Break, Fields, Window};
+
+const MAGIC: &[u8] = b"ULog\x01\x12\x35";
+const SYNC: &[u8] = &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
+const HEADER: usize = 16;
+const APPENDED: u8 = 1;
+
+/// What a log holds.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct UlogScan {
+    /// Definitions of formats, `name:type field;…`, in the order of the file.
+    pub formats: Vec<Vec<u8>>,
+    /// Topics that were subscribed, in the order of the file.
+    pub topics: Vec<UlogTopic>,
+    /// Durations of the dropouts. \[ms\]
+    pub dropouts: Vec<u16>,
+    /// Messages of kinds that are not known, passed over.
+    pub unknown: u64,
+    /// Parts that were passed over because what was appended after a crash begins within a message: from, to.
+    pub unfinished: Vec<(u64, u64)>,
+    /// Messages read.
+    pub messages: u64,
+    /// Where reading ends.
+    pub end: u64,
+    /// Why it ends there, if that is not the end of the file.
+    pub broken: Option<Break>,
+}
+
+/// A topic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UlogTopic {
+    /// By which its data messages are marked.
+    pub id: u16,
+    /// Instance.
+    pub instance: u8,
+    /// Name of its format.
+    pub name: Vec<u8>,
+    /// Data messages.
+    pub rows: usize,
+    /// Bytes of each, without the mark.
+    pub size: usize,
+}
+
+/// Why a file is no log that can be read.
+#[derive(Debug, thiserror::Error)]
+pub enum UlogError {
+    /// The first bytes are not those of a log.
+    #[error("the header is not that of a ULog file")]
+    Header,
+    /// The log says that it cannot be read by those who do not know of this.
+    #[error("it has features that are not known (incompatible flags {0:#x})")]
+    Incompatible(u64),
+    /// The system's words.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+enum Next<'a> {
+    Message { at: u64, kind: u8, payload: &'a [u8] },
+    Skipped { from: u64, to: u64 },
+    Cut { at: u64, kind: Option<u8>, payload: &'a [u8], size: usize },
+    End,
+}
+
+struct Walk<R> {
+    window: Window<R>,
+    /// Where data were appended, ascending; those ahead.
+    appended: Vec<u64>,
+}
+
+impl<R: Read + Seek> Walk<R> {
+    fn new(source: R) -> Result<Self, UlogError> {
+        let mut window = Window::new(source);
+        let header = window.ahead(HEADER)?;
+        if header.len() < HEADER || !header.starts_with(MAGIC) {
+            return Err(UlogError::Header);
+        }
+        window.skip(HEADER);
+        let mut walk = Self { window, appended: Vec::new() };
+        let head = walk.window.ahead(3 + 40)?;
+        if head.len() >= 3 + 40 && head[2] == b'B' {
+            let size = 3 + usize::from(u16::from_le_bytes([head[0], head[1]]));
+            let flags = &head[3..];
+            let word = |i: usize| {
+                u64::from_le_bytes(std::array::from_fn(|k| flags.get(i + k).copied().unwrap_or(0)))
+            };
+            let incompatible = word(8);
+            if incompatible & !u64::from(APPENDED) != 0 {
+                return Err(UlogError::Incompatible(incompatible));
+            }
+            let least = (HEADER + size) as u64;
+            if incompatible != 0 {
+                walk.appended = (0..3).map(|k| word(16 + 8 * k)).filter(|&to| to >= least).collect();
+                walk.appended.sort_unstable();
+                walk.appended.dedup();
+            }
+        }
+        Ok(walk)
+    }
+
+    fn next(&mut self) -> io::Result<Next<'_>> {
+        let at = self.window.at();
+        while self.appended.first().is_some_and(|&to| to <= at) {
+            self.appended.remove(0);
+        }
+        let limit = self.appended.first().copied();
+        let header = self.window.ahead(3)?;
+        if header.is_empty() {
+            // What was to follow is not there.
+            return Ok(match limit {
+                Some(_) => Next::Cut { at, kind: None, payload: &[], size: 0 },
+                None => Next::End,
+            });
+        }
+        let whole = header.len() >= 3;
+        let (size, kind) = if whole {
+            (usize::from(u16::from_le_bytes([header[0], header[1]])), Some(header[2]))
+        } else {
+            (0, None)
+        };
+        if let Some(to) = limit {
+            if at + 3 + size as u64 > to {
+                self.window.seek(to)?;
+                if self.window.ahead(1)?.is_empty() {
+                    return Ok(Next::Cut { at, kind: None, payload: &[], size: 0 });
+                }
+                return Ok(Next::Skipped { from: at, to });
+            }
+        }
+        let have = self.window.ahead(3 + size)?.len();
+        if !whole || have < 3 + size {
+            let payload = self.window.ahead(3)?.get(3..).unwrap_or(&[]);
+            return Ok(Next::Cut { at, kind, payload, size });
+        }
+        let payload = &self.window.ahead(3 + size)?[3..3 + size];
+        Ok(Next::Message { at, kind: kind.unwrap_or(0), payload })
+    }
+
+    /// Moves on by a message.
+    fn pass(&mut self, size: usize) {
+        self.window.skip(3 + size);
+    }
+
+    /// Whether after a message of so many bytes there is another of a known kind, or the end.
+    fn goes_on(&mut self, size: usize) -> io::Result<bool> {
+        let ahead = self.window.ahead(3 + size + 3)?;
+        Ok(ahead.len() == 3 + size || ahead.get(3 + size + 2).is_some_and(|&kind| least(kind).is_some()))
+    }
+}
+
+/// The fewest bytes of a message of a kind; none if it is not known.
+fn least(kind: u8) -> Option<usize> {
+    Some(match kind {
+        b'B' => 40,
+        b'A' => 4,
+        b'F' | b'I' | b'M' | b'P' | b'Q' | b'D' | b'R' | b'O' => 2,
+        b'S' => 8,
+        b'L' => 9,
+        b'C' => 11,
+        _ => return None,
+    })
+}
+
+fn id_of(payload: &[u8]) -> Option<u16> {
+    Some(u16::from_le_bytes([*payload.first()?, *payload.get(1)?]))
+}
+
+/// By number of topic: its place in `topics`.
+#[derive(Default)]
+struct Places(Vec<Option<usize>>);
+
+impl Places {
+    fn of(&self, id: u16) -> Option<usize> {
+        self.0.get(usize::from(id)).copied().flatten()
+    }
+
+    fn put(&mut self, id: u16, place: usize) {
+        let id = usize::from(id);
+        if self.0.len() <= id {
+            self.0.resize(id + 1, None);
+        }
+        self.0[id] = Some(place);
+    }
+}
+
+/// Goes through a log once: what it holds, and where it breaks off.
+///
+/// # Errors
+///
+/// If it is no log at all, or cannot be read; damage further on is part of the result.
+pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
+    let mut walk = Walk::new(source)?;
+    let mut scan = UlogScan::default();
+    let mut places = Places::default();
+    // Of the last message, which is given up if the next one is damaged: where it is, and how to undo it.
+    let mut last: (u64, Undo) = (HEADER as u64, Undo::Nothing);
+    loop {
+        let (at, kind, size, wrong) = match walk.next()? {
+            Next::End => break,
+            Next::Skipped { from, to } => {
+                scan.unfinished.push((from, to));
+                continue;
+            }
+            Next::Cut { at, kind, payload, size } => {
+                // A length that was damaged reaches beyond the end, too.
+                let wrong = kind.and_then(|kind| {
+                    wrong_cut(kind, payload, size, &scan, &places).or_else(|| {
+                        least(kind).is_none().then(|| format!("a message of the unknown kind {kind:#04x}"))
+                    })
+                });
+                if let Some(what) = wrong {
+                    give_up(&mut scan, &last, Break::Damaged { at, what });
+                } else {
+                    scan.end = at;
+                    scan.broken = Some(Break::Cut { at });
+                }
+                return Ok(scan);
+            }
+            Next::Message { at, kind, payload } => {
+                let (wrong, undo) = match kind {
+                    _ if least(kind).is_some_and(|least| payload.len() < least) => {
+                        (Some(short(kind, payload.len())), Undo::Nothing)
+                    }
+                    b'D' => data(payload, &mut scan, &places),
+                    b'A' => subscribe(payload, &mut scan, &mut places),
+                    b'F' if payload.contains(&b':') => {
+                        scan.formats.push(payload.to_vec());
+                        (None, Undo::Format)
+                    }
+                    b'F' => (Some("a format without a name".into()), Undo::Nothing),
+                    b'O' if payload.len() == 2 => {
+                        scan.dropouts.extend(id_of(payload));
+                        (None, Undo::Dropout)
+                    }
+                    b'O' => (Some(short(kind, payload.len())), Undo::Nothing),
+                    b'S' if !payload.starts_with(SYNC) => {
+                        (Some("a synchronisation message with other bytes".into()), Undo::Nothing)
+                    }
+                    b'B' if at != HEADER as u64 => {
+                        (Some("flags in the middle of the log".into()), Undo::Nothing)
+                    }
+                    _ => (None, Undo::Nothing),
+                };
+                let size = payload.len();
+                if wrong.is_none() {
+                    last = (at, undo);
+                }
+                (at, kind, size, wrong)
+            }
+        };
+        let wrong = match wrong {
+            None if least(kind).is_none() => {
+                if kind.is_ascii_alphabetic() && size > 0 && walk.goes_on(size)? {
+                    scan.unknown += 1;
+                    None
+                } else {
+                    // It was taken for the last one that holds.
+                    Some(format!("a message of the unknown kind {kind:#04x}, {size} bytes long"))
+                }
+            }
+            wrong => wrong,
+        };
+        if let Some(what) = wrong {
+            if last.0 == at {
+                last = (at, Undo::Nothing);
+            }
+            give_up(&mut scan, &last, Break::Damaged { at, what });
+            return Ok(scan);
+        }
+        scan.messages += 1;
+        walk.pass(size);
+    }
+    scan.end = walk.window.at();
+    Ok(scan)
+}
+
+#[derive(Clone, Copy)]
+enum Undo {
+    Nothing,
+    Row(usize),
+    Topic,
+    Format,
+    Dropout,
+}
+
+fn give_up(scan: &mut UlogScan, last: &(u64, Undo), broken: Break) {
+    match last.1 {
+        Undo::Nothing => {}
+        Undo::Row(place) => scan.topics[place].rows -= 1,
+        Undo::Topic => drop(scan.topics.pop()),
+        Undo::Format => drop(scan.formats.pop()),
+        Undo::Dropout => drop(scan.dropouts.pop()),
+    }
+    scan.messages = scan.messages.saturating_sub(1);
+    scan.end = last.0;
+    scan.broken = Some(broken);
+}
+
+fn short(kind: u8, size: usize) -> String {
+    format!("a message of kind {:?} of {size} bytes", char::from(kind))
+}
+
+fn data(payload: &[u8], scan: &mut UlogScan, places: &Places) -> (Option<String>, Undo) {
+    let id = id_of(payload).unwrap_or(u16::MAX);
+    let Some(place) = places.of(id) else {
+        return (Some(format!("data of topic {id}, which is not declared")), Undo::Nothing);
+    };
+    let topic = &mut scan.topics[place];
+    let size = payload.len() - 2;
+    if topic.rows == 0 {
+        topic.size = size;
+    } else if topic.size != size {
+        let what = format!("a message of {} of {size} bytes instead of {}", shown(&topic.name), topic.size);
+        return (Some(what), Undo::Nothing);
+    }
+    topic.rows += 1;
+    (None, Undo::Row(place))
+}
+
+fn subscribe(payload: &[u8], scan: &mut UlogScan, places: &mut Places) -> (Option<String>, Undo) {
+    let (instance, name) = (payload[0], &payload[3..]);
+    let id = u16::from_le_bytes([payload[1], payload[2]]);
+    if !name.iter().all(u8::is_ascii_graphic) {
+        return (Some("a topic whose name is no text".into()), Undo::Nothing);
+    }
+    if let Some(place) = places.of(id) {
+        let same = scan.topics[place].instance == instance && scan.topics[place].name == name;
+        let what = format!("a second topic of number {id}");
+        return (if same { None } else { Some(what) }, Undo::Nothing);
+    }
+    places.put(id, scan.topics.len());
+    scan.topics.push(UlogTopic { id, instance, name: name.to_vec(), rows: 0, size: 0 });
+    (None, Undo::Topic)
+}
+
+/// What is wrong with the beginning of a message that reaches beyond the end of the file.
+fn wrong_cut(kind: u8, payload: &[u8], size: usize, scan: &UlogScan, places: &Places) -> Option<String> {
+    if least(kind).is_some_and(|least| size < least) {
+        return Some(short(kind, size));
+    }
+    let id = (kind == b'D').then(|| id_of(payload)).flatten()?;
+    let Some(place) = places.of(id) else {
+        return Some(format!("data of topic {id}, which is not declared"));
+    };
+    let topic = &scan.topics[place];
+    (topic.rows > 0 && topic.size + 2 != size).then(|| {
+        format!("a message of {} of {} bytes instead of {}", shown(&topic.name), size - 2, topic.size)
+    })
+}
+
+fn shown(name: &[u8]) -> String {
+    String::from_utf8_lossy(name).into_owned()
+}
+
+/// Columns of a topic: of all its messages before `end`, the bytes of some fields.
+///
+/// `fields` are offsets in the data of a message, and lengths in bytes.
+///
+/// # Errors
+///
+/// If the file cannot be read or is no longer the one that was scanned, or a field lies outside of the messages.
+pub fn ulog_columns(
+    source: impl Read + Seek,
+    end: u64,
+    topic: &UlogTopic,
+    fields: &[(usize, usize)],
+) -> Result<Vec<Vec<u8>>, UlogError> {
+    let mut walk = Walk::new(source)?;
+    if topic.rows == 0 {
+        return Ok(vec![Vec::new(); fields.len()]);
+    }
+    let mut taken = Fields::new(fields, topic.size, topic.rows)?;
+    let mut rows = 0;
+    while rows < topic.rows {
+        let size = match walk.next()? {
+            Next::Message { at, kind, payload } if at < end => {
+                if kind == b'D' && id_of(payload) == Some(topic.id) && payload.len() == 2 + topic.size {
+                    taken.take(&payload[2..]);
+                    rows += 1;
+                }
+                payload.len()
+            }
+            Next::Skipped { .. } => continue,
+            _ => return Err(io::Error::other("the file changed while it was being read").into()),
+        };
+        walk.pass(size);
+    }
+    Ok(taken.columns)
+}
+
+#[cfg(test)]
+#[path = "ulog_tests.rs"]
+mod tests;

@@ -1,0 +1,110 @@
+//! A file seen through a window that moves forward: what lies ahead of a position, without the file in memory.
+
+use std::io::{self, Read, Seek, SeekFrom};
+
+const ROOM: usize = 1 << 18;
+
+pub(crate) struct Window<R> {
+    source: R,
+    buffer: Vec<u8>,
+    from: usize,
+    to: usize,
+    at: u64,
+}
+
+impl<R: Read + Seek> Window<R> {
+    pub(crate) fn new(source: R) -> Self {
+        Self { source, buffer: vec![0; ROOM], from: 0, to: 0, at: 0 }
+    }
+
+    /// Position in the file of what lies ahead.
+    pub(crate) fn at(&self) -> u64 {
+        self.at
+    }
+
+    /// At least `n` bytes, or as many as there are until the file ends.
+    pub(crate) fn ahead(&mut self, n: usize) -> io::Result<&[u8]> {
+        if self.to - self.from < n {
+            self.buffer.copy_within(self.from..self.to, 0);
+            self.to -= self.from;
+            self.from = 0;
+            if self.buffer.len() < n {
+                self.buffer.resize(n, 0);
+            }
+            while self.to < n {
+                match self.source.read(&mut self.buffer[self.to..]) {
+                    Ok(0) => break,
+                    Ok(got) => self.to += got,
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                    Err(error) => return Err(error),
+                }
+            }
+        }
+        Ok(&self.buffer[self.from..self.to])
+    }
+
+    /// Moves on by `n` bytes, which were ahead.
+    pub(crate) fn skip(&mut self, n: usize) {
+        let n = n.min(self.to - self.from);
+        self.from += n;
+        self.at += n as u64;
+    }
+
+    /// Moves to a position further on.
+    pub(crate) fn seek(&mut self, to: u64) -> io::Result<()> {
+        let distance = to.saturating_sub(self.at);
+        if distance <= (self.to - self.from) as u64 {
+            self.skip(distance as usize);
+            return Ok(());
+        }
+        self.at = self.source.seek(SeekFrom::Start(to))?;
+        self.from = 0;
+        self.to = 0;
+        Ok(())
+    }
+}
+
+/// Bytes of one field of all records, one after the other.
+pub(crate) struct Fields {
+    fields: Vec<(usize, usize)>,
+    pub(crate) columns: Vec<Vec<u8>>,
+}
+
+impl Fields {
+    /// `fields` are offsets in a record and lengths; every record has at least `size` bytes.
+    pub(crate) fn new(fields: &[(usize, usize)], size: usize, rows: usize) -> io::Result<Self> {
+        if fields.iter().any(|&(offset, length)| offset.checked_add(length).is_none_or(|end| end > size)) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "a field lies outside of the record"));
+        }
+        let mut columns = Vec::with_capacity(fields.len());
+        for &(_, length) in fields {
+            let mut column = Vec::new();
+            column.try_reserve_exact(length.saturating_mul(rows)).map_err(|_| io::ErrorKind::OutOfMemory)?;
+            columns.push(column);
+        }
+        Ok(Self { fields: fields.to_vec(), columns })
+    }
+
+    pub(crate) fn take(&mut self, record: &[u8]) {
+        for (&(offset, length), column) in self.fields.iter().zip(&mut self.columns) {
+            column.extend_from_slice(&record[offset..offset + length]);
+        }
+    }
+}
+
+/// What ends a log before its end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Break {
+    /// The file ends in the middle of a message.
+    Cut {
+        /// Where the message begins.
+        at: u64,
+    },
+    /// What stands there is no message.
+    Damaged {
+        /// Where it stands.
+        at: u64,
+        /// What was found.
+        what: String,
+    },
+}

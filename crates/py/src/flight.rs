@@ -1,0 +1,94 @@
+//! Flight logs.
+
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use sigmatau_formats::{self as formats, Break, DataFlashRows, UlogError, UlogTopic};
+use std::fs::File;
+use std::path::PathBuf;
+
+type Bytes<'py> = Vec<Bound<'py, PyArray1<u8>>>;
+
+/// What a `ULog` file holds: a dictionary, see `_kernels.scan_ulog`.
+#[pyfunction]
+pub fn scan_ulog(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let scan = py.detach(|| formats::scan_ulog(File::open(path)?)).map_err(refused)?;
+    let bytes = |b: &Vec<u8>| PyBytes::new(py, b);
+    let found = PyDict::new(py);
+    found.set_item("formats", scan.formats.iter().map(bytes).collect::<Vec<_>>())?;
+    let topics: Vec<_> =
+        scan.topics.iter().map(|t| (t.id, t.instance, bytes(&t.name), t.rows, t.size)).collect();
+    found.set_item("topics", topics)?;
+    found.set_item("dropouts", scan.dropouts)?;
+    found.set_item("unknown", scan.unknown)?;
+    found.set_item("unfinished", scan.unfinished)?;
+    found.set_item("messages", scan.messages)?;
+    found.set_item("end", scan.end)?;
+    found.set_item("broken", broken(scan.broken))?;
+    Ok(found)
+}
+
+#[pyfunction]
+pub fn ulog_columns(
+    py: Python<'_>,
+    path: PathBuf,
+    end: u64,
+    number: u16,
+    rows: usize,
+    size: usize,
+    fields: Vec<(usize, usize)>,
+) -> PyResult<Bytes<'_>> {
+    let topic = UlogTopic { id: number, instance: 0, name: Vec::new(), rows, size };
+    let read = || formats::ulog_columns(File::open(path)?, end, &topic, &fields);
+    let columns = py.detach(read).map_err(refused)?;
+    Ok(columns.into_iter().map(|column| column.into_pyarray(py)).collect())
+}
+
+/// What a `DataFlash` file holds: a dictionary, see `_kernels.scan_dataflash`.
+#[pyfunction]
+pub fn scan_dataflash(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let scan = py.detach(|| formats::scan_dataflash(File::open(path)?))?;
+    let found = PyDict::new(py);
+    let kinds: Vec<_> =
+        scan.kinds.into_iter().map(|k| (k.id, k.name, k.fields, k.size, k.instance, k.rows)).collect();
+    found.set_item("kinds", kinds)?;
+    let definitions: Vec<_> =
+        scan.definitions.iter().map(|(place, body)| (place, PyBytes::new(py, body))).collect();
+    found.set_item("definitions", definitions)?;
+    found.set_item("messages", scan.messages)?;
+    found.set_item("end", scan.end)?;
+    found.set_item("broken", broken(scan.broken))?;
+    Ok(found)
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // what a scan found, which _kernels names
+pub fn dataflash_columns(
+    py: Python<'_>,
+    path: PathBuf,
+    end: u64,
+    kind: u8,
+    instance: Option<(usize, u8)>,
+    rows: usize,
+    size: usize,
+    fields: Vec<(usize, usize)>,
+) -> PyResult<Bytes<'_>> {
+    let wanted = DataFlashRows { id: kind, instance, size, rows, end };
+    let columns = py.detach(|| formats::dataflash_columns(File::open(path)?, &wanted, &fields))?;
+    Ok(columns.into_iter().map(|column| column.into_pyarray(py)).collect())
+}
+
+fn broken(found: Option<Break>) -> Option<(u64, Option<String>)> {
+    found.map(|b| match b {
+        Break::Cut { at } => (at, None),
+        Break::Damaged { at, what } => (at, Some(what)),
+    })
+}
+
+fn refused(error: UlogError) -> PyErr {
+    match error {
+        UlogError::Io(error) => error.into(),
+        other => PyValueError::new_err(other.to_string()),
+    }
+}

@@ -1,0 +1,208 @@
+"""ArduPilot logs (DataFlash, .bin): each kind of message is a table, by instance.
+
+The file describes itself: ``FMT`` defines the messages, ``FMTU``, ``UNIT`` and ``MULT`` their units. The chain of messages
+is followed by compiled code, which says where it breaks off; what the fields mean is found here.
+https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import DataError
+from sigmatau.io.read.chain import broken
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.results import Finding
+
+__all__ = ["read", "sniff"]
+
+_MARKS = b"\xa3\x95"
+
+# By letter of the type; text and arrays are no columns.
+_TYPES = {
+    "b": "i1",
+    "B": "u1",
+    "M": "u1",
+    "h": "<i2",
+    "H": "<u2",
+    "i": "<i4",
+    "I": "<u4",
+    "q": "<i8",
+    "Q": "<u8",
+    "g": "<f2",
+    "f": "<f4",
+    "d": "<f8",
+    "c": "<i2",
+    "C": "<u2",
+    "e": "<i4",
+    "E": "<u4",
+    "L": "<i4",
+}
+_HUNDREDTHS = "cCeE"  # whole numbers that count hundredths
+
+# What ArduPilot's documentation says where an older log defines no units.
+_USUAL = {
+    "TimeUS": "us",
+    "SampleUS": "us",
+    **dict.fromkeys(("GyrX", "GyrY", "GyrZ"), "rad/s"),
+    **dict.fromkeys(("AccX", "AccY", "AccZ"), "m/s^2"),
+}
+_SENSORS = ("IMU", "GYR", "ACC")
+_SECONDS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
+_SPELLED = {"m/s/s": "m/s^2"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of message, as `_kernels.scan_dataflash` found it."""
+
+    number: int
+    name: str
+    fields: Sequence[tuple[str, str, int]]
+    size: int
+    instance: int | None
+    rows: Sequence[tuple[int, int]]
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file begins with the marks of a message."""
+    return head.startswith(_MARKS)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+
+    Raises
+    ------
+    DataError
+        If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
+    """
+    if head.gzip:
+        raise DataError("is an ArduPilot log compressed by gzip; decompress it first")
+    scan = _kernels.scan_dataflash(str(path))
+    kinds = [_Kind(*kind) for kind in scan["kinds"]]
+    findings = broken(scan, path.stat().st_size)
+    units = _units(kinds, scan["definitions"])
+    tables = [
+        table
+        for kind in kinds
+        for instance, rows in kind.rows
+        for table in _tables(str(path), int(scan["end"]), kind, instance, rows, units.get(kind.number, {}), findings)
+    ]
+    if not tables:
+        because = f": {findings[0].message}; get or make the file again" if findings else ""
+        raise DataError(f"is an ArduPilot log without data{because}")
+    return tuple(tables)
+
+
+def _tables(
+    path: str,
+    end: int,
+    kind: _Kind,
+    instance: int,
+    rows: int,
+    units: Mapping[str, str],
+    findings: tuple[Finding, ...],
+) -> Iterator[Table]:
+    fields = [f for f in kind.fields if f[1] in _TYPES]
+    if not any(name not in ("TimeUS", "I") for name, _, _ in fields):
+        return
+    topic = kind.name if kind.instance is None else f"{kind.name}[{instance}]"
+    columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        raw = _kernels.dataflash_columns(
+            path,
+            end=end,
+            kind=kind.number,
+            instance=None if kind.instance is None else (kind.instance, instance),
+            rows=rows,
+            size=kind.size,
+            fields=[(fields[i][2], np.dtype(_TYPES[fields[i][1]]).itemsize) for i in wanted],
+        )
+        arrays: dict[int, NDArray[Any]] = {}
+        for index, column in zip(wanted, raw, strict=True):
+            name, letter, _ = fields[index]
+            array: NDArray[Any] = column.view(_TYPES[letter])
+            refuse_non_finite(array, name, f"message {{row}} of {topic} (counted from 0)")
+            arrays[index] = array / 100.0 if letter in _HUNDREDTHS else array
+        if exact is not None:
+            arrays[exact] = whole_stamps(arrays[exact])
+        return Loaded(columns=arrays)
+
+    yield Table(
+        format="dataflash",
+        columns=columns,
+        notes=(),
+        load=load,
+        where=lambda row: f"message {row + 1} of {topic}",
+        topic=topic,
+        rows=rows,
+        findings=findings,
+    )
+
+
+def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
+    """By kind and field, the unit as far as it is defined and its numbers are in it as they stand."""
+    by_number = {kind.number: kind for kind in kinds}
+    names: dict[str, str] = {}
+    factors: dict[str, float] = {}
+    letters: dict[int, tuple[str, str]] = {}
+    for place, body in definitions:
+        kind = kinds[place]
+        match kind.name:
+            case "UNIT":
+                names[chr(int(_value(kind, body, "Id", 0)) & 0xFF)] = _text(kind, body, "Label")
+            case "MULT":
+                factors[chr(int(_value(kind, body, "Id", 0)) & 0xFF)] = _value(kind, body, "Mult", np.nan)
+            case _:
+                number = int(_value(kind, body, "FmtType", -1))
+                letters[number] = (_text(kind, body, "UnitIds"), _text(kind, body, "MultIds"))
+    units: dict[int, dict[str, str]] = {}
+    for number, kind in by_number.items():
+        own = {
+            name: unit
+            for name, unit in _USUAL.items()
+            if kind.name.rstrip("0123456789") in _SENSORS or name == "TimeUS"
+        }
+        found = units[number] = {field[0]: own[field[0]] for field in kind.fields if field[0] in own}
+        for (name, letter, _), unit, mult in zip(kind.fields, *letters.get(number, ("", "")), strict=False):
+            spelled = names.get(unit, "")
+            factor = 1.0 if mult in "-0?" or letter in _HUNDREDTHS else factors.get(mult, np.nan)
+            if spelled == "s" and factor in _SECONDS:
+                found[name] = _SECONDS[factor]
+            elif spelled and factor == 1:
+                found[name] = _SPELLED.get(spelled, spelled)
+            elif spelled:
+                found.pop(name, None)  # in another unit than is usual, by a factor that has no name
+    return units
+
+
+def _value(kind: _Kind, body: bytes, name: str, missing: float) -> float:
+    for field, letter, offset in kind.fields:
+        if field == name and letter in _TYPES:
+            dtype = np.dtype(_TYPES[letter])
+            value = float(np.frombuffer(body, dtype, count=1, offset=offset)[0])
+            return value if (np.isfinite(value) and abs(value) < 1e6) or name == "Mult" else missing
+    return missing
+
+
+def _text(kind: _Kind, body: bytes, name: str) -> str:
+    for field, letter, offset in kind.fields:
+        if field == name and letter in "nNZ":
+            (text,) = struct.unpack_from({"n": "4s", "N": "16s", "Z": "64s"}[letter], body, offset)
+            return str(text.split(b"\0", 1)[0], "ascii", "replace")
+    return ""

@@ -1,0 +1,369 @@
+"""PX4 flight logs (ULog): each instance of a message is a table.
+
+The chain of messages is followed by compiled code, which says where it breaks off; formats and meanings are found here.
+https://docs.px4.io/main/en/dev_log/ulog_file_format.html
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import DataError
+from sigmatau.io.read.chain import EFFECT, broken
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.results import Finding
+
+__all__ = ["read", "sniff"]
+
+_MAGIC = b"ULog\x01\x12\x35"
+
+_TYPES = {
+    "int8_t": "i1",
+    "uint8_t": "u1",
+    "int16_t": "<i2",
+    "uint16_t": "<u2",
+    "int32_t": "<i4",
+    "uint32_t": "<u4",
+    "int64_t": "<i8",
+    "uint64_t": "<u8",
+    "float": "<f4",
+    "double": "<f8",
+    "bool": "u1",
+    "char": "S1",
+}
+_FIELD = re.compile(r"([A-Za-z_][\w/\-]*)(?:\[(\d{1,5})\])? +([A-Za-z_]\w*)")
+_LARGEST = 65535  # bytes of a message
+
+# A file does not define units, but PX4's message definitions do; axes that bear no more than a letter are given the name
+# of their message, and increments one that is not taken for a rate unless it is asked for.
+_STAMPS = {"timestamp": "timestamp [us]", "timestamp_sample": "timestamp_sample [us]"}
+_AXES = {
+    **{m: (m, "rad/s") for m in ("sensor_gyro", "sensor_gyro_fifo")},
+    **{m: (m, "m/s^2") for m in ("sensor_accel", "sensor_accel_fifo")},
+}
+_INCREMENTS = {"vehicle_imu", "sensor_preflight_imu"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Field:
+    name: str
+    kind: str
+    offset: int
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file is a ULog, its header damaged or not."""
+    return head.startswith(_MAGIC[:4])
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The messages of a log, by instance: ``sensor_combined``, ``sensor_gyro:0``, ``sensor_gyro:1`` …
+
+    Stamps are microseconds since the flight computer started. Messages of the sensor's own buffer (``sensor_gyro_fifo``)
+    are taken apart into samples, whose times are spread over the time since the message before.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+
+    Raises
+    ------
+    DataError
+        If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
+    """
+    if head.gzip:
+        raise DataError("is a PX4 flight log compressed by gzip; decompress it first")
+    try:
+        scan = _kernels.scan_ulog(str(path))
+    except ValueError as error:
+        raise DataError(f"is a PX4 flight log that cannot be read: {error}; get or make the file again") from None
+    size = path.stat().st_size
+    formats = _formats(scan["formats"])
+    topics = [
+        (number, instance, bytes(name).decode(), rows, width) for number, instance, name, rows, width in scan["topics"]
+    ]
+    # Topics without data are not looked at, and each definition once: damage must not make 65535 times the work.
+    layouts = {name: _layout(name, formats) for name in {topic[2] for topic in topics if topic[3]}}
+    unusable = {t[2]: why for t in topics if t[3] and (why := layouts[t[2]].misfit(t[4]))}
+    findings = (
+        *broken(scan, size),
+        *(_unusable(name, why) for name, why in unusable.items()),
+        *_passed_over(scan),
+        *_dropouts(scan["dropouts"]),
+    )
+    if all(not rows or name in unusable for _, _, name, rows, _ in topics):
+        raise DataError(f"is a PX4 flight log without data{_because(findings)}")
+    several = {name for _, instance, name, _, _ in topics if instance > 0}
+    labels: set[str] = set()
+    tables: list[Table] = []
+    for number, instance, name, rows, width in topics:
+        if not rows or name in unusable:
+            continue
+        label = f"{name}:{instance}" if name in several or _has_instances(name) else name
+        label = f"{label}#{number}" if label in labels else label
+        labels.add(label)
+        source = _Source(str(path), int(scan["end"]), number, rows, width, label)
+        make = _fifo if name.endswith("_fifo") and name in _AXES else _plain
+        tables.extend(make(source, name, layouts[name].fields, findings))
+    if not tables:
+        raise DataError(f"is a PX4 flight log without columns of numbers{_because(findings)}")
+    return tuple(tables)
+
+
+class _UnusableError(Exception):
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """The messages of one topic."""
+
+    path: str
+    end: int
+    number: int
+    rows: int
+    size: int
+    label: str
+
+    def arrays(self, fields: Sequence[_Field], lengths: Sequence[int] | None = None) -> list[NDArray[Any]]:
+        """One array a field; of shape (n, length) where a length is given that is not 1."""
+        lengths = lengths or [1] * len(fields)
+        spans = [(f.offset, np.dtype(f.kind).itemsize * n) for f, n in zip(fields, lengths, strict=True)]
+        raw = _kernels.ulog_columns(
+            self.path, end=self.end, number=self.number, rows=self.rows, size=self.size, fields=spans
+        )
+        return [
+            a.view(f.kind) if n == 1 else a.view(f.kind).reshape(-1, n)
+            for a, f, n in zip(raw, fields, lengths, strict=True)
+        ]
+
+    def where(self, row: int) -> str:
+        return f"message {row + 1} of {self.label}"
+
+
+def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[Finding, ...]) -> Iterator[Table]:
+    shown = [f for f in fields if f.kind != "S1"]
+    columns = tuple(Column(name=_named(name, f.name)) for f in shown)
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        arrays = source.arrays([shown[i] for i in wanted])
+        raw: dict[int, NDArray[Any]] = dict(zip(wanted, arrays, strict=True))
+        for index, array in raw.items():
+            refuse_non_finite(array, shown[index].name, f"message {{row}} of {source.label} (counted from 0)")
+        if exact is not None:
+            raw[exact] = whole_stamps(raw[exact])
+        return Loaded(columns=raw)
+
+    if shown:
+        yield Table(
+            format="ulog",
+            columns=columns,
+            notes=(),
+            load=load,
+            where=source.where,
+            topic=source.label,
+            rows=source.rows,
+            findings=findings,
+        )
+
+
+def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[Finding, ...]) -> Iterator[Table]:
+    """Samples of a sensor's buffer: up to 32 in a message, whole numbers with one scale."""
+    places = {f.name: f for f in fields}
+    depth = sum(f.name.startswith("x[") for f in fields)
+    needed = ("timestamp_sample", "dt", "scale", "samples", "x[0]", "y[0]", "z[0]")
+    if any(n not in places for n in needed) or any(
+        f.kind != "<i2" for f in fields if f.name.startswith(("x[", "y[", "z["))
+    ):
+        yield from _plain(source, name, fields, findings)
+        return
+    stamp, dt, scale, samples, *axes = (places[n] for n in needed)
+    counts = source.arrays([samples])[0].astype(np.int64)
+    wrong = np.flatnonzero(counts > depth)
+    good = int(wrong[0]) if len(wrong) else source.rows
+    if len(wrong):
+        said = f"{source.where(good)} says {counts[good]} samples and has room for {depth}"
+        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=EFFECT))
+    counts = counts[:good]
+    columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
+    first = np.concatenate(([0], np.cumsum(counts)))
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        raw: dict[int, NDArray[Any]] = {}
+        for index in wanted:
+            if index == 0:
+                times, step = (a[:good] for a in source.arrays([stamp, dt]))
+                refuse_non_finite(step, "dt", f"message {{row}} of {source.label} (counted from 0)")
+                raw[0] = _spread(times.astype(np.int64), step.astype(np.float64), counts)
+                continue
+            counted, factor = source.arrays([axes[index - 1], scale], [depth, 1])
+            refuse_non_finite(factor, "scale", f"message {{row}} of {source.label} (counted from 0)")
+            used = np.arange(depth) < counts[:, None]
+            raw[index] = counted.reshape(-1, depth)[:good][used] * np.repeat(factor[:good].astype(np.float64), counts)
+        return Loaded(columns=raw)
+
+    def where(row: int) -> str:
+        return source.where(int(np.searchsorted(first, row, side="right")) - 1)
+
+    yield Table(
+        format="ulog",
+        columns=columns,
+        notes=("samples of the sensor's buffer, their times spread over the time since the message before",),
+        load=load,
+        where=where,
+        topic=source.label,
+        rows=int(first[-1]),
+        findings=findings,
+    )
+
+
+def _spread(times: NDArray[np.int64], dt: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Times of samples of which the last of each message is stamped; whole microseconds.
+
+    The declared interval `dt` is nominal: a sensor that runs faster would step back in time from one message to the next.
+    So it is used only where the message before is too far away, or missing.
+    """
+    nominal = np.clip(dt, 0.0, 1e6) * counts
+    since = np.diff(times, prepend=times[:1] - 1).astype(np.float64)
+    near = (since > 0) & (since < 1.5 * nominal)
+    near[:1] = False
+    span = np.where(near, since, nominal)
+    left = np.repeat(np.cumsum(counts), counts) - 1 - np.arange(int(counts.sum()))  # samples to the stamped one
+    step = np.repeat(span / np.maximum(counts, 1), counts)
+    return np.repeat(times, counts) - np.rint(left * step).astype(np.int64)
+
+
+def _named(message: str, field: str) -> str:
+    if field in _STAMPS:
+        return _STAMPS[field]
+    if message in _AXES and field in ("x", "y", "z"):
+        return f"{_AXES[message][0]}.{field} [{_AXES[message][1]}]"
+    return f"{message}.{field}" if message in _INCREMENTS else field
+
+
+def _has_instances(message: str) -> bool:
+    """Whether PX4 runs one for each sensor, so that the instance belongs to its name even if there is but one."""
+    return message in _AXES or message == "vehicle_imu"
+
+
+def _formats(definitions: Sequence[bytes]) -> dict[str, str]:
+    formats: dict[str, str] = {}
+    for definition in definitions:
+        name, _, body = definition.decode("utf-8", errors="replace").partition(":")
+        formats.setdefault(name, body)
+    return formats
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """The fields of a message without the bytes that fill up, and how many bytes it may have; or what is wrong."""
+
+    fields: Sequence[_Field] = ()
+    least: int = 0
+    most: int = 0
+    wrong: str = ""
+
+    def misfit(self, size: int) -> str:
+        """Why messages of so many bytes cannot be taken; empty if they can."""
+        if self.wrong or self.least <= size <= self.most:
+            return self.wrong
+        return f"it makes {self.most} bytes, and its messages have {size}"
+
+
+def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
+    try:
+        fields, most = _laid_out(message, formats, depth=0)
+    except _UnusableError as error:
+        return _Layout(wrong=str(error))
+    while fields and fields[-1].name.startswith("_padding"):
+        fields.pop()  # not written at the end
+    least = max((f.offset + np.dtype(f.kind).itemsize for f in fields), default=0)
+    return _Layout([f for f in fields if "_padding" not in f.name], least, most)
+
+
+def _unusable(name: str, why: str) -> Finding:
+    return Finding(
+        code="damaged",
+        severity="error",
+        message=f"the definition of {name} cannot be used: {why}",
+        effect="this message is not read; get or make the file again",
+    )
+
+
+def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_Field], int]:
+    """Fields in the order of their bytes, and the length of all."""
+    if message not in formats:
+        raise _UnusableError(f"{message!r} is not defined")
+    if depth > 8:
+        raise _UnusableError("it is nested more than 8 deep")
+    fields: list[_Field] = []
+    offset = 0
+    for text in filter(None, formats[message].split(";")):
+        match = _FIELD.fullmatch(text.strip())
+        if match is None:
+            raise _UnusableError(f"{text[:40]!r} is no field")
+        kind, count, name = match[1], match[2], match[3]
+        inner: list[_Field] = [_Field("", _TYPES[kind], 0)] if kind in _TYPES else []
+        if inner:
+            length = np.dtype(_TYPES[kind]).itemsize
+        else:
+            inner, length = _laid_out(kind, formats, depth=depth + 1)
+        times = 1 if count is None else int(count)
+        if offset + length * times > _LARGEST or not length:
+            raise _UnusableError(f"{name!r} makes it longer than {_LARGEST} bytes, or has none")
+        for k in range(times):
+            base = name if count is None else f"{name}[{k}]"
+            fields += [_Field(f"{base}.{f.name}" if f.name else base, f.kind, offset + f.offset) for f in inner]
+            offset += length
+    return fields, offset
+
+
+def _passed_over(scan: Mapping[str, Any]) -> list[Finding]:
+    found = []
+    if scan["unknown"]:
+        found.append(
+            Finding(
+                code="unknown_messages",
+                severity="warning",
+                message=f"{scan['unknown']} messages of a kind that is not known were passed over",
+                effect="none if a newer PX4 wrote them; else the file is damaged there",
+            )
+        )
+    for start, stop in scan["unfinished"]:
+        found.append(
+            Finding(
+                code="unfinished_message",
+                severity="warning",
+                message=f"{stop - start} bytes at byte {start} are an unfinished message, after which data were appended",
+                effect="that message is missing; usual for a log that a crash ended",
+            )
+        )
+    return found
+
+
+def _dropouts(durations: Sequence[int]) -> list[Finding]:
+    if not durations:
+        return []
+    total, longest = sum(durations) / 1000, max(durations) / 1000
+    return [
+        Finding(
+            code="dropouts",
+            severity="warning",
+            message=f"the logger lost data {len(durations)} times, for {total:.3f} s in all, {longest:.3f} s at the longest",
+            effect="samples were lost there: log to a faster card or fewer topics, or cut the record between the dropouts",
+        )
+    ]
+
+
+def _because(findings: Sequence[Finding]) -> str:
+    worst = [f for f in findings if f.severity == "error"]
+    return f": {worst[0].message}; get or make the file again" if worst else ""

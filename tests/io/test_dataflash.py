@@ -1,0 +1,225 @@
+"""ArduPilot logs: bytes made as ArduPilot's own definitions of its messages say."""
+
+import struct
+import time
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.io import read
+
+LETTERS = {
+    "B": "B",
+    "b": "b",
+    "Q": "Q",
+    "f": "f",
+    "I": "I",
+    "H": "H",
+    "c": "h",
+    "d": "d",
+    "n": "4s",
+    "N": "16s",
+    "Z": "64s",
+}
+KINDS = {  # number, letters, fields, units, factors: as libraries/AP_Logger/LogStructure.h has them
+    "FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns", "-b---", "-----"),
+    "UNIT": (177, "QbZ", "TimeUS,Id,Label", "s--", "F--"),
+    "FMTU": (178, "QBNN", "TimeUS,FmtType,UnitIds,MultIds", "s---", "F---"),
+    "MULT": (179, "Qbd", "TimeUS,Id,Mult", "s--", "F--"),
+    "IMU": (
+        82,
+        "QBffffffIIfBBHH",
+        "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz",
+        "s#EEEooo--O--zz",
+        "F-000000-----00",
+    ),
+    "GYR": (90, "QBQfff", "TimeUS,I,SampleUS,GyrX,GyrY,GyrZ", "s#sEEE", "F-F000"),
+    "ACC": (91, "QBQfff", "TimeUS,I,SampleUS,AccX,AccY,AccZ", "s#sooo", "F-F000"),
+    "ATT": (92, "Qcc", "TimeUS,Roll,Pitch", "sdd", "FBB"),
+}
+N = 400
+RNG = np.random.default_rng(seed_of("dataflash"))
+VALUES = RNG.normal(size=(2, N, 6)).astype(np.float32)
+STAMPS = 987_654_321 + 5000 * np.arange(N)
+
+
+def message(name, *values):
+    number, letters = KINDS[name][:2]
+    values = [v.encode() if isinstance(v, str) else v for v in values]
+    return b"\xa3\x95" + bytes([number]) + struct.pack("<" + "".join(LETTERS[c] for c in letters), *values)
+
+
+def definitions(*names, units=True):
+    names = ("FMT", *(("UNIT", "FMTU", "MULT") if units else ()), *names)
+    out = b""
+    for name in names:
+        number, letters, fields = KINDS[name][:3]
+        length = 3 + struct.calcsize("<" + "".join(LETTERS[c] for c in letters))
+        out += message("FMT", number, length, name, letters, fields)
+    if units:
+        for letter, label in {"s": "s", "E": "rad/s", "o": "m/s/s", "O": "degC", "z": "Hz", "d": "deg"}.items():
+            out += message("UNIT", 1, ord(letter), label)
+        for letter, factor in {"-": 0.0, "0": 1.0, "F": 1e-6, "B": 1e-2}.items():
+            out += message("MULT", 1, ord(letter), factor)
+        for name in names:
+            out += message("FMTU", 1, KINDS[name][0], *KINDS[name][3:])
+    return out
+
+
+def imu(k, instance=0):
+    values = map(float, VALUES[instance, k])
+    return message("IMU", STAMPS[k] + 7 * instance, instance, *values, 0, 0, 31.5, 1, 1, 1000, 1000)
+
+
+def three(record, sensor):
+    return np.stack([record.stream_of(f"{sensor}_{a}").column(f"{sensor}_{a}") for a in "xyz"], axis=1)
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "log.dat"  # by content, not by name
+
+
+@pytest.mark.parametrize("units", [True, False])
+def test_imu(file, units):
+    log = definitions("IMU", "ATT", units=units) + b"".join(
+        imu(k) + message("ATT", STAMPS[k], 100, -50) for k in range(N)
+    )
+    file.write_bytes(log)
+    record = read(file)
+    np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
+    np.testing.assert_array_equal(three(record, "accel"), VALUES[0, :, 3:].astype(float))
+    assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-12)  # TimeUS, and not T, which is a temperature
+    assert record.findings == ()
+    assert (record.provenance.format, record.provenance.topics) == ("dataflash", ("IMU[0]",))
+    hundredths = read(
+        file, topic="ATT", channels={"roll": "Roll", "pitch": "Pitch"}, unit={"roll": "deg", "pitch": "deg"}
+    )
+    assert (hundredths.stream_of("roll").column("roll") == 1.0).all()
+    assert (hundredths.stream_of("pitch").column("pitch") == -0.5).all()
+
+
+def test_instances_are_topics(file):
+    file.write_bytes(definitions("IMU") + b"".join(imu(k, i) for k in range(N) for i in (0, 1)))
+    with pytest.raises(OptionError, match=r"several sensors: IMU\[0\] \(gyro and accel, 400 rows\), IMU\[1\]"):
+        read(file)
+    record = read(file, topic="IMU[1]")
+    np.testing.assert_array_equal(three(record, "accel"), VALUES[1, :, 3:].astype(float))
+
+
+def test_raw_samples(file):
+    log = definitions("GYR", "ACC")
+    for k in range(N):
+        sample, values = STAMPS[k], list(map(float, VALUES[0, k]))
+        log += message("GYR", sample + 900 * (k % 3), 0, sample, *values[:3])
+        if k % 2 == 0:
+            log += message("ACC", sample + 950, 0, sample, *values[3:])
+    file.write_bytes(log)
+    record = read(file)
+    np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
+    np.testing.assert_array_equal(three(record, "accel"), VALUES[0, ::2, 3:].astype(float))
+    assert [round(s.grid.rate, 6) for s in record.streams] == [200, 100]
+    assert record.findings == ()
+    assert record.provenance.topics == ("GYR[0]", "ACC[0]")
+
+
+def test_units_that_the_file_defines_hold(file):
+    log = definitions("IMU")
+    unit = message("UNIT", 1, ord("E"), "rad/s")
+    assert unit in log
+    file.write_bytes(log.replace(unit, message("UNIT", 1, ord("E"), "deg/s")) + b"".join(map(imu, range(N))))
+    np.testing.assert_array_equal(three(read(file), "gyro"), VALUES[0, :, :3].astype(float) * (np.pi / 180))
+    # A factor that has no name: the unit is asked for.
+    fmtu = message("FMTU", 1, 82, *KINDS["IMU"][3:])
+    assert fmtu in log
+    scaled = message("FMTU", 1, 82, KINDS["IMU"][3], "F-BBB000-----00")
+    file.write_bytes(log.replace(fmtu, scaled) + b"".join(map(imu, range(N))))
+    with pytest.raises(OptionError, match="does not state the unit of gyro_x"):
+        read(file)
+
+
+def test_not_a_number(file):
+    log = bytearray(definitions("IMU") + b"".join(map(imu, range(N))))
+    row = len(imu(0))
+    log[-10 * row + 12 : -10 * row + 16] = struct.pack("<f", np.inf)
+    file.write_bytes(log)
+    with pytest.raises(NonFiniteError, match=r"message 390 of IMU\[0\]") as caught:
+        read(file)
+    assert caught.value.index == 390
+
+
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.99])
+def test_cut(file, part):
+    head, row = definitions("IMU"), len(imu(0))
+    whole = head + b"".join(map(imu, range(N)))
+    length = int(part * len(whole))
+    rows, rest = divmod(length - len(head), row)
+    assert rest
+    file.write_bytes(whole[:length])
+    record = read(file)
+    assert record.provenance.rows == rows
+    np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :rows, :3].astype(float))
+    (finding,) = record.findings
+    assert (finding.code, finding.severity) == ("broken_off", "error")
+    assert f"at byte {length - rest} of {length}" in finding.message
+
+
+def test_a_flipped_page(file):
+    head, row = definitions("IMU"), len(imu(0))
+    whole = bytearray(head + b"".join(map(imu, range(N))))
+    whole[8192:12288] = bytes(b ^ 0xFF for b in whole[8192:12288])
+    file.write_bytes(whole)
+    record = read(file)
+    rows = (8192 - len(head)) // row  # without the message that reaches into the page
+    assert record.provenance.rows == rows
+    np.testing.assert_array_equal(three(record, "accel"), VALUES[0, :rows, 3:].astype(float))
+    (finding,) = record.findings
+    assert (finding.code, finding.severity) == ("damaged", "error")
+
+
+def test_refused(file):
+    whole = definitions("IMU") + imu(0)
+    for log, words in (
+        (whole[:60], "without data: the log breaks off in the middle of a message at byte 0 of 60"),
+        (definitions("IMU", units=False)[:89], "without data"),
+        (b"\xa3\x95\x52" + bytes(300), "without data: .*kind 82, which is not defined"),
+        (whole[:90].replace(b"BBnNZ", b"BBnN\xff"), "a definition that is no text"),
+        (whole[:90].replace(b"BBnNZ", b"BBnNQ"), "its 5 fields make 33 bytes"),
+        (whole[:90].replace(b"BBnNZ", b"BBnN?"), "unknown type '\\?'"),
+    ):
+        file.write_bytes(log)
+        with pytest.raises(DataError, match=words):
+            read(file)
+
+
+def test_mutations(file):
+    """No other error than ours, and no end of reading, whatever bytes are changed."""
+    rng = np.random.default_rng(seed_of("dataflash mutations"))
+    rows = b"".join(map(imu, range(20)))
+    raw = b"".join(message("GYR", STAMPS[k], 0, STAMPS[k], *map(float, VALUES[0, k, :3])) for k in range(20))
+    logs = [definitions("IMU") + rows, definitions("IMU", units=False) + rows, definitions("GYR") + raw]
+    begin = time.monotonic()
+    outcomes = set()
+    for trial in range(2400):
+        log = bytearray(logs[trial % 3])
+        for _ in range(rng.integers(1, 4)):
+            at = int(rng.integers(len(log)))
+            match rng.integers(4):
+                case 0:
+                    log[at] ^= 1 << int(rng.integers(8))
+                case 1:
+                    log[at] = int(rng.integers(256))
+                case 2:
+                    del log[at : at + int(rng.integers(1, 9))]
+                case _:
+                    log[at:at] = log[at : at + int(rng.integers(1, 60))]
+        file.write_bytes(log)
+        try:
+            record = read(file)
+            outcomes.add("told" if record.findings else "read")
+        except (DataError, OptionError) as error:
+            outcomes.add(type(error).__name__)
+    assert outcomes >= {"read", "told", "DataError"}
+    assert time.monotonic() - begin < 60  # seconds; some 5 are usual

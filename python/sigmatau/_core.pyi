@@ -14,9 +14,12 @@ __all__ = [
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
+    "decode_messages",
     "deviation_limits",
     "deviations_of_channels",
     "gauss_markov_avar",
+    "log_contents",
+    "log_messages",
     "parse_text",
     "quadratic_edf",
     "read_text",
@@ -102,3 +105,27 @@ def parse_text(
     lines: bytes, delimiter: str | None, comment: list[str], columns: int, wanted: list[int]
 ) -> list[_Floats]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...
+
+_Steps = list[tuple[str, int, int]]
+_Decoded = tuple[list[_Floats], _Ints | None, int]
+_End = tuple[str, int, str]
+
+def log_contents(path: str, bag: bool) -> tuple[list[tuple[str, int, str, str, bytes, str, int]], bool, _End]: ...
+def log_messages(
+    path: str,
+    bag: bool,
+    channels: list[int],
+    steps: _Steps,
+    cdr: bool,
+    wanted: list[int],
+    exact: int | None,
+) -> tuple[_Decoded, _End]: ...
+def decode_messages(
+    data: bytes,
+    ends: _Ints,
+    log_times: _Ints,
+    steps: _Steps,
+    cdr: bool,
+    wanted: list[int],
+    exact: int | None,
+) -> _Decoded: ...

@@ -7,6 +7,7 @@
 
 mod number;
 mod pieces;
+pub mod ros;
 mod rows;
 mod text;
 mod write;

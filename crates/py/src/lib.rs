@@ -11,6 +11,7 @@ mod covariance;
 mod deviations;
 mod generate;
 mod pool;
+mod ros;
 mod stream;
 mod terms;
 mod text;
@@ -29,6 +30,8 @@ mod _core {
     };
     #[pymodule_export]
     use crate::generate::simulate;
+    #[pymodule_export]
+    use crate::ros::{decode_messages, log_contents, log_messages};
     #[pymodule_export]
     use crate::stream::{Accumulator, strides};
     #[pymodule_export]

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, npy, text
+from sigmatau.io.read import assemble, mcap, npy, rosbag1, rosbag2, text
 from sigmatau.io.read.table import HEAD, Format, Head
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -23,7 +23,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, mcap, rosbag1, rosbag2, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -33,9 +33,6 @@ _MARKS = (
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"PK\x03\x04", "a zip archive"),
-    (b"#ROSBAG", "a ROS 1 bag"),
-    (b"SQLite format 3", "an SQLite database (a ROS 2 bag?)"),
-    (b"\x89MCAP", "an MCAP file"),
     (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
     (b"MATLAB 5.0", "a MATLAB file"),
     (b"ULog", "a PX4 flight log"),

@@ -85,7 +85,7 @@ pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
     let end = walk(
         path,
         kind,
-        |container, data| {
+        |container, data, _| {
             let mut found = pieces::Survey::default();
             let fault = container.survey(data, &mut found);
             (found, fault)
@@ -119,9 +119,13 @@ pub fn messages(path: &Path, kind: LogKind, ids: &[u32], program: &Program) -> i
     let end = walk(
         path,
         kind,
-        |container, data| {
+        |container, data, vouched| {
             let mut part = program.columns();
             let fault = container.decode(data, ids, program, &mut part);
+            if fault.is_some() && !vouched {
+                // Damage that shows in a record began before it, as likely as not.
+                part.drop_last();
+            }
             (part, fault)
         },
         |part: Columns| {
@@ -134,7 +138,7 @@ pub fn messages(path: &Path, kind: LogKind, ids: &[u32], program: &Program) -> i
 fn walk<T: Send>(
     path: &Path,
     kind: LogKind,
-    each: impl Fn(Container, &[u8]) -> (T, Option<String>) + Sync,
+    each: impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync,
     merge: impl FnMut(T),
 ) -> io::Result<End> {
     let container = match kind {

@@ -112,6 +112,17 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// Takes the last row away, if there is one.
+    pub fn drop_last(&mut self) {
+        for column in &mut self.floats {
+            column.pop();
+        }
+        if let Some(exact) = &mut self.exact {
+            exact.pop();
+        }
+        self.rows = self.rows.saturating_sub(1);
+    }
+
     /// Puts the rows of another behind its own.
     pub fn append(&mut self, other: Self) {
         for (mine, theirs) in self.floats.iter_mut().zip(other.floats) {

@@ -189,10 +189,11 @@ impl Walk {
         Ok(Self { source, container })
     }
 
-    /// Goes through the file: `each` works on unpacked records, side by side, `merge` takes what it made in order.
+    /// Goes through the file: `each` works on unpacked records, side by side, and is told whether a checksum vouches for
+    /// them; `merge` takes what it made in order.
     pub fn run<T: Send>(
         mut self,
-        each: impl Fn(Container, &[u8]) -> (T, Option<String>) + Sync,
+        each: impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync,
         mut merge: impl FnMut(T),
     ) -> io::Result<End> {
         let container = self.container;
@@ -264,23 +265,24 @@ impl Walk {
 fn work<T>(
     piece: Piece,
     container: Container,
-    each: &(impl Fn(Container, &[u8]) -> (T, Option<String>) + Sync),
+    each: &(impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync),
 ) -> (T, Option<End>) {
     let Piece { offset, packed, compression, size, crc, cut } = piece;
     let (data, mut fault) = unpack(packed, compression, size);
-    if fault.is_none() && crc.is_some_and(|crc| crc != crc32fast::hash(&data)) {
+    let complete = data.len() == size;
+    if complete && crc.is_some_and(|crc| crc != crc32fast::hash(&data)) {
         fault = Some("the checksum of a chunk is wrong".to_owned());
     }
-    if cut {
+    if cut && !(complete && fault.is_some()) {
         // The records before the break are whole; that the last one is not is known.
-        let (made, _) = each(container, data.get(..size.min(data.len())).unwrap_or_default());
+        let (made, _) = each(container, data.get(..size.min(data.len())).unwrap_or_default(), true);
         return (made, Some(End::new(Fault::BrokenOff, offset, "the file ends within a chunk")));
     }
     if let Some(what) = fault {
         // Nothing of a chunk that is known to be wrong.
-        let (made, _) = each(container, &[]);
+        let (made, _) = each(container, &[], true);
         return (made, Some(End::new(Fault::Damaged, offset, what)));
     }
-    let (made, fault) = each(container, &data);
+    let (made, fault) = each(container, &data, crc.is_some());
     (made, fault.map(|what| End::new(Fault::Damaged, offset, what)))
 }

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -135,6 +134,17 @@ def _declared(path: Path) -> dict[str, int]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _Batch:
+    """Messages one after the other, their ends and stamps; a fault that follows, and how many before it are in doubt."""
+
+    data: bytes
+    ends: NDArray[np.int64]
+    times: NDArray[np.int64]
+    fault: str
+    doubt: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Reader:
     """Loads columns of a topic."""
 
@@ -145,62 +155,76 @@ class _Reader:
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[_kernels.Decoded] = []
-        rows, fault = 0, ""
-        messages = self._messages()
-        while not fault:
-            try:
-                batch = next(messages, None)
-            except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
-                fault = f"the database cannot be read further ({error})"
-                break
-            if batch is None:
-                break
-            data, ends, times = batch
-            part = _kernels.decode_messages(
-                data, ends, times, steps=self.layout.steps, cdr=True, wanted=wanted, exact=exact
-            )
-            parts.append(part)
-            rows += part.rows
-            if part.rows != len(ends):
-                if not rows and data.startswith(_ZSTD):
-                    raise DataError(
-                        f"the messages of {self.topic.name} are compressed one by one: convert the bag by `ros2 bag convert`"
-                    )
-                fault = "a message does not hold what its definition says"
+        rows, doubt, fault = 0, 0, ""
+        try:
+            for batch in self._messages():
+                part = _kernels.decode_messages(
+                    batch.data, batch.ends, batch.times, steps=self.layout.steps, cdr=True, wanted=wanted, exact=exact
+                )
+                parts.append(part)
+                rows += part.rows
+                fault, doubt = batch.fault, batch.doubt
+                if part.rows != len(batch.ends):
+                    if not rows and batch.data.startswith(_ZSTD):
+                        raise DataError(
+                            f"the messages of {self.topic.name} are compressed one by one: convert the bag by `ros2 bag convert`"
+                        )
+                    fault, doubt = "a message does not hold what its definition says", 0
+                    break
+        except (sqlite3.Error, UnicodeDecodeError) as error:
+            fault = f"the database cannot be read ({error})"
+        rows = max(0, rows - doubt)
         if not rows and fault:
             raise DataError(f"{fault}: no message of {self.topic.name} could be read; get or make the file again")
-        joined = {i: np.concatenate([p.columns[i] for p in parts]) if parts else np.empty(0) for i in wanted}
+        joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
         decoded = _kernels.Decoded(joined, rows)
         return Loaded(
             columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault)
         )
 
-    def _messages(self) -> Iterator[tuple[bytes, NDArray[np.int64], NDArray[np.int64]]]:
-        """Messages in the order in which they were recorded, some thousand at a time, up to the first fault."""
+    def _messages(self) -> Iterator[_Batch]:
+        """Messages in the order in which they were recorded, some thousand at a time; the last batch names a fault."""
         with closing(_open(self.path)) as base:
+            (page,) = base.execute("PRAGMA page_size").fetchone()
             cursor = base.execute(
-                "SELECT data, timestamp FROM messages NOT INDEXED WHERE topic_id = ?", (self.topic.id,)
+                "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED",
+                (self.topic.id,),
             )
-            fault: Exception | None = None
-            while fault is None:
-                rows: list[Any] = []
+            fault, last = "", None
+            while not fault:
+                blobs: list[bytes] = []
+                times: list[int] = []
+                count = 0
                 try:
-                    for row in cursor:
-                        rows.append(row)
-                        if len(rows) == _TOGETHER:
+                    for number, blob, stamp in cursor:
+                        # Of all topics together: SQLite passes over pages that it cannot make sense of.
+                        if last is not None and number != last + 1:
+                            fault = f"after message {last} of all topics comes {number!r}"
                             break
-                except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
-                    fault = error
-                if rows:
-                    blobs = [blob for blob, _ in rows]
-                    if not all(isinstance(b, bytes) and isinstance(t, int) for b, t in rows):
-                        raise TypeError("a message is no bytes")
-                    ends = np.cumsum(np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs)), dtype=np.int64)
-                    times = np.fromiter((t for _, t in rows), dtype=np.int64, count=len(rows))
-                    yield b"".join(blobs), ends, times
-                elif fault is None:
+                        last = number
+                        count += 1
+                        if blob != 0:
+                            if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
+                                fault = f"message {number} of all topics is none"
+                                break
+                            blobs.append(blob)
+                            times.append(stamp)
+                        if count == _TOGETHER:
+                            break
+                except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
+                    fault = f"the database cannot be read further ({error})"
+                # A page of which a part is missing may have given the messages before, with nothing to show it.
+                doubt = 1 + page // max(1, min(map(len, blobs), default=page)) if fault else 0
+                lengths = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
+                yield _Batch(
+                    data=b"".join(blobs),
+                    ends=np.cumsum(lengths, dtype=np.int64),
+                    times=np.array(times, dtype=np.int64),
+                    fault=fault,
+                    doubt=doubt,
+                )
+                if not count and not fault:
                     return
-            raise fault
 
     def _findings(self, rows: int, fault: str) -> tuple[Finding, ...]:
         of = "" if self.declared is None else f" of {self.declared}"

@@ -64,7 +64,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             tables.append(roslog.refused_table("rosbag2", topic.name, f"messages in {topic.encoding}", rows))
             continue
         if definition is None:
-            why = f"the bag does not hold the definition of {topic.type_name}: convert it by `ros2 bag convert` to MCAP"
+            why = f"no definition of {topic.type_name} in the bag: convert it by `ros2 bag convert` to MCAP"
             tables.append(roslog.refused_table("rosbag2", topic.name, why, rows))
             continue
         try:
@@ -74,7 +74,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             continue
         reader = _Reader(path=path, topic=topic, layout=layout, declared=rows)
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, layout, rows, reader))
-    return tuple(tables)
+    return roslog.some_readable(tables)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +111,14 @@ def _topics(base: sqlite3.Connection) -> tuple[list[_Topic], dict[str, str]]:
     return topics, definitions
 
 
+def _cut(path: Path) -> bool:
+    """Whether the file is shorter than its head says."""
+    with path.open("rb") as file:
+        head = file.read(32)
+    page = int.from_bytes(head[16:18], "big")
+    return path.stat().st_size < (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
+
+
 def _are(number: object, *words: object) -> bool:
     return isinstance(number, int) and all(isinstance(word, str) for word in words)
 
@@ -124,13 +132,13 @@ def _declared(path: Path) -> dict[str, int]:
     files = re.search(r"relative_file_paths:\s*\n((?:\s*-[^\n]*\n)+)", text)
     if files is None or [line.strip(" -\"'") for line in files[1].splitlines()] != [path.name]:
         return {}
-    # The counts by file repeat those of the whole.
-    whole = text.split("\n  files:")[0]
-    found = re.findall(
-        r"topic_metadata:(?:(?!topic_metadata:)[\s\S])*?\bname:\s*[\"']?([^\s\"']+)(?:(?!topic_metadata:)[\s\S])*?message_count:\s*(\d{1,15})\b",
-        whole,
-    )
-    return {name: int(count) for name, count in found}
+    declared = {}
+    for item in re.split(r"\n\s*- (?=topic_metadata:|message_count:)", text.partition("topics_with_message_count:")[2]):
+        name = re.search(r"\bname:\s*[\"']?([^\s\"']+)", item)
+        count = re.search(r"\bmessage_count:\s*(\d{1,15})\b", item)
+        if name and count:
+            declared[name[1]] = int(count[1])
+    return declared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -167,7 +175,7 @@ class _Reader:
                 if part.rows != len(batch.ends):
                     if not rows and batch.data.startswith(_ZSTD):
                         raise DataError(
-                            f"the messages of {self.topic.name} are compressed one by one: convert the bag by `ros2 bag convert`"
+                            f"each message of {self.topic.name} is compressed: convert the bag by `ros2 bag convert`"
                         )
                     fault, doubt = "a message does not hold what its definition says", 0
                     break
@@ -236,4 +244,11 @@ class _Reader:
             )
         else:
             return ()
-        return (Finding(code="damaged", severity="error", message=message, effect=roslog.REST_MISSING),)
+        return (
+            Finding(
+                code="broken_off" if fault and _cut(self.path) else "damaged",
+                severity="error",
+                message=message,
+                effect=roslog.REST_MISSING,
+            ),
+        )

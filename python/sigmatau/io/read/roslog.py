@@ -14,10 +14,11 @@ from sigmatau.io.read.messages import Layout, layout_of
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_non_finite
 from sigmatau.results import Finding
 
-__all__ = ["message_table", "refused_table", "tables_of"]
+__all__ = ["REST_MISSING", "checked", "message_table", "refused_table", "some_readable", "tables_of"]
 
 _WRITTEN = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
 
+_NOT_READ = "not read: "
 REST_MISSING = "the rest of the log is missing; get or make the file again"
 
 
@@ -75,6 +76,14 @@ def tables_of(path: Path, kind: _kernels.LogKind) -> tuple[Table, ...]:
             known=known,
         )
         tables.append(message_table(kind, name, type_name, layout, rows, reader, known))
+    return some_readable(tables)
+
+
+def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:
+    """The tables, if there is one that can be read; else raises `DataError` that says why not."""
+    if all(table.columns[0].name.startswith(_NOT_READ) for table in tables):
+        listed = "; ".join(f"{t.topic} ({t.columns[0].name.removeprefix(_NOT_READ)})" for t in tables[:3])
+        raise DataError(f"holds no topic that can be read: {listed}{' …' if len(tables) > 3 else ''}")
     return tuple(tables)
 
 
@@ -107,7 +116,7 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
         raise DataError(f"topic {topic} cannot be read: {why}")
 
     return Table(
-        format=kind, columns=(Column(name=f"not read: {why}"),), notes=(), load=load, where=str, topic=topic, rows=rows
+        format=kind, columns=(Column(name=f"{_NOT_READ}{why}"),), notes=(), load=load, where=str, topic=topic, rows=rows
     )
 
 

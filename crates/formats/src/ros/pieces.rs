@@ -274,8 +274,8 @@ fn work<T>(
         fault = Some("the checksum of a chunk is wrong".to_owned());
     }
     if cut && !(complete && fault.is_some()) {
-        // The records before the break are whole; that the last one is not is known.
-        let (made, _) = each(container, data.get(..size.min(data.len())).unwrap_or_default(), true);
+        // The records before the break are whole; no checksum vouches for a part.
+        let (made, _) = each(container, data.get(..size.min(data.len())).unwrap_or_default(), false);
         return (made, Some(End::new(Fault::BrokenOff, offset, "the file ends within a chunk")));
     }
     if let Some(what) = fault {

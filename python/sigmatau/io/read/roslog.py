@@ -52,7 +52,6 @@ def tables_of(path: Path, kind: _kernels.LogKind) -> tuple[Table, ...]:
         several = sum(other[0] == topic for other in groups) > 1
         name = f"{topic} ({type_name})" if several else topic
         rows = sum(channel.messages for channel in channels)
-        known = () if contents.declared else findings_of(end, name, rows, None)
         if (encoding, written) not in _WRITTEN:
             why = f"{type_name or 'messages'} in {encoding or 'an unnamed encoding'}" + (
                 f" defined by {written}" if written else " without a definition"
@@ -73,9 +72,8 @@ def tables_of(path: Path, kind: _kernels.LogKind) -> tuple[Table, ...]:
             layout=layout,
             cdr=not ros1,
             declared=rows if contents.declared else None,
-            known=known,
         )
-        tables.append(message_table(kind, name, type_name, layout, rows, reader, known))
+        tables.append(message_table(kind, name, type_name, layout, rows, reader))
     return some_readable(tables)
 
 
@@ -94,7 +92,6 @@ def message_table(
     layout: Layout,
     rows: int | None,
     load: Callable[[Sequence[int], int | None], Loaded],
-    findings: Sequence[Finding] = (),
 ) -> Table:
     """A topic as a table."""
     return Table(
@@ -105,7 +102,6 @@ def message_table(
         where=lambda row: f"message {row} (counted from 0) of {topic}",
         topic=topic,
         rows=rows,
-        findings=tuple(findings),
     )
 
 
@@ -149,10 +145,9 @@ class _Reader:
         layout: Layout,
         cdr: bool,
         declared: int | None,
-        known: tuple[Finding, ...],
     ) -> None:
         self.path, self.kind, self.topic, self.ids = path, kind, topic, ids
-        self.layout, self.cdr, self.declared, self.known = layout, cdr, declared, known
+        self.layout, self.cdr, self.declared = layout, cdr, declared
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         decoded, end = _kernels.log_messages(
@@ -164,7 +159,7 @@ class _Reader:
             )
         return Loaded(
             columns=checked(decoded, self.layout, self.topic),
-            findings=() if self.known else findings_of(end, self.topic, decoded.rows, self.declared),
+            findings=findings_of(end, self.topic, decoded.rows, self.declared),
         )
 
 

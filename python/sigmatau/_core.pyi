@@ -15,9 +15,12 @@ __all__ = [
     "band_limited_avar",
     "covariance_tensors",
     "dataflash_columns",
+    "decode_messages",
     "deviation_limits",
     "deviations_of_channels",
     "gauss_markov_avar",
+    "log_contents",
+    "log_messages",
     "parse_text",
     "quadratic_edf",
     "read_sentences",
@@ -132,3 +135,27 @@ def ulog_columns(
     path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]
 ) -> list[NDArray[np.uint8]]: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...
+
+_Steps = list[tuple[str, int, int]]
+_Decoded = tuple[list[_Floats], _Ints | None, int]
+_End = tuple[str, int, str]
+
+def log_contents(path: str, bag: bool) -> tuple[list[tuple[str, int, str, str, bytes, str, int]], bool, _End]: ...
+def log_messages(
+    path: str,
+    bag: bool,
+    channels: list[int],
+    steps: _Steps,
+    cdr: bool,
+    wanted: list[int],
+    exact: int | None,
+) -> tuple[_Decoded, _End]: ...
+def decode_messages(
+    data: bytes,
+    ends: _Ints,
+    log_times: _Ints,
+    steps: _Steps,
+    cdr: bool,
+    wanted: list[int],
+    exact: int | None,
+) -> _Decoded: ...

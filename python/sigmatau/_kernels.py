@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,12 @@ from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 
 __all__ = [
     "Accumulator",
+    "Decoded",
     "Factor",
+    "LogChannel",
+    "LogContents",
+    "LogEnd",
+    "LogKind",
     "Sentences",
     "TextReadError",
     "all_finite",
@@ -25,9 +30,12 @@ __all__ = [
     "band_limited_avar",
     "covariance_tensors",
     "dataflash_columns",
+    "decode_messages",
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
+    "log_contents",
+    "log_messages",
     "quadratic_edf",
     "read_sentences",
     "read_text",
@@ -425,6 +433,110 @@ def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
     return Sentences(columns=columns, broken=broken, inner=inner, examples=examples, others=others, cut=cut)
+
+
+LogKind = Literal["mcap", "rosbag1"]
+
+
+@dataclass(frozen=True, slots=True)
+class LogChannel:
+    """A series of messages of a log: its topic, its number, the type of its messages and how they are written."""
+
+    topic: str
+    id: int
+    type_name: str
+    definition_encoding: str
+    definition: bytes
+    message_encoding: str
+    messages: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogEnd:
+    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"`` or ``"damaged"``, at which byte, in words."""
+
+    kind: str
+    offset: int
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogContents:
+    """The channels of a log, and whether their numbers of messages are declared by it or were counted."""
+
+    channels: tuple[LogChannel, ...]
+    declared: bool
+    end: LogEnd
+
+
+@dataclass(frozen=True, slots=True)
+class Decoded:
+    """Columns out of messages, each of shape (rows,)."""
+
+    columns: Mapping[int, NDArray[Any]]
+    rows: int
+
+
+def log_contents(path: str, kind: LogKind) -> LogContents:
+    """What a log holds, by its own summary or by going through it; raises OSError."""
+    channels, declared, end = _core.log_contents(path, kind == "rosbag1")
+    return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
+
+
+def log_messages(
+    path: str,
+    kind: LogKind,
+    channels: Sequence[int],
+    *,
+    steps: Sequence[tuple[str, int, int]],
+    cdr: bool,
+    wanted: Sequence[int],
+    exact: int | None,
+) -> tuple[Decoded, LogEnd]:
+    """Columns of the messages of some channels, up to the first fault of the file; raises OSError.
+
+    Parameters
+    ----------
+    path : str
+    kind : {"mcap", "rosbag1"}
+    channels : sequence of int
+        Their numbers.
+    steps : sequence of (str, int, int)
+        The definition of the messages, see `sigmatau.io.read.messages`.
+    cdr : bool
+        Serialised as in ROS 2, or else as in ROS 1.
+    wanted : sequence of int
+        Columns to return, counted from 0.
+    exact : int or None
+        One of them to return as 64-bit integers, if it holds such.
+    """
+    decoded, end = _core.log_messages(path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact)
+    return _decoded(decoded, wanted, exact), LogEnd(*end)
+
+
+def decode_messages(
+    data: bytes,
+    ends: NDArray[np.int64],
+    log_times: NDArray[np.int64],
+    *,
+    steps: Sequence[tuple[str, int, int]],
+    cdr: bool,
+    wanted: Sequence[int],
+    exact: int | None,
+) -> Decoded:
+    """The same from messages in memory, one after the other, each up to its end in `data`; up to the first wrong one."""
+    return _decoded(_core.decode_messages(data, ends, log_times, list(steps), cdr, list(wanted), exact), wanted, exact)
+
+
+def _decoded(
+    fields: tuple[list[NDArray[np.float64]], NDArray[np.int64] | None, int], wanted: Sequence[int], exact: int | None
+) -> Decoded:
+    floats, integers, rows = fields
+    named = [index for index in wanted if integers is None or index != exact]
+    columns: dict[int, NDArray[Any]] = dict(zip(named, floats, strict=True))
+    if integers is not None and exact is not None:
+        columns[exact] = integers
+    return Decoded(columns, rows)
 
 
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:

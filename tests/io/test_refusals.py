@@ -80,7 +80,7 @@ DATA = {
     "PDF": (b"%PDF-1.7\n1 2 3\n", ["a PDF", "text tables, .npy, .npz"]),
     "PNG": (b"\x89PNG\r\n\x1a\n\0\0", ["a PNG"]),
     "zip": (b"PK\x03\x04" + bytes(50), ["a zip archive"]),
-    "bag": (b"#ROSBAG V2.0\n" + bytes(50), ["a ROS 1 bag"]),
+    "bag": (b"#ROSBAG V2.0\n" + bytes(50), ["the head of the bag makes no sense", "get or make the file again"]),
     "xz": (b"\xfd7zXZ\0" + bytes(50), ["xz"]),
     "gzip of nothing": (gzip.compress(b""), ["nothing once decompressed"]),
     "gzip twice": (gzip.compress(gzip.compress(GOOD.encode())), ["compressed twice"]),

@@ -9,6 +9,7 @@ mod dataflash;
 mod decode;
 mod number;
 mod pieces;
+pub mod ros;
 mod rows;
 mod sentences;
 mod text;

@@ -12,6 +12,7 @@ mod deviations;
 mod flight;
 mod generate;
 mod pool;
+mod ros;
 mod sentences;
 mod stream;
 mod terms;
@@ -33,6 +34,8 @@ mod _core {
     use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
     #[pymodule_export]
     use crate::generate::simulate;
+    #[pymodule_export]
+    use crate::ros::{decode_messages, log_contents, log_messages};
     #[pymodule_export]
     use crate::sentences::read_sentences;
     #[pymodule_export]

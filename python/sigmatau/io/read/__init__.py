@@ -16,7 +16,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, dataflash, novatel, npy, raw, text, ulog, vectornav, zipped
+from sigmatau.io.read import (
+    assemble,
+    dataflash,
+    mcap,
+    novatel,
+    npy,
+    raw,
+    rosbag1,
+    rosbag2,
+    text,
+    ulog,
+    vectornav,
+    zipped,
+)
 from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -24,15 +37,9 @@ from sigmatau.streams import InputKind
 
 __all__ = ["opened", "read"]
 
-_FORMATS: tuple[Format, ...] = (
-    npy,
-    zipped,
-    ulog,
-    dataflash,
-    novatel,
-    vectornav,
-    text,
-)  # text last: it is what has no mark of its own
+# Of those that begin alike the more particular one first: zip archives of arrays before those of tables; text last, which
+# has no mark of its own.
+_FORMATS: tuple[Format, ...] = (npy, zipped, mcap, rosbag1, rosbag2, ulog, dataflash, novatel, vectornav, text)
 
 _GZIP = b"\x1f\x8b"
 
@@ -41,9 +48,6 @@ _MARKS = (
     (b"%PDF", "a PDF"),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
-    (b"#ROSBAG", "a ROS 1 bag"),
-    (b"SQLite format 3", "an SQLite database (a ROS 2 bag?)"),
-    (b"\x89MCAP", "an MCAP file"),
     (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
     (b"MATLAB 5.0", "a MATLAB file"),
     (b"TDSm", "a LabVIEW TDMS file"),

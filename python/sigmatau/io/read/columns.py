@@ -71,6 +71,7 @@ _TIMES = (
     r"timeus",  # before T, which is a temperature in ArduPilot's messages
     r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
     r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch",
+    r"log_time",  # of the recorder of an MCAP file or a bag
 )
 _SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
 

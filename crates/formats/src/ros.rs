@@ -1,0 +1,149 @@
+//! Messages of the Robot Operating System: recorded in MCAP files and ROS 1 bags, or given as bytes.
+//!
+//! Both files are a row of records, most of them in compressed chunks. [`pieces`] cuts a file into chunks, which are
+//! unpacked and decoded side by side and put together in the order of the file; [`fields`] decodes a message.
+
+mod bag;
+mod fields;
+mod mcap;
+mod pieces;
+mod unpack;
+
+pub use fields::{Columns, Program, ProgramError, RawStep};
+pub use pieces::{End, Fault};
+
+use pieces::{Container, Walk};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// The files that are read here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogKind {
+    /// MCAP, version 0.
+    Mcap,
+    /// ROS 1 bag, version 2.0.
+    Bag,
+}
+
+/// A series of messages of one topic and type.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Channel {
+    /// Number by which messages name it.
+    pub id: u32,
+    /// Topic.
+    pub topic: String,
+    /// Type of the messages, e.g. `sensor_msgs/msg/Imu`.
+    pub type_name: String,
+    /// How the definition is written: `ros2msg`, `ros1msg`, ….
+    pub definition_encoding: String,
+    /// Definition of the messages.
+    pub definition: Vec<u8>,
+    /// How the messages are written: `cdr`, `ros1`, ….
+    pub message_encoding: String,
+    /// Messages, declared or counted.
+    pub messages: u64,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contents {
+    /// By number.
+    pub channels: Vec<Channel>,
+    /// True if the numbers of messages are what the file declares, false if they were counted.
+    pub declared: bool,
+    /// How the walk through the file ended; complete if the file's own summary was used.
+    pub end: End,
+}
+
+/// Decoded messages of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Messages {
+    /// The numbers.
+    pub columns: Columns,
+    /// How the walk through the file ended.
+    pub end: End,
+}
+
+/// What is in a file: by its own summary if that is whole, else by going through it.
+///
+/// # Errors
+/// If the file cannot be opened or read.
+pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
+    let file = File::open(path)?;
+    let summary = match kind {
+        LogKind::Mcap => mcap::summary(&file),
+        LogKind::Bag => bag::summary(&file),
+    };
+    if let Some(channels) = summary {
+        return Ok(Contents { channels, declared: true, end: End::complete() });
+    }
+    let mut all: BTreeMap<u32, Channel> = BTreeMap::new();
+    let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
+    let mut schemas = mcap::Schemas::new();
+    let end = walk(
+        path,
+        kind,
+        |container, data, _| {
+            let mut found = pieces::Survey::default();
+            let fault = container.survey(data, &mut found);
+            (found, fault)
+        },
+        |found: pieces::Survey| {
+            schemas.extend(found.schemas);
+            for channel in found.channels {
+                all.entry(channel.id).or_insert(channel);
+            }
+            for (id, n) in found.counts {
+                *counts.entry(id).or_default() += n;
+            }
+        },
+    )?;
+    let mut channels: Vec<Channel> = all.into_values().collect();
+    for channel in &mut channels {
+        channel.messages = counts.get(&channel.id).copied().unwrap_or(0);
+    }
+    if kind == LogKind::Mcap {
+        mcap::describe(&mut channels, &schemas);
+    }
+    Ok(Contents { channels, declared: false, end })
+}
+
+/// The messages of some channels of a file as columns.
+///
+/// # Errors
+/// If the file cannot be opened or read. Damage is told by [`Messages::end`].
+pub fn messages(path: &Path, kind: LogKind, ids: &[u32], program: &Program) -> io::Result<Messages> {
+    let mut columns = program.columns();
+    let end = walk(
+        path,
+        kind,
+        |container, data, vouched| {
+            let mut part = program.columns();
+            let fault = container.decode(data, ids, program, &mut part);
+            if fault.is_some() && !vouched {
+                // Damage that shows in a record began before it, as likely as not.
+                part.drop_last();
+            }
+            (part, fault)
+        },
+        |part: Columns| {
+            columns.append(part);
+        },
+    )?;
+    Ok(Messages { columns, end })
+}
+
+fn walk<T: Send>(
+    path: &Path,
+    kind: LogKind,
+    each: impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync,
+    merge: impl FnMut(T),
+) -> io::Result<End> {
+    let container = match kind {
+        LogKind::Mcap => Container::Mcap,
+        LogKind::Bag => Container::Bag,
+    };
+    Walk::open(path, container)?.run(each, merge)
+}

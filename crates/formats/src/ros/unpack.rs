@@ -1,0 +1,67 @@
+//! Chunks unpacked: by the library of each compression, into no more memory than the chunk declares.
+
+use std::io::Read;
+
+/// How a chunk is compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Zstandard frames.
+    Zstd,
+    /// LZ4 frames.
+    Lz4,
+    /// bzip2.
+    Bzip2,
+}
+
+impl Compression {
+    /// By the name that files use.
+    pub fn named(name: &[u8]) -> Option<Self> {
+        Some(match name {
+            b"" | b"none" => Self::None,
+            b"zstd" => Self::Zstd,
+            b"lz4" => Self::Lz4,
+            b"bz2" => Self::Bzip2,
+            _ => return None,
+        })
+    }
+}
+
+/// The bytes of a chunk of `size` bytes, and what was wrong with them; what was unpacked before a fault is kept.
+pub fn unpack(packed: Vec<u8>, compression: Compression, size: usize) -> (Vec<u8>, Option<String>) {
+    let mut data = Vec::new();
+    let done = match compression {
+        Compression::None => {
+            data = packed;
+            Ok(())
+        }
+        Compression::Zstd => zstd::stream::read::Decoder::with_buffer(packed.as_slice())
+            .and_then(|reader| drain(reader, size, &mut data)),
+        Compression::Lz4 => drain(lz4_flex::frame::FrameDecoder::new(packed.as_slice()), size, &mut data),
+        Compression::Bzip2 => drain(bzip2::bufread::MultiBzDecoder::new(packed.as_slice()), size, &mut data),
+    };
+    let fault = match done {
+        Err(error) => Some(format!("a chunk cannot be decompressed ({error})")),
+        Ok(()) if data.len() != size => {
+            Some(format!("a chunk holds {} bytes where {size} are declared", data.len()))
+        }
+        Ok(()) => None,
+    };
+    (data, fault)
+}
+
+/// Memory grows as the bytes come: a declared size alone takes none.
+fn drain(reader: impl Read, size: usize, into: &mut Vec<u8>) -> std::io::Result<()> {
+    // One byte more shows a chunk that holds more than it declares.
+    let mut reader = reader.take(size as u64 + 1);
+    let mut block = vec![0; size.min(1 << 16) + 1];
+    loop {
+        match reader.read(&mut block) {
+            Ok(0) => return Ok(()),
+            Ok(n) => into.extend_from_slice(block.get(..n).unwrap_or_default()),
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Messages of the Robot Operating System.
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use sigmatau_formats::ros::{self, Columns, End, Fault, LogKind, Program, RawStep};
+use std::path::PathBuf;
+
+/// Topic, number, type, encoding of the definition, definition, encoding of the messages, messages.
+type ChannelFields = (String, u32, String, String, Vec<u8>, String, u64);
+/// Kind of the fault (empty: none), offset, words.
+type EndFields = (&'static str, u64, String);
+type Decoded<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, usize);
+
+/// Channels, whether their numbers of messages are declared, and the end of the walk.
+#[pyfunction]
+pub fn log_contents(
+    py: Python<'_>,
+    path: PathBuf,
+    bag: bool,
+) -> PyResult<(Vec<ChannelFields>, bool, EndFields)> {
+    let found = py.detach(|| ros::contents(&path, kind(bag)))?;
+    let channels = found.channels.into_iter();
+    let fields = channels
+        .map(|c| {
+            (c.topic, c.id, c.type_name, c.definition_encoding, c.definition, c.message_encoding, c.messages)
+        })
+        .collect();
+    Ok((fields, found.declared, end_fields(found.end)))
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // what _kernels names
+pub fn log_messages(
+    py: Python<'_>,
+    path: PathBuf,
+    bag: bool,
+    channels: Vec<u32>,
+    steps: Vec<RawStep>,
+    cdr: bool,
+    wanted: Vec<usize>,
+    exact: Option<usize>,
+) -> PyResult<(Decoded<'_>, EndFields)> {
+    let program = compiled(&steps, cdr, &wanted, exact)?;
+    let found = py.detach(|| ros::messages(&path, kind(bag), &channels, &program))?;
+    Ok((arrays(py, found.columns), end_fields(found.end)))
+}
+
+/// The same from messages in memory, one after the other; the rows end before the first that is not whole.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // what _kernels names
+pub fn decode_messages<'py>(
+    py: Python<'py>,
+    data: &[u8],
+    ends: PyReadonlyArray1<'py, i64>,
+    log_times: PyReadonlyArray1<'py, i64>,
+    steps: Vec<RawStep>,
+    cdr: bool,
+    wanted: Vec<usize>,
+    exact: Option<usize>,
+) -> PyResult<Decoded<'py>> {
+    let program = compiled(&steps, cdr, &wanted, exact)?;
+    let (ends, log_times) = (ends.as_slice()?, log_times.as_slice()?);
+    let columns = py.detach(|| {
+        let mut columns = program.columns();
+        let ends: Vec<usize> = ends.iter().map(|&end| end as usize).collect();
+        program.decode(data, &ends, log_times, &mut columns);
+        columns
+    });
+    Ok(arrays(py, columns))
+}
+
+fn kind(bag: bool) -> LogKind {
+    if bag { LogKind::Bag } else { LogKind::Mcap }
+}
+
+fn compiled(steps: &[RawStep], cdr: bool, wanted: &[usize], exact: Option<usize>) -> PyResult<Program> {
+    Program::compile(steps, cdr, wanted, exact).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+fn arrays(py: Python<'_>, columns: Columns) -> Decoded<'_> {
+    let floats = columns.floats.into_iter().map(|c| c.into_pyarray(py)).collect();
+    (floats, columns.exact.map(|c| c.into_pyarray(py)), columns.rows)
+}
+
+fn end_fields(end: End) -> EndFields {
+    let kind = match end.fault {
+        Fault::None => "",
+        Fault::BrokenOff => "broken_off",
+        Fault::NoEnd => "no_end",
+        Fault::Damaged => "damaged",
+    };
+    (kind, end.offset, end.what)
+}

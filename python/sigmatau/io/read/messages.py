@@ -1,0 +1,255 @@
+"""Definitions of ROS messages: which numbers a message holds, under which names, and how to get at them.
+
+A definition is text: a type and a name a line, then the definitions of the types it uses, each behind a line of ``=`` and
+``MSG: package/Type``. It becomes columns, named by the path of the field (``angular_velocity.x``), and steps for the
+compiled decoder. Strings and sequences are stepped over; their contents are no columns.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.table import Column
+
+__all__ = ["IMU_ROS2", "LOG_TIME", "Layout", "Step", "layout_of"]
+
+Step = tuple[str, int, int]
+"""What, how many (-1: a sequence), first column (-1: none); see crates/formats/src/ros/fields.rs."""
+
+LOG_TIME = "log_time [ns]"
+"""The stamp that the recorder put on a message."""
+
+_NUMBERS = {
+    "bool": "u1",
+    "char": "u1",
+    "uint8": "u1",
+    "int8": "i1",
+    "uint16": "u2",
+    "int16": "i2",
+    "uint32": "u4",
+    "int32": "i4",
+    "uint64": "u8",
+    "int64": "i8",
+    "float32": "f4",
+    "float64": "f8",
+}
+_ROS1 = {**_NUMBERS, "byte": "i1", "time": "utime", "duration": "duration"}
+_ROS2 = {**_NUMBERS, "byte": "u1", "builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
+
+# Units that the definitions of these packages fix, by type and field; they hold for all that is within the field.
+_UNITS = {
+    ("sensor_msgs/Imu", "angular_velocity"): "rad/s",
+    ("sensor_msgs/Imu", "linear_acceleration"): "m/s^2",
+    ("px4_msgs/SensorGyro", "x"): "rad/s",
+    ("px4_msgs/SensorGyro", "y"): "rad/s",
+    ("px4_msgs/SensorGyro", "z"): "rad/s",
+    ("px4_msgs/SensorAccel", "x"): "m/s^2",
+    ("px4_msgs/SensorAccel", "y"): "m/s^2",
+    ("px4_msgs/SensorAccel", "z"): "m/s^2",
+    ("px4_msgs/SensorCombined", "gyro_rad"): "rad/s",
+    ("px4_msgs/SensorCombined", "accelerometer_m_s2"): "m/s^2",
+    ("px4_msgs/VehicleImu", "delta_angle"): "rad",
+    ("px4_msgs/VehicleImu", "delta_velocity"): "m/s",
+}
+_STAMPS = {"time": "ns", "utime": "ns", "duration": "ns"}
+
+_ARRAY_COLUMNS = 64  # a longer array is a map or an image, not a sensor
+_COLUMNS = 2000
+_STEPS = 20_000
+_DEPTH = 24
+
+_SEPARATOR = re.compile(r"^={20,}\s*$", re.MULTILINE)
+_FIELD = re.compile(
+    r"^(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<bound><=)?(?P<count>\d*)\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)$"
+)
+
+IMU_ROS2 = """\
+std_msgs/Header header
+geometry_msgs/Quaternion orientation
+float64[9] orientation_covariance
+geometry_msgs/Vector3 angular_velocity
+float64[9] angular_velocity_covariance
+geometry_msgs/Vector3 linear_acceleration
+float64[9] linear_acceleration_covariance
+====================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+====================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+====================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+"""
+"""``sensor_msgs/msg/Imu`` of ROS 2, for bags that do not hold the definitions of their messages."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """A message as columns.
+
+    Attributes
+    ----------
+    columns : tuple of Column
+        The last is `LOG_TIME`.
+    steps : tuple of Step
+        For the decoder.
+    """
+
+    columns: tuple[Column, ...]
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Field:
+    type: str
+    name: str
+    count: int | None  # None: one, -1: a sequence
+
+
+@dataclass(slots=True)
+class _Builder:
+    types: Mapping[str, tuple[_Field, ...]]
+    numbers: Mapping[str, str]
+    columns: list[Column] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    open: bool = False  # from here on the place of a field is not known
+
+
+def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
+    """Columns and steps of a message.
+
+    Parameters
+    ----------
+    definition : str
+        The text, with the definitions of the types that it uses.
+    type_name : str
+        ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``.
+    ros1 : bool
+        The words of ROS 1 (``time`` is a type) or of ROS 2.
+
+    Raises
+    ------
+    DataError
+        If the definition makes no sense or lacks a type.
+    """
+    name = _short(type_name)
+    builder = _Builder(types=_types(definition, name), numbers=_ROS1 if ros1 else _ROS2)
+    _message(builder, name, "", None, depth=0, columns=True, ros1=ros1)
+    if builder.open:
+        builder.steps.append(("?", 0, -1))
+    builder.steps.insert(0, ("log_time", 1, len(builder.columns)))
+    builder.columns.append(Column(name=LOG_TIME))
+    return Layout(columns=tuple(builder.columns), steps=tuple(builder.steps))
+
+
+def _types(definition: str, name: str) -> dict[str, tuple[_Field, ...]]:
+    types: dict[str, tuple[_Field, ...]] = {}
+    for number, section in enumerate(_SEPARATOR.split(definition)):
+        lines = section.strip().splitlines()
+        own = name
+        if lines and lines[0].startswith("MSG:"):
+            own = _short(lines[0].removeprefix("MSG:").strip())
+            lines = lines[1:]
+        elif number > 0:
+            raise DataError(f"the definition of {name} has a part without a name")
+        types.setdefault(own, tuple(f for f in (_field(line, own) for line in lines) if f is not None))
+    return types
+
+
+def _field(line: str, within: str) -> _Field | None:
+    text = line.strip()
+    if not text or text.startswith("#"):
+        return None
+    match = _FIELD.match(text)
+    if match is None:
+        raise DataError(f"the definition of {within} has a line {text[:60]!r}, which makes no sense")
+    if match["rest"].startswith("="):
+        return None  # a constant
+    count = None if not match["array"] else -1 if match["bound"] or not match["count"] else int(match["count"][:20])
+    if count is not None and count >= 1 << 31:
+        raise DataError(f"the definition of {within} has an array of {count} elements")
+    return _Field(type=match["type"], name=match["name"], count=count)
+
+
+def _short(name: str) -> str:
+    return name.replace("/msg/", "/")
+
+
+def _resolved(builder: _Builder, name: str, within: str) -> str:
+    """The full name of a type; a bare one is of the same package."""
+    name = _short(name)
+    if name in builder.numbers or name in ("string", "wstring") or "/" in name:
+        return name
+    if name == "Header":
+        return "std_msgs/Header"
+    return f"{within.split('/')[0]}/{name}"
+
+
+def _message(
+    builder: _Builder, name: str, path: str, unit: str | None, *, depth: int, columns: bool, ros1: bool
+) -> None:
+    if name not in builder.types:
+        raise DataError(f"the definition of {name} is missing")
+    if depth > _DEPTH or len(builder.steps) > _STEPS:
+        raise DataError(f"the definition of {name} is too deep or too long")
+    fields = builder.types[name]
+    if not fields and not ros1:
+        builder.steps.append(("u1", 1, -1))  # ROS 2 gives a structure without members one byte
+    for part in fields:
+        if builder.open:
+            return
+        own = _UNITS.get((name, part.name), unit)
+        if own is None and name.startswith("px4_msgs/") and part.name in ("timestamp", "timestamp_sample"):
+            own = "us"
+        _one(builder, part, _resolved(builder, part.type, name), path + part.name, own, depth, columns, ros1)
+
+
+def _one(
+    builder: _Builder,
+    part: _Field,
+    kind: str,
+    path: str,
+    unit: str | None,
+    depth: int,
+    columns: bool,  # noqa: FBT001  handed down
+    ros1: bool,  # noqa: FBT001
+) -> None:
+    count = 1 if part.count is None else part.count
+    columns = columns and 0 <= count <= _ARRAY_COLUMNS
+    if kind == "wstring":
+        builder.open = True  # the middlewares do not agree on the width of a character
+    elif kind == "string":
+        builder.steps.append(("string", count, -1))
+    elif kind in builder.numbers:
+        word = builder.numbers[kind]
+        first = -1
+        if columns and len(builder.columns) + count <= _COLUMNS:
+            first = len(builder.columns)
+            bracket = f" [{_STAMPS.get(word, unit)}]" if _STAMPS.get(word, unit) else ""
+            builder.columns += [
+                Column(name=f"{path}{'' if part.count is None else f'[{k}]'}{bracket}") for k in range(count)
+            ]
+        builder.steps.append((word, count, first))
+    elif part.count is None:
+        _message(builder, kind, f"{path}.", unit, depth=depth + 1, columns=columns, ros1=ros1)
+    elif columns and len(builder.steps) < _STEPS // 10:
+        for k in range(count):
+            _message(builder, kind, f"{path}[{k}].", unit, depth=depth + 1, columns=True, ros1=ros1)
+    else:
+        builder.steps.append(("[", count, -1))
+        _message(builder, kind, f"{path}.", unit, depth=depth + 1, columns=False, ros1=ros1)
+        builder.steps.append(("]", 0, -1))
+        if builder.open and count != 0:
+            # Which of the elements holds the wide string cannot be known: the loop goes, and all behind it.
+            start = max(i for i, step in enumerate(builder.steps) if step[0] == "[")
+            del builder.steps[start:]

@@ -1,0 +1,254 @@
+"""Bags of ROS 2 as SQLite databases (.db3): rows by Python's own library, messages by compiled code."""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import DataError
+from sigmatau.io.read import roslog
+from sigmatau.io.read.messages import IMU_ROS2, Layout, layout_of
+from sigmatau.io.read.table import Head, Loaded, Table
+from sigmatau.results import Finding
+
+__all__ = ["read", "sniff"]
+
+_MAGIC = b"SQLite format 3\0"
+_ZSTD = b"\x28\xb5\x2f\xfd"
+_TOGETHER = 1 << 14  # messages that are decoded at a time
+_KNOWN = {"sensor_msgs/msg/Imu": IMU_ROS2}
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file is an SQLite database."""
+    return head.startswith(_MAGIC)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """A table for each topic: the numbers of its messages by the paths of their fields, stamps in nanoseconds.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
+
+    Raises
+    ------
+    DataError
+        If it is no bag, or its tables cannot be read.
+    """
+    if head.gzip:
+        raise DataError("is an SQLite database compressed by gzip; decompress it first")
+    try:
+        with closing(_open(path)) as base:
+            topics, definitions = _topics(base)
+    except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
+        raise DataError(f"is damaged or cut off, and no topic could be read ({error}); get or make it again") from None
+    if not topics:
+        raise DataError("is a ROS 2 bag without topics")
+    declared = _declared(path)
+    tables = []
+    for topic in topics:
+        rows = declared.get(topic.name)
+        definition = definitions.get(topic.type_name) or _KNOWN.get(topic.type_name)
+        if topic.encoding != "cdr":
+            tables.append(roslog.refused_table("rosbag2", topic.name, f"messages in {topic.encoding}", rows))
+            continue
+        if definition is None:
+            why = f"no definition of {topic.type_name} in the bag: convert it by `ros2 bag convert` to MCAP"
+            tables.append(roslog.refused_table("rosbag2", topic.name, why, rows))
+            continue
+        try:
+            layout = layout_of(definition, topic.type_name, ros1=False)
+        except DataError as error:
+            tables.append(roslog.refused_table("rosbag2", topic.name, str(error), rows))
+            continue
+        reader = _Reader(path=path, topic=topic, layout=layout, declared=rows)
+        tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, layout, rows, reader))
+    return roslog.some_readable(tables)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Topic:
+    id: int
+    name: str
+    type_name: str
+    encoding: str
+
+
+def _open(path: Path) -> sqlite3.Connection:
+    """The database, which is not written to, nor anything beside it unless a journal lies there already."""
+    beside = any(path.with_name(path.name + end).exists() for end in ("-wal", "-journal"))
+    mode = "mode=ro" if beside else "mode=ro&immutable=1"
+    base = sqlite3.connect(f"file:{quote(str(path.resolve()))}?{mode}", uri=True)
+    # Without this SQLite refuses all of a file that is shorter than it declares.
+    base.execute("PRAGMA writable_schema=ON")
+    return base
+
+
+def _topics(base: sqlite3.Connection) -> tuple[list[_Topic], dict[str, str]]:
+    names = {name for (name,) in base.execute("SELECT name FROM sqlite_master WHERE type='table'")}
+    if not {"topics", "messages"} <= names:
+        raise DataError("is an SQLite database, but no ROS 2 bag: it has no tables `topics` and `messages`")
+    rows = base.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
+    topics = [_Topic(id=i, name=n, type_name=t, encoding=e) for i, n, t, e in rows if _are(i, n, t, e)]
+    definitions: dict[str, str] = {}
+    if "message_definitions" in names:
+        for name, encoding, text in base.execute(
+            "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+        ):
+            if encoding == "ros2msg" and isinstance(text, str) and text.strip():
+                definitions[str(name)] = text
+    return topics, definitions
+
+
+def _cut(path: Path) -> bool:
+    """Whether the file is shorter than its head says."""
+    with path.open("rb") as file:
+        head = file.read(32)
+    page = int.from_bytes(head[16:18], "big")
+    return path.stat().st_size < (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
+
+
+def _are(number: object, *words: object) -> bool:
+    return isinstance(number, int) and all(isinstance(word, str) for word in words)
+
+
+def _declared(path: Path) -> dict[str, int]:
+    """Messages by topic as metadata.yaml beside the bag declares them, if it speaks of this file alone."""
+    try:
+        text = (path.parent / "metadata.yaml").read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return {}
+    files = re.search(r"relative_file_paths:\s*\n((?:\s*-[^\n]*\n)+)", text)
+    if files is None or [line.strip(" -\"'") for line in files[1].splitlines()] != [path.name]:
+        return {}
+    declared = {}
+    for item in re.split(r"\n\s*- (?=topic_metadata:|message_count:)", text.partition("topics_with_message_count:")[2]):
+        name = re.search(r"\bname:\s*[\"']?([^\s\"']+)", item)
+        count = re.search(r"\bmessage_count:\s*(\d{1,15})\b", item)
+        if name and count:
+            declared[name[1]] = int(count[1])
+    return declared
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Batch:
+    """Messages one after the other, their ends and stamps; a fault that follows, and how many before it are in doubt."""
+
+    data: bytes
+    ends: NDArray[np.int64]
+    times: NDArray[np.int64]
+    fault: str
+    doubt: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Reader:
+    """Loads columns of a topic."""
+
+    path: Path
+    topic: _Topic
+    layout: Layout
+    declared: int | None
+
+    def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
+        parts: list[_kernels.Decoded] = []
+        rows, doubt, fault = 0, 0, ""
+        try:
+            for batch in self._messages():
+                part = _kernels.decode_messages(
+                    batch.data, batch.ends, batch.times, steps=self.layout.steps, cdr=True, wanted=wanted, exact=exact
+                )
+                parts.append(part)
+                rows += part.rows
+                fault, doubt = batch.fault, batch.doubt
+                if part.rows != len(batch.ends):
+                    if not rows and batch.data.startswith(_ZSTD):
+                        raise DataError(
+                            f"each message of {self.topic.name} is compressed: convert the bag by `ros2 bag convert`"
+                        )
+                    fault, doubt = "a message does not hold what its definition says", 0
+                    break
+        except (sqlite3.Error, UnicodeDecodeError) as error:
+            fault = f"the database cannot be read ({error})"
+        rows = max(0, rows - doubt)
+        if not rows and fault:
+            raise DataError(f"{fault}: no message of {self.topic.name} could be read; get or make the file again")
+        joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
+        decoded = _kernels.Decoded(joined, rows)
+        return Loaded(
+            columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault)
+        )
+
+    def _messages(self) -> Iterator[_Batch]:
+        """Messages in the order in which they were recorded, some thousand at a time; the last batch names a fault."""
+        with closing(_open(self.path)) as base:
+            (page,) = base.execute("PRAGMA page_size").fetchone()
+            cursor = base.execute(
+                "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED",
+                (self.topic.id,),
+            )
+            fault, last = "", None
+            while not fault:
+                blobs: list[bytes] = []
+                times: list[int] = []
+                count = 0
+                try:
+                    for number, blob, stamp in cursor:
+                        # Of all topics together: SQLite passes over pages that it cannot make sense of.
+                        if last is not None and number != last + 1:
+                            fault = f"after message {last} of all topics comes {number!r}"
+                            break
+                        last = number
+                        count += 1
+                        if blob != 0:
+                            if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
+                                fault = f"message {number} of all topics is none"
+                                break
+                            blobs.append(blob)
+                            times.append(stamp)
+                        if count == _TOGETHER:
+                            break
+                except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
+                    fault = f"the database cannot be read further ({error})"
+                # A page of which a part is missing may have given the messages before, with nothing to show it.
+                doubt = 1 + page // max(1, min(map(len, blobs), default=page)) if fault else 0
+                lengths = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
+                yield _Batch(
+                    data=b"".join(blobs),
+                    ends=np.cumsum(lengths, dtype=np.int64),
+                    times=np.array(times, dtype=np.int64),
+                    fault=fault,
+                    doubt=doubt,
+                )
+                if not count and not fault:
+                    return
+
+    def _findings(self, rows: int, fault: str) -> tuple[Finding, ...]:
+        of = "" if self.declared is None else f" of {self.declared}"
+        if fault:
+            message = f"{fault}; {rows}{of} messages of {self.topic.name} were read up to there"
+        elif self.declared is not None and self.declared != rows:
+            message = (
+                f"the bag holds {rows} messages of {self.topic.name} where its metadata.yaml declares {self.declared}"
+            )
+        else:
+            return ()
+        return (
+            Finding(
+                code="broken_off" if fault and _cut(self.path) else "damaged",
+                severity="error",
+                message=message,
+                effect=roslog.REST_MISSING,
+            ),
+        )

@@ -1,0 +1,170 @@
+"""What MCAP files and ROS 1 bags have in common: topics with messages that are defined by text, and an end that shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import DataError
+from sigmatau.io.read.messages import Layout, layout_of
+from sigmatau.io.read.table import Column, Loaded, Table, refuse_non_finite
+from sigmatau.results import Finding
+
+__all__ = ["REST_MISSING", "checked", "message_table", "refused_table", "some_readable", "tables_of"]
+
+_WRITTEN = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
+
+_NOT_READ = "not read: "
+REST_MISSING = "the rest of the log is missing; get or make the file again"
+
+
+def tables_of(path: Path, kind: _kernels.LogKind) -> tuple[Table, ...]:
+    """A table for each topic of a file, and for each type if a topic has several.
+
+    Raises
+    ------
+    DataError
+        If no topic can be read.
+    """
+    contents = _kernels.log_contents(str(path), kind)
+    end = contents.end
+    where = f"{end.what} (byte {end.offset})"
+    if not contents.channels:
+        if end.kind:
+            raise DataError(f"{where}: no topic could be read; get or make the file again")
+        raise DataError("holds no topics")
+    groups: dict[tuple[str, str, str, str, bytes], list[_kernels.LogChannel]] = {}
+    for channel in contents.channels:
+        key = (
+            channel.topic,
+            channel.type_name,
+            channel.message_encoding,
+            channel.definition_encoding,
+            channel.definition,
+        )
+        groups.setdefault(key, []).append(channel)
+    tables = []
+    for (topic, type_name, encoding, written, definition), channels in groups.items():
+        several = sum(other[0] == topic for other in groups) > 1
+        name = f"{topic} ({type_name})" if several else topic
+        rows = sum(channel.messages for channel in channels)
+        if (encoding, written) not in _WRITTEN:
+            why = f"{type_name or 'messages'} in {encoding or 'an unnamed encoding'}" + (
+                f" defined by {written}" if written else " without a definition"
+            )
+            tables.append(refused_table(kind, name, f"{why}, which are not read", rows))
+            continue
+        try:
+            ros1 = _WRITTEN[encoding, written]
+            layout = layout_of(definition.decode(errors="replace"), type_name, ros1=ros1)
+        except DataError as error:
+            tables.append(refused_table(kind, name, str(error), rows))
+            continue
+        reader = _Reader(
+            path=path,
+            kind=kind,
+            topic=name,
+            ids=tuple(c.id for c in channels),
+            layout=layout,
+            cdr=not ros1,
+            declared=rows if contents.declared else None,
+        )
+        tables.append(message_table(kind, name, type_name, layout, rows, reader))
+    return some_readable(tables)
+
+
+def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:
+    """The tables, if there is one that can be read; else raises `DataError` that says why not."""
+    if all(table.columns[0].name.startswith(_NOT_READ) for table in tables):
+        listed = "; ".join(f"{t.topic} ({t.columns[0].name.removeprefix(_NOT_READ)})" for t in tables[:3])
+        raise DataError(f"holds no topic that can be read: {listed}{' …' if len(tables) > 3 else ''}")
+    return tuple(tables)
+
+
+def message_table(
+    kind: str,
+    topic: str,
+    type_name: str,
+    layout: Layout,
+    rows: int | None,
+    load: Callable[[Sequence[int], int | None], Loaded],
+) -> Table:
+    """A topic as a table."""
+    return Table(
+        format=kind,
+        columns=layout.columns,
+        notes=(f"messages {type_name} of {topic}",),
+        load=load,
+        where=lambda row: f"message {row} (counted from 0) of {topic}",
+        topic=topic,
+        rows=rows,
+    )
+
+
+def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
+    """A topic that is there and cannot be read; the one column says why."""
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        raise DataError(f"topic {topic} cannot be read: {why}")
+
+    return Table(
+        format=kind, columns=(Column(name=f"{_NOT_READ}{why}"),), notes=(), load=load, where=str, topic=topic, rows=rows
+    )
+
+
+def findings_of(end: _kernels.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
+    """What the end of the way through a file says about it."""
+    count = f"{rows} messages of {topic}" if declared is None else f"{rows} of {declared} messages of {topic}"
+    if end.kind == "no_end":
+        message = f"{end.what} (byte {end.offset}); {count} were read, all that come before"
+        effect = "no message is missing by what the file says" if declared is None or rows == declared else REST_MISSING
+        return (Finding(code="broken_off", severity="warning", message=message, effect=effect),)
+    if end.kind:
+        message = f"{end.what} (byte {end.offset}); {count} were read up to there"
+        return (Finding(code=end.kind, severity="error", message=message, effect=REST_MISSING),)
+    if declared is not None and rows != declared:
+        message = f"the file holds {rows} messages of {topic} where it declares {declared}"
+        return (Finding(code="damaged", severity="error", message=message, effect=REST_MISSING),)
+    return ()
+
+
+class _Reader:
+    """Loads columns of a topic."""
+
+    def __init__(
+        self,
+        *,
+        path: Path,
+        kind: _kernels.LogKind,
+        topic: str,
+        ids: tuple[int, ...],
+        layout: Layout,
+        cdr: bool,
+        declared: int | None,
+    ) -> None:
+        self.path, self.kind, self.topic, self.ids = path, kind, topic, ids
+        self.layout, self.cdr, self.declared = layout, cdr, declared
+
+    def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
+        decoded, end = _kernels.log_messages(
+            str(self.path), self.kind, self.ids, steps=self.layout.steps, cdr=self.cdr, wanted=wanted, exact=exact
+        )
+        if not decoded.rows and end.kind:
+            raise DataError(
+                f"{end.what} (byte {end.offset}): no message of {self.topic} could be read; get or make the file again"
+            )
+        return Loaded(
+            columns=checked(decoded, self.layout, self.topic),
+            findings=findings_of(end, self.topic, decoded.rows, self.declared),
+        )
+
+
+def checked(decoded: _kernels.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
+    """The columns, all finite."""
+    for index, array in decoded.columns.items():
+        refuse_non_finite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")
+    return dict(decoded.columns)

@@ -1,0 +1,424 @@
+"""Logs of ROS: MCAP files and bags, written by others or by the published specifications."""
+
+import contextlib
+import itertools
+import shutil
+import sqlite3
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import roslogs
+from roslogs import IMU, imu, imu_cdr, imu_mcap, imu_ros1
+
+from known import seed_of
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io import read
+from sigmatau.io.read.messages import IMU_ROS2
+
+pytest.importorskip("lz4", reason="lz4 packs what these tests read")
+pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")
+
+CHANNELS = [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]
+N = 600
+
+
+def six(record):
+    return np.stack([record.stream_of(c).column(c) for c in CHANNELS], axis=1)
+
+
+def rosbags_log(kind, folder, n=N):
+    """A log by rosbags, and the numbers in it."""
+    pytest.importorskip("rosbags", reason="rosbags writes what these tests read")
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    stamps, values = imu(n)
+    ros1 = kind.startswith("bag")
+    if ros1:
+        path = folder / "log.bag"
+        writer = rosbag1.Writer(path)
+        if kind != "bag":
+            writer.set_compression(rosbag1.Writer.CompressionFormat[kind.removeprefix("bag-").upper()])
+    else:
+        path = folder / kind / f"{kind}.{kind.split('-')[0]}"
+        plugin = rosbag2.StoragePlugin.MCAP if kind.startswith("mcap") else rosbag2.StoragePlugin.SQLITE3
+        writer = rosbag2.Writer(folder / kind, version=9, storage_plugin=plugin)
+        if kind == "mcap-zstd":
+            writer.set_compression(rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD)
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    with writer:
+        connection = writer.add_connection("/imu", IMU, typestore=store)
+        text = writer.add_connection("/note", "std_msgs/msg/String", typestore=store)
+        for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
+            writer.write(connection, stamp + 1000, imu_ros1(stamp, row) if ros1 else imu_cdr(stamp, row))
+        writer.write(text, stamp, roslogs.text("hello") if ros1 else b"\0\1\0\0" + roslogs.text(b"hello\0"))
+    return path, stamps, values
+
+
+KINDS = ["mcap", "mcap-zstd", "db3", "bag", "bag-lz4", "bag-bz2"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_as_rosbags_writes_it(tmp_path, kind):
+    path, _, values = rosbags_log(kind, tmp_path)
+    record = read(path)
+    np.testing.assert_array_equal(six(record), values)
+    assert record.findings == ()
+    assert record.streams[0].grid.rate == 200.0
+    assert record.provenance.topics == ("/imu",)
+    assert record.provenance.rows == N
+    assert "orientation.w" in record.provenance.ignored
+    # The stamp of the message, not that of the recorder, and exactly.
+    by_hand = read(path, channels={"w": "orientation.w", "time": "log_time"}, unit={"w": "1"})
+    assert by_hand.streams[0].grid.start - record.streams[0].grid.start == pytest.approx(1e-6, abs=3e-7)
+
+
+@pytest.mark.parametrize("summary", [True, False])
+@pytest.mark.parametrize("crc", [True, False])
+@pytest.mark.parametrize("compression", ["", "zstd", "lz4"])
+def test_mcap_by_its_specification(tmp_path, compression, crc, summary):
+    data, _, values = imu_mcap(N, 70, compression, crc=crc, summary=summary)
+    (tmp_path / "a").write_bytes(data)
+    record = read(tmp_path / "a")
+    np.testing.assert_array_equal(six(record), values)
+    assert record.findings == ()
+
+
+def test_mcap_without_chunks(tmp_path):
+    stamps, values = imu(N)
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/imu")]
+    body = [roslogs.message(3, s, imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+    np.testing.assert_array_equal(six(read(tmp_path / "a.mcap")), values)
+
+
+@pytest.mark.parametrize("frame", [b"\0", b"a\0", b"ab\0", b"abc\0", b"abcdefgh\0"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_order_and_alignment(tmp_path, order, frame):
+    stamps, values = imu(20)
+    body = [roslogs.message(3, s, imu_cdr(s, v, order=order, frame=frame)) for s, v in zip(stamps, values, strict=True)]
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/imu")]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+    record = read(tmp_path / "a.mcap")
+    np.testing.assert_array_equal(six(record), values)
+    assert record.streams[0].grid.rate == 200.0
+
+
+def test_several_imus_are_asked_about(tmp_path):
+    stamps, values = imu(20)
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/a/imu"), roslogs.channel(4, "/b/imu")]
+    body = []
+    for s, v in zip(stamps, values, strict=True):
+        body += [roslogs.message(3, s, imu_cdr(s, v)), roslogs.message(4, s, imu_cdr(s, -v))]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+    with pytest.raises(OptionError, match=r"several sensors: /a/imu \(gyro and accel, 20 rows\), /b/imu .*--topic"):
+        read(tmp_path / "a.mcap")
+    np.testing.assert_array_equal(six(read(tmp_path / "a.mcap", topic="/b/imu")), -values)
+
+
+CUSTOM = """\
+# a comment
+uint8 KIND=3
+string NAME="a # no comment"
+Part[2] parts  # nested
+Part[] more
+string[] words
+uint16[<=7] some
+string<=5 label
+bool ok
+int8[3] small
+float32 temperature 20.5
+float64[9] matrix
+builtin_interfaces/Time stamp
+my_msgs/Empty nothing
+uint64 count
+Part last
+================================================================================
+MSG: my_msgs/Part
+int8 tag
+float64 value
+string name
+================================================================================
+MSG: my_msgs/Empty
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+
+def test_any_message_by_the_path_of_a_field(tmp_path):
+    pytest.importorskip("rosbags", reason="rosbags writes what this test reads")
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg(CUSTOM, "my_msgs/msg/Custom"))
+    kinds = store.types
+    part, clock = kinds["my_msgs/msg/Part"], kinds["builtin_interfaces/msg/Time"]
+    rng = np.random.default_rng(3)
+    head = [roslogs.schema(1, "my_msgs/msg/Custom", CUSTOM), roslogs.channel(1, "/custom")]
+    rows, body = [], []
+    for k in range(40):
+
+        def some(k=k):
+            return part(tag=k, value=rng.normal(), name="x" * int(rng.integers(9)))
+
+        made = kinds["my_msgs/msg/Custom"](
+            parts=[some(), some()],
+            more=[some() for _ in range(k % 4)],
+            words=["w" * int(rng.integers(6)) for _ in range(k % 3)],
+            some=rng.integers(0, 9, k % 7).astype(np.uint16),
+            label="abc"[: k % 4],
+            ok=True,
+            small=np.array([k, -k, 1], dtype=np.int8),
+            temperature=float(np.float32(rng.normal())),
+            matrix=rng.normal(size=9),
+            stamp=clock(sec=1_700_000_000, nanosec=k * 10_000_001),
+            nothing=kinds["my_msgs/msg/Empty"](),
+            count=2**53 + 2 * k,
+            last=some(),
+        )
+        body.append(roslogs.message(1, 10 * k, bytes(store.serialize_cdr(made, "my_msgs/msg/Custom"))))
+        rows.append([made.parts[1].value, made.small[1], made.temperature, made.matrix[8], made.count, made.last.value])
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+    names = ["parts[1].value", "small[1]", "temperature", "matrix[8]", "count", "last.value"]
+    record = read(
+        tmp_path / "a.mcap",
+        channels={f"s{k}": name for k, name in enumerate(names)},
+        unit={f"s{k}": "1" for k in range(len(names))},
+    )
+    got = np.stack([record.stream_of(f"s{k}").column(f"s{k}") for k in range(len(names))], axis=1)
+    np.testing.assert_array_equal(got, np.array(rows, dtype=float))
+    assert 1 / record.streams[0].grid.rate == pytest.approx(0.010000001, rel=1e-12)
+    assert not any(c.startswith(("more", "words", "some", "label")) for c in record.provenance.ignored)
+
+
+def test_px4_sensor_combined(tmp_path):
+    definition = (
+        "uint64 timestamp # time since system start (microseconds)\nint32 RELATIVE_TIMESTAMP_INVALID = 2147483647\n"
+        "float32[3] gyro_rad\nuint32 gyro_integral_dt\nint32 accelerometer_timestamp_relative\n"
+        "float32[3] accelerometer_m_s2\nuint32 accelerometer_integral_dt\nuint8 accelerometer_clipping\n"
+    )
+    import struct
+
+    values = np.random.default_rng(2).normal(size=(50, 6)).astype(np.float32)
+    head = [
+        roslogs.schema(1, "px4_msgs/msg/SensorCombined", definition),
+        roslogs.channel(1, "/fmu/out/sensor_combined"),
+    ]
+    body = [
+        roslogs.message(1, k, b"\0\1\0\0" + struct.pack("<Q3fIi3fIB", k * 4000, *v[:3], 4000, 0, *v[3:], 4000, 0))
+        for k, v in enumerate(values.tolist())
+    ]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+    record = read(tmp_path / "a.mcap")
+    np.testing.assert_array_equal(six(record), values.astype(float))
+    assert record.streams[0].grid.rate == 250.0
+
+
+def test_ros1_messages_in_mcap(tmp_path):
+    definition = IMU_ROS2.replace("builtin_interfaces/Time stamp", "uint32 seq\ntime stamp")
+    stamps, values = imu(30)
+    head = [roslogs.schema(1, "sensor_msgs/Imu", definition, "ros1msg"), roslogs.channel(3, "/imu", encoding="ros1")]
+    body = [roslogs.message(3, s, imu_ros1(s, v)) for s, v in zip(stamps, values, strict=True)]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+    np.testing.assert_array_equal(six(read(tmp_path / "a.mcap")), values)
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ([roslogs.schema(1, "x.Imu", b"\1\2", "protobuf"), roslogs.channel(1, "/p", encoding="protobuf")], "protobuf"),
+        ([roslogs.schema(1, IMU, "float64 x\nFoo y\n"), roslogs.channel(1, "/p")], "sensor_msgs/Foo is missing"),
+        ([roslogs.schema(1, IMU, "float64\n"), roslogs.channel(1, "/p")], "makes no sense"),
+        ([roslogs.schema(1, "a/A", "A a\n"), roslogs.channel(1, "/p")], "too deep"),
+        ([roslogs.schema(1, "a/A", "wstring w\nfloat64 x\n"), roslogs.channel(1, "/p")], "log_time"),
+        ([], "holds no topics"),
+    ],
+)  # fmt: skip
+def test_what_is_not_read_says_why(tmp_path, head, words):
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap(head))
+    with pytest.raises((DataError, OptionError), match=words):
+        read(tmp_path / "a.mcap")
+
+
+def test_a_message_unlike_its_definition(tmp_path):
+    stamps, values = imu(30)
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/imu")]
+    body = [roslogs.message(3, s, imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)]
+    for checked, wrong in itertools.product(
+        [True, False], (imu_cdr(stamps[0], values[0])[:-8], imu_cdr(stamps[0], values[0]) + bytes(8), b"", b"\0\7\0\0")
+    ):
+        records = [*head, *body[:20], roslogs.message(3, 1, wrong), *body[20:]]
+        (tmp_path / "a.mcap").write_bytes(roslogs.mcap([roslogs.chunk(b"".join(records))] if checked else records))
+        # Without a checksum the message before is not trusted either.
+        rows = 20 if checked else 19
+        record = read(tmp_path / "a.mcap")
+        np.testing.assert_array_equal(six(record), values[:rows])
+        (finding,) = record.findings
+        assert (finding.code, finding.severity) == ("damaged", "error")
+        assert f"{rows} messages of /imu" in finding.message
+
+
+def test_counts_that_do_not_agree(tmp_path):
+    stamps, values = imu(30)
+    head = roslogs.schema(1, IMU, IMU_ROS2) + roslogs.channel(3, "/imu")
+    body = [roslogs.message(3, s, imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([head, *body], {3: 31}, head))
+    (finding,) = read(tmp_path / "a.mcap").findings
+    assert (finding.code, finding.severity) == ("damaged", "error")
+    assert "30 messages of /imu where it declares 31" in finding.message
+
+
+def test_bags_without_definitions(tmp_path):
+    path, _, values = rosbags_log("db3", tmp_path)
+    with contextlib.closing(sqlite3.connect(path)) as base, base:
+        base.execute("DROP TABLE message_definitions")
+    np.testing.assert_array_equal(six(read(path)), values)
+    with pytest.raises(OptionError, match="no definition of std_msgs/msg/Str"):
+        read(path, topic="/note")
+
+
+def test_a_bag_beside_which_metadata_declare_more(tmp_path):
+    path, _, _ = rosbags_log("db3", tmp_path)
+    with contextlib.closing(sqlite3.connect(path)) as base, base:
+        base.execute("DELETE FROM messages WHERE id > 500")
+    (finding,) = read(path).findings
+    assert "500 messages of /imu where its metadata.yaml declares 600" in finding.message
+    # As the recorder of ROS itself writes it.
+    (path.parent / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n    - db3.db3\n"
+        "  message_count: 801\n  topics_with_message_count:\n    - topic_metadata:\n        name: /note\n"
+        "        type: std_msgs/msg/String\n      message_count: 1\n    - topic_metadata:\n        name: /imu\n"
+        '        offered_qos_profiles: "- history: 3\\n  depth: 0"\n      message_count: 800\n  compression_format: ""\n'
+    )
+    (finding,) = read(path).findings
+    assert "declares 800" in finding.message
+
+
+def test_a_database_that_is_no_bag(tmp_path):
+    with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as base, base:
+        base.execute("CREATE TABLE t (x)")
+    with pytest.raises(DataError, match="no ROS 2 bag"):
+        read(tmp_path / "a.db3")
+
+
+def outcome(path, values):
+    """Rows that were read, which must be the first ones; the severest finding, or None."""
+    try:
+        record = read(path, rate=200.0)
+    except (DataError, OptionError):
+        return None, "refused"
+    rows = record.provenance.rows
+    np.testing.assert_array_equal(six(record), values[:rows])
+    codes = [(f.severity, f.code) for f in record.findings if f.code in ("broken_off", "damaged")]
+    return rows, min(codes, default=None)
+
+
+def made(kind, folder, n=3000):
+    if kind.startswith("mcap/"):
+        data, _, values = imu_mcap(n, 50, kind.split("/")[1].replace("none", ""))
+        path = folder / "log.mcap"
+        path.write_bytes(data)
+        return path, values
+    path, _, values = rosbags_log(kind, folder, n)
+    # Alone, so that nothing beside it tells what it should hold.
+    return shutil.copy(path, folder / "alone"), values
+
+
+ALL = ["mcap/none", "mcap/zstd", "mcap/lz4", *KINDS]
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.99])
+@pytest.mark.parametrize("kind", ALL)
+def test_cut_off(tmp_path, kind, share):
+    path, values = made(kind, tmp_path)
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    rows, found = outcome(path, values)
+    assert found in ("refused", ("error", "broken_off"), ("error", "damaged"), ("warning", "broken_off"))
+    if kind in ("mcap/none", "mcap/zstd", "mcap/lz4", "mcap", "bag"):
+        # No more than a chunk is lost, and the index at the end, of some percent.
+        assert share - 0.02 <= rows / len(values) <= share + 0.05
+    if found == ("warning", "broken_off"):
+        assert rows == len(values)
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_a_flipped_page(tmp_path, kind):
+    path, values = made(kind, tmp_path)
+    data = bytearray(path.read_bytes())
+    start = len(data) // 2 // 4096 * 4096
+    data[start : start + 4096] = bytes(255 - b for b in data[start : start + 4096])
+    path.write_bytes(data)
+    rows, found = outcome(path, values)
+    assert found in ("refused", ("error", "damaged"), ("error", "broken_off"))
+    assert rows is None or rows < len(values)
+    if kind.startswith("mcap/"):
+        assert abs(rows - 0.5 * len(values)) < 0.05 * len(values)
+
+
+@pytest.mark.parametrize("kind", ["mcap/none", "mcap/zstd", "mcap/lz4", "mcap", "db3", "bag", "bag-lz4", "bag-bz2"])
+def test_mutated(tmp_path, kind):
+    rng = np.random.default_rng(seed_of(f"mutated {kind}"))
+    path, values = made(kind, tmp_path, n=12)
+    whole = path.read_bytes()
+    shorter = 0
+    for _ in range(600):
+        data = bytearray(whole)
+        for _ in range(int(rng.integers(1, 4))):
+            at = int(rng.integers(len(data)))
+            if rng.random() < 0.5:
+                data[at] = int(rng.choice([0, 1, 0x7F, 0x80, 0xFF, data[at] ^ 1]))
+            elif rng.random() < 0.5:
+                del data[at : at + int(rng.integers(1, 50))]
+            else:
+                data[at:at] = rng.bytes(int(rng.integers(1, 20)))
+        path.write_bytes(data)
+        started = time.perf_counter()
+        if kind.startswith("mcap/"):
+            # Checksums over all: what is read is true, and never silently shorter.
+            rows, found = outcome(path, values)
+            assert found is not None or rows == len(values)
+            shorter += found is not None
+        else:
+            with contextlib.suppress(DataError, OptionError):
+                read(path, rate=200.0)
+        assert time.perf_counter() - started < 5
+    assert shorter > 300 or not kind.startswith("mcap/")
+
+
+MEASURE = """
+import resource, sys
+from sigmatau.errors import DataError
+from sigmatau.io import read
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+for path in sys.argv[1:]:
+    try:
+        read(path)
+        sys.exit(f"{path} was read")
+    except DataError as error:
+        assert "byte" in str(error), error
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+def test_declared_lengths_take_no_memory(tmp_path):
+    data, _, _ = imu_mcap(30, 10)
+    at = data.index(b"\x06", 8 + 9 + 8)  # the first chunk, behind the head
+    paths = []
+    # Its length, the length of what it holds, and of what is packed.
+    for place, size in itertools.product((1, 25, 49), (1 << 29, 1 << 40, (1 << 64) - 1)):
+        changed = bytearray(data)
+        changed[at + place : at + place + 8] = size.to_bytes(8, "little")
+        paths.append(tmp_path / f"{place}-{size}.mcap")
+        paths[-1].write_bytes(changed[: -len(changed) // 2] if place == 1 else changed)
+    run = subprocess.run(  # a process of its own, for its high-water mark
+        [sys.executable, "-c", MEASURE, *map(str, paths)], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    kib = int(run.stdout)
+    assert kib < 50_000

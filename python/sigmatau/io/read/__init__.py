@@ -15,15 +15,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, npy, text
-from sigmatau.io.read.table import HEAD, Format, Head
+from sigmatau.io.read import assemble, hdf5, matlab, npy, text
+from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
 from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, matlab, hdf5, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -36,8 +36,6 @@ _MARKS = (
     (b"#ROSBAG", "a ROS 1 bag"),
     (b"SQLite format 3", "an SQLite database (a ROS 2 bag?)"),
     (b"\x89MCAP", "an MCAP file"),
-    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
-    (b"MATLAB 5.0", "a MATLAB file"),
     (b"ULog", "a PX4 flight log"),
     (b"\xa3\x95", "an ArduPilot flight log"),
     (b"TDSm", "a LabVIEW TDMS file"),
@@ -111,6 +109,7 @@ def read(
     options = assemble.Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
+    tables: Sequence[Table] = ()
     try:
         file = _regular(name)
         head = _head(file)
@@ -123,6 +122,9 @@ def read(
             f"{name}: does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
         ) from None
     except OptionError as error:
+        lost = [f.message for table in tables for f in table.findings if f.severity == "error"]
+        if lost:  # what was asked for may have been in what is lost: no option can mend that
+            raise DataError(f"{name}: {lost[0]}; of what is left: {error}") from None
         raise OptionError(f"{name}: {error}", option=error.option) from None
     except DataError as error:
         error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)

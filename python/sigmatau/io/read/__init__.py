@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, hdf5, matlab, npy, text
+from sigmatau.io.read import arrow, assemble, hdf5, matlab, npy, text
 from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -23,7 +23,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, matlab, hdf5, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, matlab, hdf5, arrow, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -39,8 +39,8 @@ _MARKS = (
     (b"ULog", "a PX4 flight log"),
     (b"\xa3\x95", "an ArduPilot flight log"),
     (b"TDSm", "a LabVIEW TDMS file"),
-    (b"PAR1", "a Parquet file"),
-    (b"ARROW1", "an Arrow file"),
+    (b"PARE", "an encrypted Parquet file"),
+    (b"FEA1", "a Feather file of version 1"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file"),
     (b"\x7fELF", "a program"),
     (b"BZh", "compressed by bzip2"),

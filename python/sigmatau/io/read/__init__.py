@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import arrow, assemble, hdf5, matlab, npy, text
+from sigmatau.io.read import arrow, assemble, hdf5, matlab, npy, tdms, text
 from sigmatau.io.read.table import HEAD, Format, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -23,7 +23,7 @@ from sigmatau.streams import InputKind
 
 __all__ = ["read"]
 
-_FORMATS: tuple[Format, ...] = (npy, matlab, hdf5, arrow, text)  # text last: it is what has no mark of its own
+_FORMATS: tuple[Format, ...] = (npy, matlab, hdf5, arrow, tdms, text)  # text last: it is what has no mark of its own
 
 _GZIP = b"\x1f\x8b"
 
@@ -38,7 +38,6 @@ _MARKS = (
     (b"\x89MCAP", "an MCAP file"),
     (b"ULog", "a PX4 flight log"),
     (b"\xa3\x95", "an ArduPilot flight log"),
-    (b"TDSm", "a LabVIEW TDMS file"),
     (b"PARE", "an encrypted Parquet file"),
     (b"FEA1", "a Feather file of version 1"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file"),
@@ -63,9 +62,9 @@ def read(
 ) -> Record:
     """The static record that a file holds.
 
-    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too), ``.npy`` and ``.npz`` are told
-    apart by content. Columns are recognised by the names that people use, units by what the header says, the rate by the
-    time stamps; what the file does not say is asked for, never guessed.
+    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too), NumPy, MATLAB, HDF5, Parquet, Arrow
+    and TDMS files are told apart by content. Columns are recognised by the names that people use, units by what the file
+    says, the rate by the time stamps; what the file does not say is asked for, never guessed.
 
     Parameters
     ----------
@@ -179,7 +178,9 @@ def _reader(head: Head, file: Path) -> Format:
     found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
     if head.data[:2] in (b"\xff\xfe", b"\xfe\xff") or _every_other_byte_is_null(head.data):
         raise DataError("is text in UTF-16; save it as UTF-8")
-    raise DataError(f"is {found}, not a format that is read: text tables, .npy, .npz")
+    raise DataError(
+        f"is {found}, not a format that is read: text tables, .npy, .npz, MATLAB, HDF5, Parquet, Arrow, TDMS"
+    )
 
 
 def _every_other_byte_is_null(data: bytes) -> bool:

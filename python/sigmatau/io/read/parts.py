@@ -7,7 +7,7 @@ of one group and one length are a table.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,8 @@ class Leaf:
         Gives the array in that shape; raises `DataError` and no other.
     unit : str or None
         As the file spells it.
+    rate : float or None
+        Sampling rate, if the format states one. [Hz]
     """
 
     group: tuple[str, ...]
@@ -49,6 +51,7 @@ class Leaf:
     shape: tuple[int, ...]
     load: Callable[[], NDArray[Any]]
     unit: str | None = None
+    rate: float | None = None
 
 
 def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
@@ -116,6 +119,7 @@ def gather(
     separator: str,
     notes: tuple[str, ...] = (),
     findings: tuple[Finding, ...] = (),
+    rate_source: str = "",
 ) -> tuple[Table, ...]:
     """The tables that arrays make: those of one group and one length together.
 
@@ -131,6 +135,8 @@ def gather(
         Between the names of groups.
     notes, findings
         Of the file; every table gets them.
+    rate_source : str
+        Where the rates of the leaves are from, in words.
 
     Raises
     ------
@@ -156,7 +162,11 @@ def gather(
         # Arrays of several lengths in one group are told apart by the first of each length.
         last = (members[0].name,) if groups.count(group) > 1 or (not group and not root) else ()
         topic = root + separator.join((*group, *last)) if len(by_home) > 1 or group or root else ""
-        tables.append(_table(kind, topic, group, rows, members, separator, notes, findings))
+        table = _table(kind, topic, group, rows, members, separator, notes, findings)
+        rates = {leaf.rate for leaf in members}
+        if len(rates) == 1 and None not in rates:
+            table = replace(table, rate=rates.pop(), rate_source=rate_source)
+        tables.append(table)
     return tuple(tables)
 
 

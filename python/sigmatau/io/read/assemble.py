@@ -73,14 +73,14 @@ _EXAMPLES = {
 }
 
 
-def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
+def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
     """A record from the tables of a file that are wanted.
 
     Parameters
     ----------
     tables : sequence of Table
-    file : Path
-        For its name and checksum.
+    file : Path or None
+        For its name and checksum; None if there is no file.
     options : Options
 
     Raises
@@ -88,7 +88,7 @@ def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
     OptionError, DataError
         Without the name of the file, which the caller puts before the message.
     """
-    checksum = Checksum(file)
+    checksum = None if file is None else Checksum(file)
     if len(tables) > 1 and options.channels:
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
@@ -104,7 +104,7 @@ def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
     return Record(
         streams=tuple(streams),
         provenance=Provenance(
-            path=str(file),
+            path=None if file is None else str(file),
             format=tables[0].format,
             topics=tuple(table.topic for table in tables if table.topic),
             rows=max(part.rows for part in parts),

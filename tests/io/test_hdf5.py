@@ -136,6 +136,20 @@ def test_a_flipped_page_is_found(tmp_path, how):
         read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
 
 
+def test_a_heap_of_words_that_does_not_add_up(tmp_path):
+    """The HDF5 library (2.0) looks for the next object for ever: found by mutation."""
+    save(tmp_path / "log")
+    raw = bytearray((tmp_path / "log").read_bytes())
+    heap = raw.index(b"GCOL")
+    free = heap + 16
+    while raw[free : free + 2] != b"\0\0":
+        free += 16 + -(-int.from_bytes(raw[free + 8 : free + 16], "little") // 8) * 8
+    raw[free + 8 : free + 16] = bytes(8)
+    (tmp_path / "log").write_bytes(raw)
+    with pytest.raises(DataError, match="a heap of words does not add up"):
+        read(tmp_path / "log")
+
+
 def test_no_numbers(tmp_path):
     with h5py.File(tmp_path / "log", "w") as file:
         file["s"], file["cube"], file["c"] = "words", np.zeros((5, 5, 5)), np.zeros(9, complex)

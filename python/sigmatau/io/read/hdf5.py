@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ from sigmatau.errors import DataError
 from sigmatau.io.read.parts import WIDEST, Leaf, gather, squeezed
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["damaged", "open_file", "read", "sniff"]
+__all__ = ["check_heaps", "damaged", "open_file", "read", "sniff"]
 
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
@@ -43,9 +45,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         try:
             for names, dataset in walk(file):
                 leaves.extend(_leaves(path, names, dataset))
-                notes.extend(_noted(names, dataset.attrs))
+                notes.extend(_noted(names, dataset))
                 checked.add(bool(dataset.fletcher32))
-            notes.extend(_noted((), file.attrs))
+            notes.extend(_noted((), file))
         except DataError:
             raise
         except Exception as error:
@@ -117,7 +119,7 @@ def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:
                     name=field,
                     shape=(dataset.shape[0], *inner.shape),
                     load=loader(path, names, field=field),
-                    unit=_unit(dataset.attrs, field),
+                    unit=_unit(dataset, field),
                 )
         return
     found = squeezed(dataset.shape)
@@ -129,7 +131,7 @@ def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:
         name=names[-1],
         shape=shape,
         load=loader(path, names, shape=shape),
-        unit=_unit(dataset.attrs),
+        unit=_unit(dataset),
     )
 
 
@@ -181,29 +183,68 @@ def loader(
     return load
 
 
-def _unit(attributes: Mapping[str, Any], field: str = "") -> str | None:
+def _unit(item: Any, field: str = "") -> str | None:  # noqa: ANN401
     wanted = [f"{field}_{name}".lower() if field else name for name in _UNITS]
-    for key in list(attributes)[:WIDEST]:
-        if key.lower() in wanted and (text := word(attributes, key)) is not None:
+    for key in list(item.attrs)[:WIDEST]:
+        if key.lower() in wanted and (text := word(item, key)) is not None:
             return text
     return None
 
 
-def word(attributes: Mapping[str, Any], key: str) -> str | None:
-    """An attribute that is one word."""
-    if key not in attributes:
-        return None
-    value = np.asarray(attributes[key])
-    if value.size != 1:
-        return None
-    item = value.item()
-    return item.decode("utf-8", "replace") if isinstance(item, bytes) else item if isinstance(item, str) else None
+def word(item: Any, key: str) -> str | None:  # noqa: ANN401
+    """An attribute of a group or dataset that is one word."""
+    value = _attribute(item, key) if key in item.attrs else None
+    found = None if value is None else value.item()
+    return found.decode("utf-8", "replace") if isinstance(found, bytes) else found if isinstance(found, str) else None
 
 
-def _noted(names: tuple[str, ...], attributes: Mapping[str, Any]) -> Iterator[str]:
+def _noted(names: tuple[str, ...], item: Any) -> Iterator[str]:  # noqa: ANN401
     """Attributes that may matter to the user; what they mean is not certain enough to use them."""
-    for key in list(attributes)[:WIDEST]:
+    for key in list(item.attrs)[:WIDEST]:
         if key.lower() in _NOTED:
-            value = np.asarray(attributes[key])
-            if value.size == 1 and value.dtype.kind in "iuf":
+            value = _attribute(item, key)
+            if value is not None and value.dtype.kind in "iuf":
                 yield f"attribute {key} of {'/'.join(names) or 'the file'} is {value.item():g}: noted, not used"
+
+
+def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
+    """An attribute of one value; None if it has several, or cannot be read safely."""
+    handle = item.attrs.get_id(key)
+    if int(np.prod(handle.shape, dtype=object)) != 1:
+        return None
+    if handle.dtype.kind == "O":
+        check_heaps(Path(item.file.filename))
+    value = np.asarray(item.attrs[key])
+    return value if value.size == 1 else None
+
+
+def check_heaps(path: Path) -> None:
+    """Raise `DataError` if a word of variable length could make the library look for it for ever."""
+    status = path.stat()
+    if not _heaps_are_sound(str(path), status.st_size, status.st_mtime_ns):
+        raise DataError("is damaged: a heap of words does not add up; get or make the file again")
+
+
+@lru_cache(maxsize=4)
+def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
+    """Whether the objects of every global heap fill it: the library looks for the next one for ever after one of no size.
+
+    The layout is that of the HDF5 file format specification, version 3, section III.E.
+    """
+    del changed  # of the file, for the cache
+    with Path(name).open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        at = data.find(b"GCOL\x01\0\0\0")
+        while 0 <= at <= size - 16:
+            end = at + int.from_bytes(data[at + 8 : at + 16], "little")
+            if end > size:
+                return False
+            place = at + 16
+            while place + 16 <= end:
+                index = int.from_bytes(data[place : place + 2], "little")
+                length = int.from_bytes(data[place + 8 : place + 16], "little")
+                step = length if index == 0 else 16 + length + -length % 8  # free space counts its own header
+                if step < 16 or place + step > end:
+                    return False
+                place += step
+            at = data.find(b"GCOL\x01\0\0\0", at + 8)
+    return True

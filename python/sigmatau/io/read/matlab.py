@@ -61,6 +61,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         _walk_73(path, found)
     else:
         version = "5"
+        found.version_5 = True
         _walk_5(path, head.data, found)
     if found.opaque:
         _tables(path, found)
@@ -91,6 +92,7 @@ class _Found:
         self.skipped: list[str] = []
         self.findings: list[Finding] = []
         self.opaque: list[str] = []
+        self.version_5 = False
         self.plain = False  # numbers without a checksum
 
     def add(self, names: tuple[str, ...], dims: tuple[int, ...], load: Callable[[], NDArray[Any]]) -> None:
@@ -344,13 +346,13 @@ def _walk_73(path: Path, found: _Found) -> None:
     with hdf5.open_file(path) as file:
         try:
             for name, item in file.items():
-                kind = hdf5.word(item.attrs, "MATLAB_class")
+                kind = hdf5.word(item, "MATLAB_class")
                 if kind in _TABLES and "MATLAB_object_decode" in item.attrs:
                     found.opaque.append(name)
             for names, dataset in hdf5.walk(file):
                 if names[0].startswith("#") or names[0] in found.opaque:
                     continue
-                kind = hdf5.word(dataset.attrs, "MATLAB_class")
+                kind = hdf5.word(dataset, "MATLAB_class")
                 if dataset.shape is None or "MATLAB_empty" in dataset.attrs or kind == "char":
                     continue
                 if dataset.dtype.kind not in "iuf" or kind not in (None, *_CLASSES_73):
@@ -372,6 +374,8 @@ def _walk_73(path: Path, found: _Found) -> None:
 
 def _tables(path: Path, found: _Found) -> None:
     matio = need("matio", "matlab", "a MATLAB file with a table")
+    if not found.version_5:
+        hdf5.check_heaps(path)
     import warnings
 
     try:

@@ -213,6 +213,12 @@ def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
     if int(np.prod(handle.shape, dtype=object)) != 1:
         return None
     if handle.dtype.kind == "O":
+        import h5py
+
+        if (
+            h5py.check_string_dtype(handle.dtype) is None
+        ):  # references and lists are no units, and damage makes them of words
+            return None
         check_heaps(Path(item.file.filename))
     value = np.asarray(item.attrs[key])
     return value if value.size == 1 else None

@@ -7,7 +7,7 @@ from sigmatau.analysis import Analysis, analyze
 from sigmatau.deviations import Deviation, Deviations, deviation
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
-from sigmatau.io import read
+from sigmatau.io import from_frame, read
 from sigmatau.io.read.inspection import inspect
 from sigmatau.model import NoiseModel, simulate
 from sigmatau.planning import detectable
@@ -40,6 +40,7 @@ __all__ = [
     "detectable",
     "deviation",
     "fit",
+    "from_frame",
     "inspect",
     "percentage_error",
     "read",

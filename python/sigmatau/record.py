@@ -351,8 +351,8 @@ def _missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDAr
         if finite and samples.shrinks(c):
             continue
         for start in range(0, n, CHUNK):
-            x = samples.read(c, start, min(start + CHUNK, n))
-            with np.errstate(over="ignore", invalid="ignore"):
+            with np.errstate(over="ignore", invalid="ignore"):  # what a unit makes infinite is refused below
+                x = samples.read(c, start, min(start + CHUNK, n))
                 if np.isfinite(np.add.reduce(x)):
                     continue  # one NaN or infinity would have made the sum one, and this is faster
             bad = ~np.isfinite(x)

@@ -17,14 +17,18 @@ from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import (
+    arrow,
     assemble,
     dataflash,
+    hdf5,
+    matlab,
     mcap,
     novatel,
     npy,
     raw,
     rosbag1,
     rosbag2,
+    tdms,
     text,
     ulog,
     vectornav,
@@ -39,7 +43,9 @@ __all__ = ["opened", "read"]
 
 # Of those that begin alike the more particular one first: zip archives of arrays before those of tables; text last, which
 # has no mark of its own.
-_FORMATS: tuple[Format, ...] = (npy, zipped, mcap, rosbag1, rosbag2, ulog, dataflash, novatel, vectornav, text)
+_FORMATS: tuple[Format, ...] = (
+    npy, zipped, mcap, rosbag1, rosbag2, ulog, dataflash, matlab, hdf5, arrow, tdms, novatel, vectornav, text,
+)  # fmt: skip
 
 _GZIP = b"\x1f\x8b"
 
@@ -48,11 +54,8 @@ _MARKS = (
     (b"%PDF", "a PDF"),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
-    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file"),
-    (b"MATLAB 5.0", "a MATLAB file"),
-    (b"TDSm", "a LabVIEW TDMS file"),
-    (b"PAR1", "a Parquet file"),
-    (b"ARROW1", "an Arrow file"),
+    (b"PARE", "an encrypted Parquet file"),
+    (b"FEA1", "a Feather file of version 1"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file"),
     (b"\x7fELF", "a program"),
     (b"BZh", "compressed by bzip2"),
@@ -76,10 +79,11 @@ def read(
 ) -> Record:
     """The static record that a file holds.
 
-    Text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too, or several in a zip archive),
-    VectorNav lines, NovAtel RAWIMU logs, ``.npy`` and ``.npz`` are told apart by content; raw binary files need
-    `layout`. Columns are recognised by the names that people use, units by what the header says, the rate by the time
-    stamps; what the file does not say is asked for, never guessed.
+    What it is, is told by its content: text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too,
+    or several in a zip archive), VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and ArduPilot flight logs,
+    MATLAB, HDF5, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``; raw binary files need `layout`. Columns are recognised by the
+    names that people use, units by what the file says, the rate by the time stamps; what the file does not say is asked
+    for, never guessed.
 
     Parameters
     ----------
@@ -136,10 +140,12 @@ def read(
 def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[tuple[Path, Sequence[Table]]]:
     """A file and its tables; errors on the way get the name of the file."""
     name = os.fsdecode(path)
+    tables: Sequence[Table] = ()
     try:
         file = _regular(name)
         head = _head(file)
-        yield file, _reader(head, file).read(file, head) if layout is None else raw.read(file, head, layout)
+        tables = _reader(head, file).read(file, head) if layout is None else raw.read(file, head, layout)
+        yield file, tables
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
     except MemoryError:
@@ -147,6 +153,9 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
             f"{name}: does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
         ) from None
     except OptionError as error:
+        lost = [f.message for table in tables for f in table.findings if f.severity == "error"]
+        if lost:  # what was asked for may have been in what is lost: no option can mend that
+            raise DataError(f"{name}: {lost[0]}; of what is left: {error}") from None
         raise OptionError(f"{name}: {error}", option=error.option) from None
     except DataError as error:
         error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)
@@ -201,7 +210,10 @@ def _reader(head: Head, file: Path) -> Format:
     found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
     if _every_other_byte_is_null(head.data):
         raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
-    raise DataError(f"is {found}, not a format that is read: text tables, .npy, .npz")
+    raise DataError(
+        f"is {found}, not a format that is read: text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB,"
+        " HDF5, Parquet, Arrow, TDMS, .npy, .npz, or raw numbers with --layout"
+    )
 
 
 def _every_other_byte_is_null(data: bytes) -> bool:

@@ -73,14 +73,14 @@ _EXAMPLES = {
 }
 
 
-def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
+def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
     """A record from the tables of a file that are wanted.
 
     Parameters
     ----------
     tables : sequence of Table
-    file : Path
-        For its name and checksum.
+    file : Path or None
+        For its name and checksum; None if there is no file.
     options : Options
 
     Raises
@@ -88,7 +88,7 @@ def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
     OptionError, DataError
         Without the name of the file, which the caller puts before the message.
     """
-    checksum = Checksum(file)
+    checksum = None if file is None else Checksum(file)
     if len(tables) > 1 and options.channels:
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
@@ -104,7 +104,7 @@ def assemble(tables: Sequence[Table], file: Path, options: Options) -> Record:
     return Record(
         streams=tuple(streams),
         provenance=Provenance(
-            path=str(file),
+            path=None if file is None else str(file),
             format=tables[0].format,
             topics=tuple(table.topic for table in tables if table.topic),
             rows=max(each.rows for each in parts),
@@ -329,13 +329,14 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             _check_unit(channel, spelled, stream)
         unit[channel] = spelled
     if missing:
-        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(choice, unit, options))
+        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options))
     return unit, notes, overruled
 
 
-def _lacks_rate(choice: Choice, unit: Mapping[str, str], options: Options) -> str:
+def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
     """What has to be said for the rate, beside the units."""
-    if options.rate is not None or (choice.time is not None and "time" in unit):
+    known = table.rate is not None if choice.time is None else "time" in unit
+    if options.rate is not None or known:
         return ""
     return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
 
@@ -372,9 +373,13 @@ def _rate(
 ) -> tuple[float, float, str, tuple[str, ...], tuple[Finding, ...]]:
     """Rate, start, how it was found, notes and findings."""
     if choice.time is None:
-        if options.rate is None:
+        if options.rate is None and table.rate is None:
             raise OptionError("has no time column that is recognised: give --rate HZ", option="rate")
-        return options.rate, 0.0, "given", (), ()
+        if options.rate is None and table.rate is not None:
+            source = table.rate_source or "the file"
+            return table.rate, 0.0, source, (f"sampling rate {table.rate:.6g} Hz from {source}",), ()
+        rate = cast("float", options.rate)
+        return rate, 0.0, "given", (), _rate_overruled(rate, table)
     name = table.label(choice.time)
     intervals = stamps.check_order(raw[choice.time], table.where, name)
     if spelled is None:
@@ -390,6 +395,13 @@ def _rate(
         return options.rate, found.start, "given", found.notes, findings
     notes = (*found.notes, f"sampling rate {found.rate:.6g} Hz from {found.source}")
     return found.rate, found.start, found.source, notes, found.findings
+
+
+def _rate_overruled(rate: float, table: Table) -> tuple[Finding, ...]:
+    if table.rate is None or math.isclose(rate, table.rate, rel_tol=1e-3):
+        return ()
+    message = f"the rate given is {rate:g} Hz, the file says {table.rate:g} Hz"
+    return (Finding(code="rate_overruled", severity="warning", message=message, effect="the given rate is used"),)
 
 
 def _named(table: Table, choice: Choice) -> list[str]:

@@ -13,7 +13,7 @@ from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.columns import recognise, unit_of
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.topics import choose_tables, sensors
-from sigmatau.results import Finding, Printed, seconds
+from sigmatau.results import Finding, Printed, duration_text
 from sigmatau.streams import InputKind
 
 __all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
@@ -133,7 +133,7 @@ class Inspection(Printed):
 def _lines(table: TableInfo, *, several: bool) -> list[str]:
     rows = "rows not counted" if table.rows is None else f"{table.rows} rows"
     rate = "" if table.rate is None else f", {table.rate:.6g} Hz ({table.rate_source})"
-    length = "" if table.rate is None or not table.rows else f", {seconds(table.rows / table.rate)}"
+    length = "" if table.rate is None or not table.rows else f", {duration_text(table.rows / table.rate)}"
     mark = "*" if table.chosen else " "
     lines = [f"{mark} {table.topic}: {rows}{length}{rate}" if several else f"  {rows}{length}{rate}"]
     width = min(max((len(c.name) for c in table.columns), default=0), 40)

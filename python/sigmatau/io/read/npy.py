@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.parts import parts, pick
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
 
 __all__ = ["read", "sniff"]
@@ -67,15 +68,15 @@ def _npy(path: Path) -> Table:
             raise DataError(f"has a structured array of shape {array.shape}; one dimension is wanted, a sample each")
         columns = []
         for name in array.dtype.names:
-            for label, part in _parts(name, array.dtype[name].shape):
+            for label, part in parts(name, array.dtype[name].shape):
                 columns.append(Column(name=label))
-                loaders.append(lambda name=name, part=part: _pick(array[name], part))  # type: ignore[misc]
+                loaders.append(lambda name=name, part=part: pick(array[name], part))  # type: ignore[misc]
     else:
         columns = []
         _refuse_shape(array.shape)
-        for _, part in _parts("", array.shape[1:]):
+        for _, part in parts("", array.shape[1:]):
             columns.append(Column(name=""))
-            loaders.append(lambda part=part: _pick(array, part))  # type: ignore[misc]
+            loaders.append(lambda part=part: pick(array, part))  # type: ignore[misc]
     note = f"array of {array.dtype.base.name if not array.dtype.names else 'records'}, shape {array.shape}"
     return _table("npy", columns, loaders, (note,))
 
@@ -96,7 +97,7 @@ def _npz(path: Path) -> Table:
                 if dtype.hasobject or dtype.names or dtype.kind not in "iufb":
                     refused.append(key)
                 elif 1 <= len(shape) <= 2 and shape[0] > 1:
-                    for label, part in _parts(key, shape[1:]):
+                    for label, part in parts(key, shape[1:]):
                         columns.append(Column(name=label))
                         loaders.append(_Member(path, name, part))
     except (OSError, MemoryError):
@@ -122,7 +123,7 @@ class _Member:
 
         with zipfile.ZipFile(self.path) as archive, archive.open(self.name) as member:
             array: NDArray[Any] = np.lib.format.read_array(_Whole(member), allow_pickle=False)
-        return np.ascontiguousarray(_pick(array, self.part))
+        return np.ascontiguousarray(pick(array, self.part))
 
 
 class _Whole(io.RawIOBase):
@@ -161,20 +162,6 @@ def _table(
         return Loaded(columns=raw)
 
     return Table(format=kind, columns=tuple(columns), notes=notes, load=load, where=lambda row: f"row {row}")
-
-
-def _parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """The columns that an array makes, with their names and indices."""
-    if len(shape) == 0 or shape == (1,):
-        yield name, (0,) * len(shape)
-    elif len(shape) == 1:
-        endings: Sequence[str] = "xyz" if shape[0] == 3 else [str(k + 1) for k in range(shape[0])]
-        for k, ending in enumerate(endings):
-            yield f"{name}_{ending}", (k,)
-
-
-def _pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
-    return array[:, part[0]] if part else array
 
 
 def _header(member: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:

@@ -114,6 +114,10 @@ class Table:
         Rows, if that is known before they are loaded.
     findings : tuple of Finding
         What is wrong with the file as far as that shows before it is loaded.
+    rate : float or None
+        Sampling rate that the format states, for a table without a time column. [Hz]
+    rate_source : str
+        Where it is from, in words: ``"the waveform increment of the channels"``.
     """
 
     format: str
@@ -124,6 +128,8 @@ class Table:
     topic: str = ""
     rows: int | None = None
     findings: tuple[Finding, ...] = ()
+    rate: float | None = None
+    rate_source: str = ""
 
     def label(self, index: int) -> str:
         """Name of a column for messages; its number if it has none."""

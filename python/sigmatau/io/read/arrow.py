@@ -1,0 +1,340 @@
+"""Parquet files and Arrow's own (Feather version 2, and streams): columns with types, read batch by batch."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.io.read.parts import WIDEST, parts, pick, real_columns
+from sigmatau.io.read.table import Column, Head, Loaded, Table, need
+from sigmatau.results import Finding
+
+__all__ = ["ArrowColumn", "columns_of", "numbers", "read", "sniff"]
+
+_PARQUET, _FILE, _STREAM = b"PAR1", b"ARROW1\0\0", b"\xff\xff\xff\xff"
+_END = b"ARROW1"
+_END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
+_SCHEMA = 1 << 24  # a stream begins with its schema, which is shorter. [bytes]
+_INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a name
+_EFFECT = "the rest of the log is missing; get or make the file again"
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file is Parquet, an Arrow file, or an Arrow stream, which begins with the length of its schema."""
+    return head.startswith((_PARQUET, _FILE)) or (
+        head.startswith(_STREAM)
+        and 0 < (size := int.from_bytes(head[4:8], "little")) < _SCHEMA
+        and size % 8 == 0
+        and len(head) > 64
+        and 4 <= int.from_bytes(head[8:12], "little") < size  # where the root of the schema is
+    )
+
+
+def read(path: Path, head: Head) -> tuple[Table]:
+    """The one table of a file; raises `DataError`."""
+    if head.gzip:
+        raise DataError("is a Parquet or Arrow file compressed by gzip; decompress it first")
+    need("pyarrow", "parquet", "a Parquet or Arrow file")
+    try:
+        return (_parquet(path) if head.data.startswith(_PARQUET) else _ipc(path, head),)
+    except (DataError, MemoryError):
+        raise
+    except Exception as error:
+        raise _damaged(error) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArrowColumn:
+    """A column, and how it is got out of a table.
+
+    Attributes
+    ----------
+    column : Column
+    path : tuple of str
+        The field, and the fields in it if that is a struct.
+    part : tuple of int
+        Which element, if the field is a list of fixed size.
+    """
+
+    column: Column
+    path: tuple[str, ...]
+    part: tuple[int, ...] = ()
+
+
+def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN401  pyarrow has no types
+    """The columns of numbers of an Arrow schema, and the names of its other fields."""
+    import pyarrow as pa
+
+    found: list[ArrowColumn] = []
+    others: list[str] = []
+
+    def look(field: Any, above: tuple[str, ...]) -> None:  # noqa: ANN401
+        path = (*above, field.name)
+        name, kind = ".".join(path), field.type
+        if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
+            label = "time" if _INDEX.match(name) else name
+            found.append(ArrowColumn(column=Column(name=label, unit=kind.unit), path=path))
+        elif pa.types.is_integer(kind) or pa.types.is_floating(kind):
+            found.append(ArrowColumn(column=Column(name=name, unit=_unit(field)), path=path))
+        elif pa.types.is_struct(kind):
+            for inner in kind:
+                look(inner, path)
+        elif pa.types.is_fixed_size_list(kind) and kind.list_size <= WIDEST and _plain(kind.value_type):
+            for label, part in parts(name, (kind.list_size,)):
+                found.append(ArrowColumn(column=Column(name=label, unit=_unit(field)), path=path, part=part))
+        else:
+            others.append(name)
+
+    for field in schema:
+        look(field, ())
+    return found, others
+
+
+def numbers(array: Any, column: ArrowColumn, row: int, where: str = "row {row} (counted from 0)") -> NDArray[Any]:  # noqa: ANN401
+    """A column of an Arrow array of its field, which begins at a row of the table; nulls are refused as NaN are."""
+    import pyarrow as pa
+
+    if isinstance(array, pa.ChunkedArray):
+        array = array.combine_chunks()
+        array = array if not isinstance(array, pa.ChunkedArray) else pa.concat_arrays(array.chunks)
+    array.validate(full=True)
+    for name in column.path[1:]:
+        _refuse_nulls(array, column, row, where)
+        array = (
+            array.field(name)
+            if array.offset == 0 and len(array) == len(array.field(name))
+            else array.flatten()[array.type.get_field_index(name)]
+        )
+    _refuse_nulls(array, column, row, where)
+    if pa.types.is_fixed_size_list(array.type):
+        size = array.type.list_size
+        flat = array.flatten()
+        _refuse_nulls(flat, column, row, where, per_row=size)
+        wide: NDArray[Any] = flat.to_numpy(zero_copy_only=False).reshape(-1, size)
+        return pick(wide, column.part)
+    if pa.types.is_timestamp(array.type) or pa.types.is_duration(array.type):
+        array = array.view(pa.int64())
+    plain: NDArray[Any] = array.to_numpy(zero_copy_only=False)
+    return plain
+
+
+def _refuse_nulls(array: Any, column: ArrowColumn, row: int, where: str, per_row: int = 1) -> None:  # noqa: ANN401
+    if array.null_count:
+        first = row + int(np.flatnonzero(array.is_null().to_numpy(zero_copy_only=False))[0]) // per_row
+        raise NonFiniteError(
+            f", {where.format(row=first)}: column {column.column.name!r} has null, no finite number;"
+            " refused until gaps are supported: cut the record there, or fill it in",
+            channel=column.column.name,
+            index=first,
+        )
+
+
+def _plain(kind: Any) -> bool:  # noqa: ANN401
+    import pyarrow as pa
+
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))
+
+
+def _unit(field: Any) -> str | None:  # noqa: ANN401
+    for key, value in (field.metadata or {}).items():
+        if key.lower() in (b"unit", b"units"):
+            return str(value.decode("utf-8", "replace"))
+    return None
+
+
+def _parquet(path: Path) -> Table:
+    import pyarrow.parquet as pq
+
+    def opened() -> Any:  # noqa: ANN401
+        return pq.ParquetFile(path, page_checksum_verification=True)
+
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        stream.seek(-min(8, size), 2)
+        if not stream.read().endswith(_PARQUET):
+            raise DataError(
+                "is cut off: Parquet keeps its directory at the end, which is not there; get or make it again"
+            )
+    with opened() as file:
+        meta, schema = file.metadata, file.schema_arrow
+        found, others = columns_of(schema)
+        groups = [meta.row_group(k).num_rows for k in range(meta.num_row_groups)]
+        checked = _has_checksum(path, meta)
+    if sum(groups) != meta.num_rows:
+        raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
+    if checked is None:
+        protection = "holds no rows"
+    elif checked:
+        protection = "pages with checksums, which are verified"
+    else:
+        protection = "pages without checksums: damaged numbers would not be seen"
+
+    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
+        with opened() as file:
+            for k, rows in enumerate(groups):
+                place = f"row group {k + 1} of {len(groups)}"
+                held = file.read_row_group(k, columns=list(fields))
+                if len(held) != rows:
+                    raise _BatchError(f"{place} has {len(held)} of {rows} rows")
+                yield place, held
+
+    note = f"Parquet, {len(groups)} row groups; {protection}"
+    return _table("parquet", found, others, (note,), batches, meta.num_rows, damage="damaged")
+
+
+def _has_checksum(path: Path, meta: Any) -> bool | None:  # noqa: ANN401
+    """Whether the first page of the file has one: the fourth field of its header, after three numbers (parquet.thrift)."""
+    if not meta.num_row_groups or not meta.num_columns:
+        return None
+    # It stands behind the mark. The directory says so too, but pyarrow aborts the process when it is asked for the place of
+    # a page and the directory is damaged.
+    with path.open("rb") as stream:
+        stream.seek(len(_PARQUET))
+        header = stream.read(32)
+    at = 0
+    for _ in range(3):
+        if header[at : at + 1] != b"\x15":  # the next field, a number of 32 bits
+            return False
+        at += 1
+        while at < len(header) and header[at] & 0x80:
+            at += 1
+        at += 1
+    return header[at : at + 1] == b"\x15"
+
+
+def _ipc(path: Path, head: Head) -> Table:
+    import pyarrow as pa
+    from pyarrow import ipc
+
+    is_file = head.data.startswith(_FILE)
+    with path.open("rb") as stream:
+        stream.seek(-min(8, path.stat().st_size), 2)
+        tail = stream.read()
+    findings: list[Finding] = []
+    notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: a damaged number would not be seen"]
+    if is_file and not tail.endswith(_END):
+        findings.append(_lost("broken_off", "the file breaks off: its end mark is missing"))
+    if not is_file and tail != _END_OF_STREAM:
+        findings.append(
+            Finding(
+                code="no_end_mark",
+                severity="warning",
+                message="the stream has no end mark: its writer was stopped, or the file is cut off between two batches",
+                effect="rows may be missing at the end",
+            )
+        )
+
+    def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
+        source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, and a directory
+        return ipc.open_stream(source, options=options)
+
+    with pa.memory_map(str(path)) as source, opened(source) as stream:
+        schema = stream.schema
+    found, others = columns_of(schema)
+
+    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
+        indices = [schema.get_field_index(name) for name in fields]
+        options = ipc.IpcReadOptions(included_fields=indices)
+        with pa.memory_map(str(path)) as source, opened(source, options) as stream:
+            number = 0
+            while True:
+                place = f"batch {number + 1}"
+                try:
+                    batch = stream.read_next_batch()
+                except StopIteration:
+                    return
+                except MemoryError:  # a compressed buffer says how long it will be, and nothing bounds that
+                    raise _BatchError(f"{place}: asks for more memory than there is, or is damaged") from None
+                except Exception as error:
+                    raise _BatchError(f"{place}: {_text(error)}") from None
+                yield place, batch
+                number += 1
+
+    kind = "broken_off" if findings else "damaged"
+    return _table("arrow", found, others, tuple(notes), batches, None, damage=kind, findings=tuple(findings))
+
+
+class _BatchError(Exception):
+    """A batch cannot be read; the words say which."""
+
+
+def _table(
+    kind: str,
+    found: Sequence[ArrowColumn],
+    others: Sequence[str],
+    notes: tuple[str, ...],
+    batches: Callable[[Sequence[str]], Iterator[tuple[str, Any]]],
+    rows: int | None,
+    *,
+    damage: str,
+    findings: tuple[Finding, ...] = (),
+) -> Table:
+    if not found:
+        raise DataError(f"has no column of numbers (columns: {', '.join(others[:12]) or 'none'})")
+    twice = sorted({c.path[0] for c in found if sum(o.path == c.path and o.part == c.part for o in found) > 1})
+    if twice:
+        raise DataError(f"has several columns called {twice[0]!r}; name them apart")
+    if others:
+        notes = (*notes, f"columns of other types: {', '.join(others[:12])}")
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
+        fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
+        row, lost = 0, ""
+        source = batches(fields)
+        while True:
+            try:
+                _, batch = next(source)
+                got = {i: numbers(batch.column(found[i].path[0]), found[i], row) for i in wanted}
+            except StopIteration:
+                break
+            except (NonFiniteError, MemoryError):
+                raise
+            except Exception as error:
+                lost = _text(error)
+                break
+            for index, values in got.items():
+                # Of a page on disk a copy, for the file is closed; of three columns in one array no more than is wanted.
+                pieces[index].append(np.array(values))
+            row += batch.num_rows
+        late: tuple[Finding, ...] = ()
+        if lost:
+            declared = "" if rows is None else f" of {rows}"
+            late = (_lost(damage, f"{lost}: {row}{declared} rows are read"),)
+            if not row:
+                raise DataError(f"is damaged or cut off: {lost}; nothing can be read: get or make the file again")
+        joined: dict[int, NDArray[Any]] = {}
+        for index in wanted:
+            held = pieces.pop(index)
+            joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
+        labels = {index: repr(found[index].column.name) for index in wanted}
+        return Loaded(columns=real_columns(joined, labels, exact), findings=late)
+
+    return Table(
+        format=kind,
+        columns=tuple(column.column for column in found),
+        notes=notes,
+        load=load,
+        where=lambda row: f"row {row}",
+        rows=rows,
+        findings=findings,
+    )
+
+
+def _lost(code: str, message: str) -> Finding:
+    return Finding(code=code, severity="error", message=message, effect=_EFFECT)
+
+
+def _text(error: Exception) -> str:
+    return str(error).split("\n")[0] or type(error).__name__
+
+
+def _damaged(error: Exception) -> DataError:
+    return DataError(f"is damaged or cut off ({_text(error)}); get or make the file again")

@@ -1,0 +1,194 @@
+"""Data frames in memory, of whatever library: columns by name, as in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.io.read import assemble
+from sigmatau.io.read.parts import parts, pick, real_columns
+from sigmatau.io.read.table import Column, Loaded, Table
+from sigmatau.record import Record
+from sigmatau.streams import InputKind
+
+__all__ = ["from_frame"]
+
+_STAMPS = ("s", "ms", "us", "ns")
+_Get = Callable[[], NDArray[Any]]
+
+
+def from_frame(
+    frame: object,
+    *,
+    rate: float | None = None,
+    unit: Mapping[str, str] | None = None,
+    channels: Mapping[str, str | int] | None = None,
+    input: InputKind = "rate",  # noqa: A002  as in `read`
+    scale: Mapping[str, float] | None = None,
+    offset: Mapping[str, float] | None = None,
+) -> Record:
+    """The static record that a data frame holds.
+
+    Columns are recognised by the names that people use, as `read` does it for files: ``gyro_x``, ``wx``,
+    ``acc_x [g]``, ``t_ns`` … What is not certain is asked for.
+
+    Parameters
+    ----------
+    frame : data frame
+        Of pandas, polars or pyarrow, a structured array, or a mapping of names to arrays of shape (n,) or (n, 3). Dates and
+        durations are stamps, also in the index of pandas; so is an index that has a name. Units may stand in the names, the
+        metadata of fields (pyarrow), or in ``frame.attrs["units"]`` (pandas).
+    rate, unit, channels, input, scale, offset
+        As in `read`.
+
+    Returns
+    -------
+    Record
+        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and each signal by itself; each channel of shape (n,). Numbers are not
+        copied where the frame has them as NumPy arrays: do not change them while the record is in use.
+
+    Raises
+    ------
+    OptionError
+        If something must be said that the frame does not say, or was said wrongly.
+    DataError
+        If the frame cannot be used: columns of unequal length, words, time going backwards; `NonFiniteError` for a NaN or a
+        missing value (`Record.from_arrays` takes NaN for missing samples), `RecordTooShortError`.
+    TypeError
+        If it is no data frame.
+    """
+    options = assemble.Options.check(
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=None
+    )
+    try:
+        return assemble.assemble([_table(frame)], None, options)
+    except OptionError as error:
+        raise OptionError(f"the frame {error}", option=error.option) from None
+    except DataError as error:
+        error.args = (f"the frame{error}" if str(error).startswith(", ") else f"the frame {error}",)
+        raise error.with_traceback(None) from None
+
+
+def _table(frame: Any) -> Table:  # noqa: ANN401
+    columns: list[Column] = []
+    getters: list[_Get] = []
+    for column, get in _columns(frame):
+        columns.append(column)
+        getters.append(get)
+    if not columns:
+        raise DataError("has no columns")
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        raw = {index: getters[index]() for index in wanted}
+        lengths = {len(array) for array in raw.values()}
+        if len(lengths) > 1:
+            listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
+            raise DataError(f"has columns of unequal length ({listed})")
+        return Loaded(columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact))
+
+    kind = type(frame).__module__.split(".")[0]
+    return Table(
+        format="frame",
+        columns=tuple(columns),
+        notes=(f"{kind} {type(frame).__name__}" if kind != "builtins" else type(frame).__name__,),
+        load=load,
+        where=lambda row: f"row {row}",
+    )
+
+
+def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+    if isinstance(frame, np.ndarray) and frame.dtype.names and frame.ndim == 1:
+        frame = {name: frame[name] for name in frame.dtype.names}
+    library = type(frame).__module__.split(".")[0]
+    if library == "pyarrow" and hasattr(frame, "schema") and hasattr(frame, "column"):
+        yield from _of_arrow(frame)
+    elif library == "pandas" and hasattr(frame, "iloc") and hasattr(frame, "columns"):
+        yield from _of_pandas(frame)
+    elif isinstance(frame, Mapping):
+        for name, values in frame.items():
+            yield from _of_array(str(name), np.asarray(values))
+    elif hasattr(frame, "columns") and hasattr(frame, "__getitem__"):
+        for name in frame.columns:  # polars, and others of its kind
+            yield from _of_array(str(name), np.asarray(frame[name]))
+    elif hasattr(frame, "__arrow_c_stream__"):
+        try:
+            import pyarrow as pa
+        except ImportError:
+            raise ImportError("a frame of this kind needs pyarrow: pip install 'sigmatau[parquet]'") from None
+        yield from _of_arrow(pa.table(frame))
+    else:
+        raise TypeError(f"`frame` must be a data frame or a mapping of names to arrays, not {type(frame).__name__}")
+
+
+def _of_array(name: str, array: NDArray[Any], unit: str | None = None) -> Iterator[tuple[Column, _Get]]:
+    if not 1 <= array.ndim <= 2:
+        return
+    unit = _stamp_unit(array.dtype) or unit
+    for label, part in parts(name, array.shape[1:]):
+        yield Column(name=label, unit=unit), _stamps(label, lambda part=part: pick(array, part))  # type: ignore[misc]
+
+
+def _of_pandas(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+    said = frame.attrs.get("units")
+    units = said if isinstance(said, Mapping) else {}
+    index = frame.index
+    if _stamp_unit(index.dtype) or getattr(index, "tz", None) is not None:
+        yield from _of_array(str(index.name or "time"), _naive(index))
+    elif isinstance(index.name, str) and getattr(index.dtype, "kind", "O") in "iuf":
+        yield from _of_array(index.name, index.to_numpy())
+    for k, label in enumerate(frame.columns):
+        name = ".".join(map(str, label)) if isinstance(label, tuple) else str(label)
+        unit = units.get(label)
+        series = frame.iloc[:, k]
+        yield from _of_array(name, _naive(series), unit if isinstance(unit, str) else None)
+
+
+def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
+    """The numbers or the dates of a series; missing ones as NaN, times of a zone in UTC."""
+    clock = getattr(values, "dt", values)
+    if getattr(clock, "tz", None) is not None:
+        values = clock.tz_convert(None)
+    array: NDArray[Any] = values.to_numpy()
+    if array.dtype == object and getattr(values.dtype, "kind", "O") in "iuf":  # numbers of which some may be missing
+        array = values.to_numpy(dtype=np.float64, na_value=np.nan)
+    return array
+
+
+def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+    from sigmatau.io.read.arrow import columns_of, numbers
+
+    found, others = columns_of(frame.schema)
+    for column in found:
+        yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column, 0)  # type: ignore[misc]
+    for name in others:
+        yield Column(name=name), lambda name=name: np.asarray(frame.column(name.split(".")[0]))  # type: ignore[misc]
+
+
+def _stamp_unit(dtype: Any) -> str | None:  # noqa: ANN401
+    """The unit of dates or durations; None for other types."""
+    if not isinstance(dtype, np.dtype) or dtype.kind not in "mM":
+        return None
+    unit, step = np.datetime_data(dtype)
+    return unit if unit in _STAMPS and step == 1 else "ns"
+
+
+def _stamps(name: str, get: _Get) -> _Get:
+    """Dates and durations as integers of their unit; other numbers as they are."""
+
+    def numbers() -> NDArray[Any]:
+        array = get()
+        unit = _stamp_unit(array.dtype)
+        if unit is None:
+            return array
+        missing = np.flatnonzero(np.isnat(array))
+        if len(missing):
+            row = int(missing[0])
+            raise NonFiniteError(f", row {row}: column {name!r} has no time (NaT)", channel=name, index=row)
+        whole: NDArray[Any] = array.astype(f"{array.dtype.kind}8[{unit}]").view(np.int64)
+        return whole
+
+    return numbers

@@ -1,0 +1,256 @@
+"""HDF5: groups of datasets. Each group with datasets of numbers of one length is a topic; compounds are tables."""
+
+from __future__ import annotations
+
+import mmap
+import os
+import re
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.parts import WIDEST, Leaf, gather, squeezed
+from sigmatau.io.read.table import Head, Table, need
+
+__all__ = ["check_heaps", "damaged", "open_file", "read", "sniff"]
+
+_MARK = b"\x89HDF\r\n\x1a\n"
+_CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
+_UNITS = ("unit", "units")
+_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale", "scale_factor")
+_MANY = 10_000  # objects in a file: beyond this it is no log
+_RATIO = 1100  # the best that deflate can do
+_LARGE = 1 << 28  # other filters do better, so this much is never refused. [bytes]
+_DEEP = 32
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file is HDF5 from its first byte; behind a block of the user's own it is MATLAB's."""
+    return head.startswith(_MARK)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The tables of a file; raises `DataError`."""
+    if head.gzip:
+        raise DataError("is an HDF5 file compressed by gzip; decompress it first")
+    leaves: list[Leaf] = []
+    notes: list[str] = []
+    checked: set[bool] = set()
+    with open_file(path) as file:
+        try:
+            for names, dataset in walk(file):
+                leaves.extend(_leaves(path, names, dataset))
+                notes.extend(_noted(names, dataset))
+                checked.add(bool(dataset.fletcher32))
+            notes.extend(_noted((), file))
+        except DataError:
+            raise
+        except Exception as error:
+            raise damaged(error) from None
+    if not leaves:
+        raise DataError("has no dataset of numbers of shape (n,) or (n, k)")
+    sums = "with checksums" if checked == {True} else "some without checksums" if True in checked else ""
+    notes.append(f"HDF5, datasets {sums or 'without checksums: a damaged number would not be seen'}")
+    return gather(leaves, kind="hdf5", root="/", separator="/", notes=tuple(dict.fromkeys(notes)))
+
+
+def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
+    """The file, for a ``with``; raises `DataError`."""
+    h5py = need("h5py", "hdf5", "an HDF5 file")
+    try:
+        # Without a lock: logs are read from shares that have none.
+        return h5py.File(os.fsencode(path), "r", locking=False)
+    except MemoryError:
+        raise
+    except Exception as error:
+        raise damaged(error) from None
+
+
+def damaged(error: Exception) -> DataError:
+    """What h5py says of a file, in our words."""
+    text = str(error).split("\n")[0].strip("'\"")
+    if match := _CUT.search(text):
+        return DataError(
+            f"is cut off: it has {match[1]} of {match[2]} bytes, and HDF5 cannot be read without all; get or make the"
+            " file again"
+        )
+    return DataError(f"is damaged or cut off ({text or type(error).__name__}); get or make the file again")
+
+
+def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
+    """Datasets with the names that lead to them; each object once, links to other files never."""
+    import h5py
+
+    seen: set[bytes] = set()
+    waiting: list[tuple[tuple[str, ...], Any]] = [((), file)]
+    while waiting:
+        names, group = waiting.pop(0)
+        for name in group:
+            if len(seen) > _MANY:
+                raise DataError(f"holds more than {_MANY} objects, which no log does")
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                continue
+            item = group[name]
+            number = bytes(h5py.h5o.get_info(item.id).addr.to_bytes(8, "little", signed=False))
+            if number in seen:
+                continue
+            seen.add(number)
+            if isinstance(item, h5py.Group) and len(names) < _DEEP:
+                waiting.append(((*names, name), item))
+            elif isinstance(item, h5py.Dataset):
+                yield (*names, name), item
+
+
+def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:  # noqa: ANN401
+    dtype = dataset.dtype
+    if dataset.shape is None:
+        return
+    if dtype.names and len(dataset.shape) == 1:
+        for field in dtype.names:
+            inner = dtype[field]
+            if inner.base.kind in "iuf" and len(inner.shape) <= 1:
+                yield Leaf(
+                    group=names,
+                    name=field,
+                    shape=(dataset.shape[0], *inner.shape),
+                    load=loader(path, names, field=field),
+                    unit=_unit(dataset, field),
+                )
+        return
+    found = squeezed(dataset.shape)
+    if found is None or dtype.kind not in "iuf":
+        return
+    shape, _ = found
+    yield Leaf(
+        group=names[:-1],
+        name=names[-1],
+        shape=shape,
+        load=loader(path, names, shape=shape),
+        unit=_unit(dataset),
+    )
+
+
+def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN401
+    """Raise `DataError` if a dataset declares more than the file can hold; missing parts would read as zeros."""
+    if dataset.shape is None or dataset.dtype.kind == "O":
+        return
+    declared = int(np.prod([int(n) for n in dataset.shape], dtype=object)) * dataset.dtype.itemsize
+    stored = int(dataset.id.get_storage_size())
+    name = "/".join(names)
+    if stored == 0:
+        raise DataError(f"dataset {name} was never written, and would read as zeros")
+    if stored > size or declared > max(_LARGE, stored * _RATIO):
+        raise DataError(f"dataset {name} declares {declared} bytes, of which the file has {stored}; it is damaged")
+    if dataset.chunks is None:
+        if stored < declared and dataset.external is None:
+            raise DataError(f"dataset {name} has {stored} of {declared} bytes; the rest would read as zeros")
+        return
+    want = 1
+    for n, chunk in zip(dataset.shape, dataset.chunks, strict=True):
+        want *= -(-n // chunk)
+    if (got := dataset.id.get_num_chunks()) < want:
+        raise DataError(f"dataset {name} has {got} of {want} chunks; the others would read as zeros")
+
+
+def loader(
+    path: Path,
+    names: tuple[str, ...],
+    *,
+    shape: tuple[int, ...] | None = None,
+    field: str | None = None,
+    transposed: bool = False,
+) -> Callable[[], NDArray[Any]]:
+    """What reads a dataset, or a field of it, when it is wanted; the file is open no longer than that."""
+
+    def load() -> NDArray[Any]:
+        with open_file(path) as file:
+            try:
+                dataset = file["/".join(names)]
+                _fits(path.stat().st_size, names, dataset)
+                array: NDArray[Any] = np.asarray(dataset[()] if field is None else dataset.fields(field)[()])
+            except (MemoryError, DataError):
+                raise
+            except Exception as error:
+                raise damaged(error) from None
+        array = array.T if transposed else array
+        return array if shape is None else array.reshape(shape)
+
+    return load
+
+
+def _unit(item: Any, field: str = "") -> str | None:  # noqa: ANN401
+    wanted = [f"{field}_{name}".lower() if field else name for name in _UNITS]
+    for key in list(item.attrs)[:WIDEST]:
+        if key.lower() in wanted and (text := word(item, key)) is not None:
+            return text
+    return None
+
+
+def word(item: Any, key: str) -> str | None:  # noqa: ANN401
+    """An attribute of a group or dataset that is one word."""
+    value = _attribute(item, key) if key in item.attrs else None
+    found = None if value is None else value.item()
+    return found.decode("utf-8", "replace") if isinstance(found, bytes) else found if isinstance(found, str) else None
+
+
+def _noted(names: tuple[str, ...], item: Any) -> Iterator[str]:  # noqa: ANN401
+    """Attributes that may matter to the user; what they mean is not certain enough to use them."""
+    for key in list(item.attrs)[:WIDEST]:
+        if key.lower() in _NOTED:
+            value = _attribute(item, key)
+            if value is not None and value.dtype.kind in "iuf":
+                yield f"attribute {key} of {'/'.join(names) or 'the file'} is {value.item():g}: noted, not used"
+
+
+def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
+    """An attribute of one value; None if it has several, or cannot be read safely."""
+    handle = item.attrs.get_id(key)
+    if int(np.prod(handle.shape, dtype=object)) != 1:
+        return None
+    if handle.dtype.kind == "O":
+        import h5py
+
+        if (
+            h5py.check_string_dtype(handle.dtype) is None
+        ):  # references and lists are no units, and damage makes them of words
+            return None
+        check_heaps(Path(item.file.filename))
+    value = np.asarray(item.attrs[key])
+    return value if value.size == 1 else None
+
+
+def check_heaps(path: Path) -> None:
+    """Raise `DataError` if a word of variable length could make the library look for it for ever."""
+    status = path.stat()
+    if not _heaps_are_sound(str(path), status.st_size, status.st_mtime_ns):
+        raise DataError("is damaged: a heap of words does not add up; get or make the file again")
+
+
+@lru_cache(maxsize=4)
+def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
+    """Whether the objects of every global heap fill it: the library looks for the next one for ever after one of no size.
+
+    The layout is that of the HDF5 file format specification, version 3, section III.E.
+    """
+    del changed  # of the file, for the cache
+    with Path(name).open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        at = data.find(b"GCOL\x01\0\0\0")
+        while 0 <= at <= size - 16:
+            end = at + int.from_bytes(data[at + 8 : at + 16], "little")
+            if end > size:
+                return False
+            place = at + 16
+            while place + 16 <= end:
+                index = int.from_bytes(data[place : place + 2], "little")
+                length = int.from_bytes(data[place + 8 : place + 16], "little")
+                step = length if index == 0 else 16 + length + -length % 8  # free space counts its own header
+                if step < 16 or place + step > end:
+                    return False
+                place += step
+            at = data.find(b"GCOL\x01\0\0\0", at + 8)
+    return True

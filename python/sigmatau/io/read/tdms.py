@@ -1,0 +1,202 @@
+"""LabVIEW's TDMS: groups of channels, by npTDMS. A group is a topic; its waveform properties give the rate."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.parts import Leaf, gather
+from sigmatau.io.read.table import Head, Table, need
+from sigmatau.results import Finding
+
+__all__ = ["read", "sniff"]
+
+_MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
+_LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
+_EFFECT = "the rest of the log is missing; get or make the file again"
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file begins with a segment of TDMS."""
+    return head.startswith(_MARK)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The tables of a file: the channels of a group that are of one length together."""
+    if head.gzip:
+        raise DataError("is a TDMS file compressed by gzip; decompress it first")
+    need("nptdms", "tdms", "a LabVIEW TDMS file")
+    end, findings = _segments(path)
+    leaves: list[Leaf] = []
+    others: list[str] = []
+    with _opened(path, end) as file:
+        cut: dict[str, int] = {}
+        if findings and file.file_status.channel_statuses:
+            states = file.file_status.channel_statuses
+            cut = {name: max(0, s.expected_length - s.read_length) for name, s in states.items()}
+        for group in file.groups():
+            channels = [c for c in group.channels() if len(c)]
+            for channel in channels:
+                if len(channel) > end:
+                    raise DataError(
+                        f"channel {channel.path} declares {len(channel)} values in {end} bytes; it is damaged"
+                    )
+                if channel.dtype.kind not in "iufM":
+                    others.append(f"{group.name}/{channel.name}")
+                    continue
+                # Where the file breaks off, the channels behind the break lack a part: all are cut alike.
+                whole = len(channel) + cut.get(channel.path, 0)
+                rows = min(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole)
+                stamps = channel.dtype.kind == "M"
+                unit = channel.properties.get("unit_string")
+                leaves.append(
+                    Leaf(
+                        group=(group.name,),
+                        name=channel.name,
+                        shape=(rows,),
+                        load=_loader(path, end, group.name, channel.name, rows, len(channel)),
+                        unit="us" if stamps else unit if isinstance(unit, str) else None,
+                        rate=_rate(channel.properties),
+                    )
+                )
+    notes = ["TDMS, without checksums: a damaged number would not be seen"]
+    if others:
+        notes.append(f"channels of other types: {', '.join(others[:12])}")
+    if not leaves:
+        lost = "".join(f"; {finding.message}" for finding in findings)
+        raise DataError(f"has no channel of numbers{lost}")
+    return gather(
+        leaves,
+        kind="tdms",
+        root="",
+        separator="/",
+        notes=tuple(notes),
+        findings=findings,
+        rate_source="the waveform increment of the channels (wf_increment)",
+    )
+
+
+def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
+    """Where the last segment ends that can be read, and what is wrong behind it: npTDMS reads less without a word."""
+    size = path.stat().st_size
+    at, number = 0, 0
+    with path.open("rb") as stream:
+        while at < size:
+            number += 1
+            stream.seek(at)
+            lead = stream.read(_LEAD)
+            if not _MARK.startswith(lead[:4]):
+                return at, (_lost("damaged", f"segment {number}, at byte {at}, does not begin with its mark"),)
+            if len(lead) < _LEAD:
+                return at, (
+                    _lost("broken_off", f"the file breaks off at byte {size}, in the lead of segment {number}"),
+                )
+            order = ">" if lead[4] & _BIG_ENDIAN else "<"
+            following, data = struct.unpack(f"{order}QQ", lead[12:28])
+            if following == _UNKNOWN:
+                return size, (_lost("broken_off", f"segment {number}, the last, was never closed by its writer"),)
+            have = size - at - _LEAD
+            if following > have:
+                end = size if data <= have else at  # without its description the data mean nothing
+                message = f"the file breaks off at byte {size}: segment {number} has {have} of {following} bytes"
+                return end, (_lost("broken_off", message),)
+            if data > following:
+                return at, (_lost("damaged", f"segment {number}, at byte {at}, has its data behind its end"),)
+            at += _LEAD + following
+    return size, ()
+
+
+def _lost(code: str, message: str) -> Finding:
+    return Finding(code=code, severity="error", message=message, effect=_EFFECT)
+
+
+class _Part(io.RawIOBase):
+    """A file up to a byte; npTDMS refuses all of one in which a segment is damaged."""
+
+    def __init__(self, stream: io.BufferedReader, end: int) -> None:
+        self._stream, self._end = stream, end
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._stream.tell()
+
+    def seek(self, offset: int, whence: int = 0, /) -> int:
+        return self._stream.seek(offset + self._end if whence == 2 else offset, 0 if whence == 2 else whence)
+
+    def read(self, size: int = -1, /) -> bytes:
+        left = max(0, self._end - self._stream.tell())
+        return self._stream.read(left if size is None or size < 0 else min(size, left))
+
+    def readinto(self, buffer: Any, /) -> int:  # noqa: ANN401
+        data = self.read(memoryview(buffer).nbytes)
+        memoryview(buffer).cast("B")[: len(data)] = data
+        return len(data)
+
+
+@contextlib.contextmanager
+def _opened(path: Path, end: int) -> Iterator[Any]:
+    """The file by npTDMS, which is told no name, so that it does not take an old index for it."""
+    import nptdms
+
+    # It would warn on standard error, by a logger of its own for each module, of what is a finding here.
+    loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]
+    enabled = [log.disabled for log in loggers]
+    for log in loggers:
+        log.disabled = True
+    try:
+        with path.open("rb") as stream, np.errstate(all="ignore"), nptdms.TdmsFile.open(_Part(stream, end)) as file:
+            yield file
+    except (DataError, MemoryError):
+        raise
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        raise _damaged(error) from None
+    except Exception as error:
+        raise _damaged(error) from None
+    finally:
+        for log, was in zip(loggers, enabled, strict=True):
+            log.disabled = was
+
+
+def _damaged(error: Exception) -> DataError:
+    text = str(error).split("\n")[0] or type(error).__name__
+    return DataError(f"is damaged or cut off ({text}); get or make the file again")
+
+
+def _loader(path: Path, end: int, group: str, name: str, rows: int, declared: int) -> Callable[[], NDArray[Any]]:
+    def load() -> NDArray[Any]:
+        with _opened(path, end) as file:
+            values = np.asarray(file[group][name].read_data())
+        if len(values) != declared:
+            raise DataError(f"channel {group}/{name} has {len(values)} of {declared} values; it is damaged")
+        if values.dtype.kind == "M":
+            if np.isnat(values).any():
+                raise DataError(
+                    f"channel {group}/{name} lacks a time, at row {int(np.flatnonzero(np.isnat(values))[0])}"
+                )
+            values = values.astype("datetime64[us]").astype(np.int64)
+        return values[:rows]
+
+    return load
+
+
+def _rate(properties: Any) -> float | None:  # noqa: ANN401
+    step = properties.get("wf_increment")
+    if isinstance(step, int | float | np.number) and 1e-9 < float(step) < 1e6:
+        return 1.0 / float(step)
+    return None

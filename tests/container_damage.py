@@ -1,0 +1,66 @@
+"""Damage to files that hold arrays: cuts, a flipped page, random mutations; and what a reader may do with them."""
+
+import random
+import resource
+import time
+
+import known
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io import read
+
+PAGE = 4096
+SECONDS = 5.0  # for one small file; a hang, not a slow machine
+SPACE = 6 << 30  # of addresses, so that memory that is asked for by mistake is refused
+
+
+def cut(raw, share):
+    return raw[: int(len(raw) * share)]
+
+
+def flipped(raw, at):
+    """One page of the other bits."""
+    return raw[:at] + bytes(b ^ 0xFF for b in raw[at : at + PAGE]) + raw[at + PAGE :]
+
+
+def mutated(raw, rng):
+    """A few bytes changed, or put in, or taken out, or the end cut off; more often at the beginning, where headers are."""
+    data = bytearray(raw)
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        if not data:
+            break
+        at = rng.randrange(len(data) if rng.random() < 0.5 else min(len(data), 1024))
+        what = rng.random()
+        if what < 0.5:
+            data[at] = rng.choice((0, 1, 0x7F, 0x80, 0xFF, rng.randrange(256)))
+        elif what < 0.7:
+            data[at : at + 4] = rng.choice((b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\0", b"\0\0\1\0"))
+        elif what < 0.8:
+            data[at:at] = rng.randbytes(rng.randrange(1, 9))
+        elif what < 0.9:
+            del data[at : at + rng.randrange(1, 9)]
+        else:
+            del data[at:]
+    return bytes(data)
+
+
+def survives(name, raw, path, count, **options):
+    """Read so many mutants: each gives a record or an error of ours, in time. Returns how many gave a record."""
+    rng = random.Random(known.seed_of(name))
+    old = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (SPACE, old[1]))
+    good = 0
+    try:
+        for number in range(count):
+            path.write_bytes(mutated(raw, rng))
+            start = time.perf_counter()
+            words = ""
+            try:
+                good += len(read(path, **options).streams) > 0
+            except (DataError, OptionError) as error:
+                words = str(error)
+            assert "does not fit in memory" not in words, number
+            assert "\n" not in words, number
+            assert time.perf_counter() - start < SECONDS, number
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, old)
+    return good

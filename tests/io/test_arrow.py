@@ -1,0 +1,143 @@
+"""Parquet and Arrow, written by pyarrow."""
+
+import numpy as np
+import pytest
+
+from container_damage import cut, flipped, survives
+from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.io import read
+
+pa = pytest.importorskip("pyarrow")
+pq = pytest.importorskip("pyarrow.parquet")
+ipc = pytest.importorskip("pyarrow.ipc")
+
+N = 4000
+RNG = np.random.default_rng(7)
+STAMPS = 1_700_000_000_000_000_001 + np.arange(N) * 5_000_000
+DATA = {f"{s}_{a}": RNG.normal(size=N) for s in ("gyro", "accel") for a in "xyz"}
+UNITS = {"gyro": b"deg/s", "accel": b"g"}
+
+
+def table(n=N, **more):
+    fields = [pa.field("t", pa.timestamp("ns"))]
+    fields += [pa.field(name, pa.float64(), metadata={b"unit": UNITS[name.split("_")[0]]}) for name in DATA]
+    columns = [pa.array(STAMPS[:n]).cast(pa.timestamp("ns")), *(pa.array(x[:n]) for x in DATA.values())]
+    for name, values in more.items():
+        fields.append(pa.field(name, values.type))
+        columns.append(values)
+    return pa.table(columns, schema=pa.schema(fields))
+
+
+def save(path, kind, data, rows=1000, **how):
+    if kind == "parquet":
+        pq.write_table(data, path, row_group_size=rows, **{"write_page_checksum": True} | how)
+    else:
+        maker = ipc.new_file if kind == "file" else ipc.new_stream
+        with pa.OSFile(str(path), "wb") as sink, maker(sink, data.schema, **how) as writer:
+            writer.write_table(data, max_chunksize=rows)
+
+
+KINDS = pytest.mark.parametrize("kind", ["parquet", "file", "stream"])
+
+
+@KINDS
+class TestKinds:
+    def test_exact(self, tmp_path, kind):
+        save(tmp_path / "log", kind, table(words=pa.array(["a"] * N)))
+        record = read(tmp_path / "log")
+        for name, values in DATA.items():
+            factor = np.pi / 180 if name.startswith("gyro") else 9.80665
+            np.testing.assert_array_equal(record.stream_of(name).column(name), values * factor)
+        assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
+        assert record.findings == ()
+        assert any("other types: words" in c for c in record.provenance.conversions)
+
+    def test_structs_and_lists(self, tmp_path, kind):
+        x, y, z = (pa.array(DATA[f"gyro_{a}"]) for a in "xyz")
+        wide = np.stack([DATA[f"accel_{a}"] for a in "xyz"], axis=1)
+        data = pa.table(
+            {
+                "imu": pa.StructArray.from_arrays([x, y, z], names=["wx", "wy", "wz"]),
+                "acc": pa.FixedSizeListArray.from_arrays(pa.array(wide.ravel()), 3),
+                "ms": pa.array(np.arange(N) * 10).cast(pa.duration("ms")),
+            }
+        )
+        save(tmp_path / "log", kind, data)
+        record = read(tmp_path / "log", channels={"time": "ms"}, unit={"gyro": "rad/s", "accel": "m/s^2"})
+        for name, values in DATA.items():
+            np.testing.assert_array_equal(record.stream_of(name).column(name), values)
+        assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-15)
+
+    def test_nulls_and_nan_are_refused(self, tmp_path, kind):
+        values = list(DATA["gyro_x"])
+        values[2345] = None
+        save(tmp_path / "log", kind, pa.table({"wx": values, "wy": DATA["gyro_y"]}))
+        with pytest.raises(NonFiniteError, match=r"row 2345 .*'wx' has null") as e:
+            read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
+        assert e.value.index == 2345
+        said = {"rate": 1, "channels": {"gyro_y": "wy"}, "unit": {"gyro": "rad/s"}}
+        assert read(tmp_path / "log", **said).channels == ("gyro_y",)
+        save(tmp_path / "log", kind, pa.table({"wx": np.where(np.arange(N) == 17, np.nan, 1.0)}))
+        with pytest.raises(NonFiniteError, match=r"row 17 .*'wx' has nan"):
+            read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
+
+    @pytest.mark.parametrize("share", [0.1, 0.5, 0.99])
+    def test_cut_off(self, tmp_path, kind, share):
+        path = tmp_path / "log"
+        save(path, kind, table())
+        path.write_bytes(cut(path.read_bytes(), share))
+        if kind == "parquet" or share == 0.1:
+            with pytest.raises(DataError, match="cut off"):
+                read(path)
+            return
+        record = read(path)
+        rows = record.streams[0].grid.n
+        assert rows in ((1000, 2000) if share == 0.5 else (3000,))  # whole batches; one more with a directory behind
+        np.testing.assert_array_equal(record.stream_of("accel_z").column("accel_z"), DATA["accel_z"][:rows] * 9.80665)
+        assert [f.severity for f in record.findings if f.code == "broken_off" or "rows are read" in f.message]
+        assert any(f"{rows} rows are read" in f.message for f in record.findings)
+
+    def test_no_numbers(self, tmp_path, kind):
+        save(tmp_path / "log", kind, pa.table({"a": ["x"] * 9, "b": [True] * 9}))
+        with pytest.raises(DataError, match=r"no column of numbers \(columns: a, b\)"):
+            read(tmp_path / "log")
+
+
+def test_checksums_of_pages(tmp_path):
+    path = tmp_path / "log"
+    for how, words in (({}, "which are verified"), ({"write_page_checksum": False}, "would not be seen")):
+        for more in ({}, {"use_dictionary": False, "compression": "none"}):
+            save(path, "parquet", table(), **how, **more)
+            assert any(words in c for c in read(path).provenance.conversions), (how, more)
+
+
+def test_a_flipped_page_is_found(tmp_path):
+    path = tmp_path / "log"
+    save(path, "parquet", table(), use_dictionary=False, compression="none")
+    raw = path.read_bytes()
+    path.write_bytes(flipped(raw, len(raw) * 6 // 10))  # in the third of four groups
+    record = read(path)
+    assert record.streams[0].grid.n == 2000
+    (finding,) = record.findings
+    assert (finding.code, finding.severity) == ("damaged", "error")
+    assert "2000 of 4000 rows are read" in finding.message
+
+
+def test_an_index_of_pandas(tmp_path):
+    pd = pytest.importorskip("pandas")
+    index = pd.to_datetime(STAMPS)
+    pd.DataFrame({"gyro_x_dps": DATA["gyro_x"]}, index=index).to_parquet(tmp_path / "log")
+    assert read(tmp_path / "log").streams[0].grid.rate == pytest.approx(200, rel=1e-15)
+
+
+@KINDS
+def test_mutants(tmp_path, kind):
+    path = tmp_path / "log"
+    save(path, kind, table(60), rows=20)
+    assert survives(f"arrow {kind}", path.read_bytes(), path, 1000) > 0
+
+
+def test_mutants_with_compression(tmp_path):
+    path = tmp_path / "log"
+    save(path, "file", table(60), rows=20, options=ipc.IpcWriteOptions(compression="zstd"))
+    assert survives("arrow zstd", path.read_bytes(), path, 1000) > 0

@@ -1,0 +1,112 @@
+"""Records from data frames in memory."""
+
+import numpy as np
+import pytest
+
+import sigmatau
+from sigmatau.errors import DataError, NonFiniteError, OptionError
+
+N = 500
+RNG = np.random.default_rng(9)
+GYRO = RNG.normal(size=(N, 3))
+STAMPS = 1_700_000_000_000_000_001 + np.arange(N) * 5_000_000
+
+
+def gyro(record):
+    return np.stack([record.streams[0].column(f"gyro_{a}") for a in "xyz"], axis=1)
+
+
+class Plain:
+    """As little of a data frame as most libraries have: names, and columns by name."""
+
+    def __init__(self, data):
+        self.data = data
+        self.columns = list(data)
+
+    def __getitem__(self, name):
+        return self.data[name]
+
+
+NAMED = {"t_ns": STAMPS, "wx": GYRO[:, 0], "wy": GYRO[:, 1], "wz": GYRO[:, 2]}
+
+
+def frames():
+    yield "mapping", dict
+    yield "plain", Plain
+    yield "structured", lambda data: np.rec.fromarrays(list(data.values()), names=list(data))
+    yield "pandas", lambda data: pytest.importorskip("pandas").DataFrame(data)
+    yield "pyarrow", lambda data: pytest.importorskip("pyarrow").table(data)
+    yield "polars", lambda data: pytest.importorskip("polars").DataFrame(data)
+
+
+@pytest.mark.parametrize("make", [pytest.param(make, id=name) for name, make in frames()])
+class TestFrames:
+    def test_exact(self, make):
+        record = sigmatau.from_frame(make(NAMED), unit={"gyro": "rad/s"})
+        np.testing.assert_array_equal(gyro(record), GYRO)
+        assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
+        assert (record.provenance.format, record.provenance.path, record.provenance.sha256) == ("frame", None, None)
+
+    def test_options(self, make):
+        options = {"unit": {"gyro": "deg/s"}, "scale": {"gyro": 2.0}, "offset": {"gyro": 1.0}}
+        record = sigmatau.from_frame(make(NAMED), rate=200, channels={"gyro_x": "wy"}, **options)
+        expected = (GYRO[:, 1] - 1) * 2 * (np.pi / 180)
+        np.testing.assert_allclose(record.streams[0].column("gyro_x"), expected, rtol=1e-15)
+        assert record.provenance.ignored == ("wx", "wz")
+        with pytest.raises(OptionError, match=r"the frame does not state the unit of gyro_x"):
+            sigmatau.from_frame(make(NAMED))
+        with pytest.raises(OptionError, match=r"the frame has no column 'q'"):
+            sigmatau.from_frame(make(NAMED), channels={"gyro_x": "q"})
+
+    def test_not_a_number(self, make):
+        data = NAMED | {"wy": np.where(np.arange(N) == 17, np.nan, 0.0)}
+        with pytest.raises(NonFiniteError, match=r"the frame, row 17 .*'wy' has nan") as e:
+            sigmatau.from_frame(make(data), unit={"gyro": "rad/s"})
+        assert e.value.index == 17
+
+    def test_dates(self, make):
+        data = {"time": STAMPS.astype("M8[ns]")} | NAMED
+        del data["t_ns"]
+        record = sigmatau.from_frame(make(data), unit={"gyro": "rad/s"})
+        assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
+
+    def test_words(self, make):
+        data = NAMED | {"wx": np.array(["a"] * N)}
+        with pytest.raises(DataError, match=r"the frame column 'wx' holds .* not real numbers"):
+            sigmatau.from_frame(make(data), channels={"gyro_x": "wx"}, rate=1, unit={"gyro": "rad/s"})
+
+
+def test_mapping_of_three_columns():
+    record = sigmatau.from_frame({"gyro_dps": GYRO.astype("f4")}, rate=10)
+    np.testing.assert_array_equal(gyro(record), GYRO.astype("f4").astype(float) * (np.pi / 180))
+    with pytest.raises(DataError, match=r"unequal length \(wx 500, wy 499\)"):
+        sigmatau.from_frame({"wx": GYRO[:, 0], "wy": GYRO[1:, 1]}, rate=1, unit={"gyro": "rad/s"})
+
+
+def test_pandas_index_units_and_missing_numbers():
+    pd = pytest.importorskip("pandas")
+    frame = pd.DataFrame(GYRO, columns=["wx", "wy", "wz"], index=pd.to_datetime(STAMPS, utc=True))
+    frame.attrs["units"] = {"wx": "deg/s", "wy": "deg/s", "wz": "deg/s"}
+    record = sigmatau.from_frame(frame)
+    np.testing.assert_array_equal(gyro(record), GYRO * (np.pi / 180))
+    assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
+    whole = pd.DataFrame({"wx": pd.array([1, 2, 3, 4, 5], dtype="Int64")})
+    np.testing.assert_array_equal(
+        sigmatau.from_frame(whole, rate=1, unit={"gyro": "rad/s"}).streams[0].column("gyro_x"), [1, 2, 3, 4, 5]
+    )
+    whole.loc[3, "wx"] = pd.NA
+    with pytest.raises(NonFiniteError, match="row 3"):
+        sigmatau.from_frame(whole, rate=1, unit={"gyro": "rad/s"})
+
+
+def test_missing_times():
+    times = STAMPS.astype("M8[ns]")
+    times[4] = "NaT"
+    with pytest.raises(NonFiniteError, match=r"row 4: column 'time' has no time"):
+        sigmatau.from_frame({"time": times, "wx": GYRO[:, 0]}, unit={"gyro": "rad/s"})
+
+
+@pytest.mark.parametrize("what", [3, "log.csv", np.zeros(5), [1, 2, 3]])
+def test_no_frame(what):
+    with pytest.raises(TypeError, match="`frame` must be a data frame"):
+        sigmatau.from_frame(what)

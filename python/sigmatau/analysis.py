@@ -172,7 +172,9 @@ def analyze(
         else:
             found = allan(Record(streams=(stream,)), taus=taus, overlap=overlap, counting=counting, threads=threads)
         for channel, curve in found.items():
-            if curve.adev.max() > _rounding(stream, channel):
+            if not _LEAST < curve.avar.max() < _MOST and curve.avar.max() > 0:
+                findings.append(_beyond(curve))
+            elif curve.adev.max() > _rounding(stream, channel):
                 curves[channel] = curve
             else:
                 findings.append(_constant(stream, channel))
@@ -181,9 +183,6 @@ def analyze(
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
         for channel, curve in curves.items():
-            if not _LEAST < curve.avar.max() < _MOST:
-                findings.append(_beyond(curve))
-                continue
             fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
@@ -330,11 +329,11 @@ _LEAST, _MOST = 1e-120, 1e120
 def _beyond(curve: DeviationCurve) -> Finding:
     largest = curve.adev.max()
     return Finding(
-        code="not_fitted",
-        severity="warning",
+        code="out_of_range",
+        severity="error",
         channel=curve.channel,
         message=f"deviations up to {largest:.3g} {curve.unit} are too {'large' if largest > 1 else 'small'}",
-        effect="the curve is right, but nothing is fitted; check unit and scale",
+        effect="not analysed; check unit and scale",
     )
 
 

@@ -73,6 +73,10 @@ class TestChoice:
         assert chosen(tables, "/b/imu") == ["/b/imu"]
         assert chosen(tables, "b/IMU", "/b/imu") == ["/b/imu"]
         assert chosen(tables, "gyro") == ["/b/Gyro"]
+        flight = [table("sensor_gyro:0", GYRO), table("IMU[0]", GYRO), table("IMU[1]", GYRO)]
+        assert chosen(flight, "sensor_gyro") == ["sensor_gyro:0"]
+        with pytest.raises(OptionError, match="several topics are called so"):
+            chosen(flight, "imu")
         with pytest.raises(OptionError, match="several topics are called so"):
             chosen(tables, "imu")
         with pytest.raises(OptionError, match="has no topic 'mag'; it holds /a/imu"):

@@ -241,7 +241,14 @@ class _Watched:
         plots = [line for panel in panels for line in text_plot(panel, width=size.columns, height=min(height, 20))]
         remarks = [str(finding) for finding in analysis.findings]
         lines = [self.heading(), *plots, *table.split("\n"), *remarks]
-        return Text("\n".join(lines[: size.lines - 1]), no_wrap=True, overflow="ellipsis")
+        room = max(size.lines - 1, 2)
+        if len(lines) > room:
+            more = len(lines) - room + 1
+            lines = [
+                *lines[: room - 1],
+                f"… {more} lines more than this window holds; Ctrl-C ends, and prints the whole table",
+            ]
+        return Text("\n".join(lines), no_wrap=True, overflow="ellipsis")
 
 
 def _panels(analysis: Analysis) -> list[dict[str, Any]]:

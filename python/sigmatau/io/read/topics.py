@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from sigmatau.errors import OptionError
@@ -33,7 +34,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     ----------
     tables : sequence of Table
     asked : sequence of str
-        Topics by name, or by the end of the name if that is the end of one only.
+        Topics by name; or, if that is true of one only, by its name without the number of the instance, or by its end.
 
     Raises
     ------
@@ -65,6 +66,7 @@ def _named(tables: Sequence[Table], name: str) -> Table:
     for same in (
         [table for table in tables if table.topic == name],
         [table for table in tables if table.topic.lower() == name.lower()],
+        [table for table in tables if name and _without_instance(table.topic.lower()) == name.lower()],
         [table for table in tables if name and table.topic.lower().endswith(name.lower())],
     ):
         if len(same) == 1:
@@ -74,6 +76,11 @@ def _named(tables: Sequence[Table], name: str) -> Table:
     if not any(table.topic for table in tables):
         raise OptionError(f"holds one table and no topics: leave --topic {name} out", option="topic")
     raise OptionError(f"has no topic {name!r}; it holds {_listed(tables)}", option="topic")
+
+
+def _without_instance(topic: str) -> str:
+    """``sensor_gyro:0`` and ``IMU[0]`` without their number."""
+    return re.sub(r"(?::\d+|\[\d+\])$", "", topic)
 
 
 def _listed(tables: Sequence[Table]) -> str:

@@ -2,10 +2,10 @@
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
-.PHONY: help doctor build demo test bench study lock clean
+.PHONY: help doctor build demo test bench bench-io study lock clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-8s%s\n' "$$name" "$$what"; done
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-8s%s\n' "$$name" "$$what"; done
 
 doctor: ## what this machine lacks for all of these; root on Debian or Ubuntu gets it installed
 	@scripts/doctor.sh test --report
@@ -27,6 +27,10 @@ test: ## all checks and tests, as CI runs them; or some: make test STEPS="clippy
 bench: build ## speed, against other packages and the machine: docs/performance.md; ROUNDS=9, BILLION=1 pushes 10⁹ samples
 	@scripts/venv.sh bench
 	@.venv/bin/python -m benches.run $(if $(ROUNDS),--rounds $(ROUNDS)) $(if $(BILLION),--billion) $(if $(PARTS),--only $(PARTS))
+
+bench-io: build ## a long log in each format, read whole, cut off and damaged: docs/formats.md
+	@scripts/venv.sh dev
+	@.venv/bin/python -m benches.formats $(if $(ROUNDS),--rounds $(ROUNDS))
 
 study: build ## Monte Carlo of the statistics
 	@.venv/bin/python -m studies.run

@@ -142,7 +142,8 @@ def test_a_last_number_of_any_form_without_a_line_end(tmp_path):
     path.write_text("time [s],gyro_x [deg/s]\n" + rows.rstrip("\n"))
     record = read(path)
     assert [(f.code, f.severity) for f in record.findings] == [("no_line_end", "info")]
-    assert record.provenance.rows == 50
+    assert record.provenance.rows == 49  # 1.25 cut off is 1.2
+    assert "left out" in record.findings[0].message
 
 
 def test_mutated_files(tmp_path):

@@ -58,7 +58,6 @@ DIALECTS = {
     "leading and trailing spaces": with_header(separator="  ").replace("\n", "  \n   "),
     "comma and space": with_header(separator=", "),
     "CR LF": with_header(end="\r\n"),
-    "no last line end": with_header().rstrip("\n"),
     "byte order mark": "\ufeff" + with_header(),
     "blank lines": "\n\n" + with_header().replace("\n", "\n\n"),
     "quotes": with_header([f'"{n}"' for n in NAMES]).replace("0.999", '"0.999"'),

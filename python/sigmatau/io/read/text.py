@@ -149,7 +149,8 @@ class _Text:
                 message = f"the last line was cut off in its last number; {rows} rows were read before it"
                 found = (breaks.finding("broken_off", message),)
             elif cut is None:
-                message = "the last line has no line end: whether its last number was cut off cannot be told"
+                raw = {index: column[:-1] for index, column in raw.items()}
+                message = "the last line has no line end, so its last number may have been cut off: it is left out"
                 found = (Finding(code="no_line_end", severity="info", message=message),)
         return Loaded(columns=raw, findings=found)
 

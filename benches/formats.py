@@ -1,0 +1,195 @@
+"""``make bench-io``: how long a two-hour log in each format takes to read, and what is left of it when it is damaged.
+
+``python -m benches.formats`` writes docs/formats.md. ``python -m benches.formats PATH OPTIONS`` reads one log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benches import text
+from benches.logs import CHANNELS, KINDS, Kind, Values, made
+from sigmatau import Record, read
+from sigmatau.errors import DataError, OptionError
+from sigmatau.results import damaged
+
+ROOT = Path(__file__).parent.parent
+PAGE = 4096
+LONG, SHORT = 1_440_000, 20_000
+AIMS = {"MCAP, zstd": 1.0, "CSV": 0.5, "PX4 ULog": 2.5, "ROS 1 bag, lz4": 12.0}  # [s]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is left of a damaged log.
+
+    `code` is the exit code that `sigmatau analyze` would have; `right` says whether all rows that were read are rows of the
+    log, in its order.
+    """
+
+    code: int
+    rows: int = 0
+    finding: str = ""
+    right: bool = True
+
+
+def outcome(path: Path, kind: Kind, values: Values) -> Outcome:
+    """Read a log of which something may be missing, and hold it against what was written."""
+    try:
+        record = read(path, **kind.options)
+    except OptionError:
+        return Outcome(2, finding="asks for what is lost")
+    except DataError:
+        return Outcome(1, finding="refused")
+    there = [k for k, channel in enumerate(CHANNELS) if channel in record.channels]
+    rows = np.stack([record.stream_of(CHANNELS[k]).column(CHANNELS[k]) for k in there], axis=1)
+    where = {row: k for k, row in enumerate(values[:, there[0]].tolist())}
+    at = np.array([where.get(row, -1) for row in rows[:, 0].tolist()])
+    right = bool((np.diff(at) > 0).all() and (at >= 0).all() and np.array_equal(rows, values[np.ix_(at, there)]))
+    worst = [f.code for f in record.findings if f.severity == "error"]
+    return Outcome(damaged(record.findings), len(rows), ", ".join(dict.fromkeys(worst)), right)
+
+
+def damages(path: Path) -> dict[str, bytes]:
+    """The bytes of a file cut off, and with a page in which every bit is another."""
+    data = path.read_bytes()
+    # Where a message ends by chance, nothing could tell.
+    found = {f"cut at {share} %": data[: len(data) * share // 100 // 64 * 64 + 13] for share in (10, 50, 99)}
+    at = len(data) * 6 // 10 // PAGE * PAGE
+    flipped = bytes(byte ^ 0xFF for byte in data[at : at + PAGE])
+    return found | {"a page flipped": data[:at] + flipped + data[at + PAGE :]}
+
+
+def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT) -> dict[str, Outcome]:
+    """What is left of a log of `n` rows after each kind of damage."""
+    stamps, values = made(n)
+    path = kind.make(folder, stamps, values)
+    found = {}
+    for name, data in damages(path).items():
+        path.write_bytes(data)
+        found[name] = outcome(path, kind, values)
+    return found
+
+
+def _read_one(path: str, options: dict[str, Any]) -> None:
+    import sigmatau.analysis  # what every command has loaded
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.perf_counter()
+    record: Record = read(path, **options)
+    seconds = time.perf_counter() - start
+    grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    sums = [float(record.stream_of(c).column(c).sum()) for c in CHANNELS]
+    print(json.dumps({"seconds": seconds, "grown": grown, "rows": record.provenance.rows, "sums": sums}))
+    del sigmatau
+
+
+def measure(name: str, n: int, rounds: int) -> dict[str, Any]:
+    """Median time and memory of processes that read a long log; the values must be those that were written."""
+    kind = KINDS[name]
+    stamps, values = made(n)
+    with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
+        path = kind.make(Path(folder), stamps, values)
+        record = read(path, **kind.options)
+        for k, channel in enumerate(CHANNELS):
+            np.testing.assert_array_equal(record.stream_of(channel).column(channel), values[:, k], err_msg=name)
+        del record
+        command = [sys.executable, "-m", "benches.formats", str(path), json.dumps(dict(kind.options))]
+        runs = []
+        for _ in range(rounds):
+            said = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT).stdout
+            runs.append(json.loads(said))
+        return {
+            "bytes": path.stat().st_size,
+            "seconds": statistics.median(run["seconds"] for run in runs),
+            "grown": statistics.median(run["grown"] for run in runs),
+        }
+
+
+def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], n: int, machine: str) -> str:
+    """The page as text."""
+    rows = []
+    for name, found in times.items():
+        aim = f" (≤ {AIMS[name]:g} s wanted)" if name in AIMS else ""
+        streams = "yes" if KINDS[name].streams else "no"
+        rows.append(
+            [
+                name,
+                text.size(found["bytes"]),
+                streams,
+                f"**{text.seconds(found['seconds'])}**{aim}",
+                text.size(found["grown"]),
+            ]
+        )
+    lines = [
+        "# Formats",
+        "",
+        *text.prose(
+            f"Made by `make bench-io` on {machine}. Logs of {text.number(n)} rows, two hours at 200 Hz: stamps, three gyro",
+            "axes, three accelerometer axes, written by other programs' libraries or by the published layouts; all values are",
+            "read exactly. Time and growth of the process from file to record, medians; the files are in the system's",
+            'cache. A format that "streams" is read in pieces: only the columns that are wanted are held.',
+        ),
+        *text.table(["format", "file", "streams", "time", "memory"], rows),
+        "## What is left of a damaged log",
+        "",
+        *text.prose(
+            f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed, 60 % into it. Rows",
+            "read and the finding of severity error; exit code 4 means: done with what could be read, 1: nothing could be",
+            "used. 0 after a changed page: the format has no checksum, and numbers that became others do not show.",
+        ),
+    ]
+    names = list(next(iter(left.values())))
+    body = []
+    for name, outcomes in left.items():
+        cells = []
+        for o in outcomes.values():
+            what = o.finding if o.code in (1, 2) else f"{o.rows} rows{', ' + o.finding if o.finding else ''}"
+            wrong = "" if o.right else ", some wrong"
+            cells.append(f"{what}{wrong} ({o.code})")
+        body.append([name, *cells])
+    return "\n".join([*lines, *text.table(["format", *names], body)]).rstrip() + "\n"
+
+
+def main() -> None:
+    """Measure and write the page, or read one log."""
+    parser = argparse.ArgumentParser(prog="python -m benches.formats")
+    parser.add_argument("path", nargs="?")
+    parser.add_argument("options", nargs="?", default="{}")
+    parser.add_argument("--rows", type=int, default=LONG)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "formats.md")
+    arguments = parser.parse_args()
+    if arguments.path is not None:
+        _read_one(arguments.path, json.loads(arguments.options))
+        return
+    from benches.measure import machine
+
+    m = machine()
+    times, left = {}, {}
+    for name, kind in KINDS.items():
+        sys.stderr.write(f"{name} … ")
+        sys.stderr.flush()
+        times[name] = measure(name, arguments.rows, arguments.rounds)
+        with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
+            left[name] = damage_outcomes(kind, Path(folder))
+        sys.stderr.write(f"{times[name]['seconds']:.2f} s\n")
+    about = f"{m['processor']}, {m['cores']} cores, {m['system']}; Python {m.get('Python', sys.version.split()[0])}"
+    arguments.output.write_text(page(times, left, arguments.rows, about), encoding="utf-8")
+    print(arguments.output.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    main()

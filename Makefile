@@ -5,7 +5,7 @@ export PYTHON
 .PHONY: help doctor build demo test bench bench-io study lock clean
 
 help: ## this list
-	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-8s%s\n' "$$name" "$$what"; done
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-9s%s\n' "$$name" "$$what"; done
 
 doctor: ## what this machine lacks for all of these; root on Debian or Ubuntu gets it installed
 	@scripts/doctor.sh test --report

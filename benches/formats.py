@@ -57,7 +57,7 @@ def outcome(path: Path, kind: Kind, values: Values) -> Outcome:
     rows = np.stack([record.stream_of(CHANNELS[k]).column(CHANNELS[k]) for k in there], axis=1)
     where = {row: k for k, row in enumerate(values[:, there[0]].tolist())}
     at = np.array([where.get(row, -1) for row in rows[:, 0].tolist()])
-    right = bool((np.diff(at) > 0).all() and (at >= 0).all() and np.array_equal(rows, values[np.ix_(at, there)]))
+    right = bool((np.diff(at) > 0).all() and (at >= 0).all() and np.array_equal(rows, values[at][:, there]))
     worst = [f.code for f in record.findings if f.severity == "error"]
     return Outcome(damaged(record.findings), len(rows), ", ".join(dict.fromkeys(worst)), right)
 
@@ -138,16 +138,16 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
         "",
         *text.prose(
             f"Made by `make bench-io` on {machine}. Logs of {text.number(n)} rows, two hours at 200 Hz: stamps, three gyro",
-            "axes, three accelerometer axes, written by other programs' libraries or by the published layouts; all values are",
-            "read exactly. Time and growth of the process from file to record, medians; the files are in the system's",
+            "axes, three accelerometer axes, written by other programs' libraries or by the published layouts; all values",
+            "are read exactly. Time and growth of the process from file to record, medians; the files are in the system's",
             'cache. A format that "streams" is read in pieces: only the columns that are wanted are held.',
         ),
         *text.table(["format", "file", "streams", "time", "memory"], rows),
         "## What is left of a damaged log",
         "",
         *text.prose(
-            f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed, 60 % into it. Rows",
-            "read and the finding of severity error; exit code 4 means: done with what could be read, 1: nothing could be",
+            f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed, 60 % into it.",
+            "Rows read and the finding of severity error; exit code 4 means: done with what could be read, 1: nothing could be",
             "used. 0 after a changed page: the format has no checksum, and numbers that became others do not show.",
         ),
     ]

@@ -147,8 +147,8 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
         "",
         *text.prose(
             f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed, 60 % into it.",
-            "Rows read and the finding of severity error; exit code 4 means: done with what could be read, 1: nothing could be",
-            "used. 0 after a changed page: the format has no checksum, and numbers that became others do not show.",
+            "Rows read and the finding of severity error; exit code 4 means: done with what could be read, 1: nothing could",
+            "be used. 0 after a changed page: the format has no checksum, and numbers that became others do not show.",
         ),
     ]
     names = list(next(iter(left.values())))

@@ -40,7 +40,7 @@ def deviation_command(
     Parameters
     ----------
     log
-        A table in text (any delimiter, header or none, gzip or not), .npy or .npz.
+        Any file that is read, see `sigmatau inspect`.
     kind
         The estimator. time, mtie and tie_rms are angles and velocities; theo1 is slow: minutes for a million samples.
     taus

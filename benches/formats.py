@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import statistics
 import subprocess
 import sys
@@ -21,6 +20,7 @@ import numpy as np
 
 from benches import text
 from benches.logs import CHANNELS, KINDS, Kind, Values, made
+from benches.measure import status_bytes
 from sigmatau import Record, read
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import damaged
@@ -55,8 +55,9 @@ def outcome(path: Path, kind: Kind, values: Values) -> Outcome:
         return Outcome(1, finding="refused")
     there = [k for k, channel in enumerate(CHANNELS) if channel in record.channels]
     rows = np.stack([record.stream_of(CHANNELS[k]).column(CHANNELS[k]) for k in there], axis=1)
-    where = {row: k for k, row in enumerate(values[:, there[0]].tolist())}
-    at = np.array([where.get(row, -1) for row in rows[:, 0].tolist()])
+    # Whole rows: single numbers come twice.
+    where = {tuple(row): k for k, row in enumerate(values[:, there].tolist())}
+    at = np.array([where.get(tuple(row), -1) for row in rows.tolist()])
     right = bool((np.diff(at) > 0).all() and (at >= 0).all() and np.array_equal(rows, values[at][:, there]))
     worst = [f.code for f in record.findings if f.severity == "error"]
     return Outcome(damaged(record.findings), len(rows), ", ".join(dict.fromkeys(worst)), right)
@@ -84,16 +85,15 @@ def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT) -> dict[str, Outco
 
 
 def _read_one(path: str, options: dict[str, Any]) -> None:
-    import sigmatau.analysis  # what every command has loaded
-
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    # The peak that the system tells is never less than that of the process that began this one.
+    Path("/proc/self/clear_refs").write_text("5")
+    before = status_bytes("VmHWM")
     start = time.perf_counter()
     record: Record = read(path, **options)
     seconds = time.perf_counter() - start
-    grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    grown = status_bytes("VmHWM") - before
     sums = [float(record.stream_of(c).column(c).sum()) for c in CHANNELS]
     print(json.dumps({"seconds": seconds, "grown": grown, "rows": record.provenance.rows, "sums": sums}))
-    del sigmatau
 
 
 def measure(name: str, n: int, rounds: int) -> dict[str, Any]:

@@ -1,13 +1,12 @@
-"""The one door to the compiled core: casts, checks, and the words of its errors.
+"""The one door to the compiled numerics: casts, checks, and the words of their errors.
 
-Nothing else imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go in as contiguous float64 and come out so.
+Nothing but this and `sigmatau._formats` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go in as contiguous
+float64 and come out so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,30 +16,15 @@ from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 
 __all__ = [
     "Accumulator",
-    "Decoded",
     "Factor",
-    "LogChannel",
-    "LogContents",
-    "LogEnd",
-    "LogKind",
-    "Sentences",
-    "TextReadError",
     "all_finite",
     "allan_variances",
     "band_limited_avar",
     "covariance_tensors",
-    "dataflash_columns",
-    "decode_messages",
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
-    "log_contents",
-    "log_messages",
     "quadratic_edf",
-    "read_sentences",
-    "read_text",
-    "scan_dataflash",
-    "scan_ulog",
     "simulate",
     "sinusoid_avar",
     "stationary_moments",
@@ -48,44 +32,11 @@ __all__ = [
     "term_avar",
     "term_psd",
     "theo1_expectation",
-    "ulog_columns",
-    "write_text",
 ]
 
 
 _MOST_THREADS = 1024
 _TOGETHER = 4096  # samples of each column that are copied together
-
-
-class TextReadError(Exception):
-    """A text table that cannot be read: where, and what was there.
-
-    Attributes
-    ----------
-    kind : str
-        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"damaged"``, ``"io"``
-        or ``"empty"``.
-    line : int
-        Line of the file, counted from 1; 0 if unknown.
-    row : int
-        Row of data, counted from 0.
-    column : int
-        Column, counted from 0.
-    text : str
-        What stood there, or the system's words.
-    got, expected : int
-        Fields found and expected.
-    """
-
-    def __init__(self, kind: str, line: int, row: int, column: int, text: str, got: int, expected: int) -> None:
-        super().__init__(f"{kind} at line {line}: {text}")
-        self.kind = kind
-        self.line = line
-        self.row = row
-        self.column = column
-        self.text = text
-        self.got = got
-        self.expected = expected
 
 
 class Factor:
@@ -350,286 +301,6 @@ def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: in
         seed,
         stream,
     )
-
-
-def read_text(
-    source: str | bytes,
-    *,
-    delimiter: str | None,
-    comment: tuple[str, ...],
-    columns: int,
-    wanted: tuple[int, ...],
-    exact: int | None = None,
-    skip_lines: int = 0,
-    encoding: str = "ascii",
-    decimal_comma: bool = False,
-    lines: int | None = None,
-) -> tuple[list[NDArray[np.float64]], NDArray[np.int64] | None]:
-    """Columns of a text table.
-
-    Parameters
-    ----------
-    source : str or bytes
-        Path of a file, of which a gzip file is recognised by its first bytes; or the text itself.
-    delimiter : str or None
-        One ASCII character; None for runs of white space.
-    comment : tuple of str
-        Lines that begin so are passed over.
-    columns : int
-        Fields in every row.
-    wanted : tuple of int
-        Columns to return, counted from 0.
-    exact : int or None
-        A column to return as integers too, if all its values are integers that fit 64 bits.
-    skip_lines : int
-        Lines before the data.
-    encoding : {"ascii", "utf-16-le", "utf-16-be"}
-        The first for all in which ASCII is ASCII.
-    decimal_comma : bool
-        Whether 0,5 is one half; then 0.5 is no number.
-    lines : int or None
-        Lines of the source after which it is taken to end.
-
-    Raises
-    ------
-    TextReadError
-    """
-    how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, (encoding, decimal_comma, lines))
-    try:
-        return _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
-    except _core.TextError as error:
-        raise TextReadError(*error.args) from None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sentences:
-    """The sentences of one name in a log.
-
-    Attributes
-    ----------
-    columns : list of ndarray, shape (n,)
-    broken, inner : int
-        Lines that are no whole sentence; those of them after the first row.
-    examples : list of (int, str)
-        Line, counted from 1, and what is wrong with it, for the first of them.
-    others : int
-        Whole sentences of other names.
-    cut : bool
-        Whether the last line is broken and has no line end.
-    """
-
-    columns: list[NDArray[np.float64]]
-    broken: int
-    inner: int
-    examples: list[tuple[int, str]]
-    others: int
-    cut: bool
-
-
-def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]) -> Sentences:
-    """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
-    try:
-        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
-    except _core.TextError as error:
-        raise TextReadError(*error.args) from None
-    return Sentences(columns=columns, broken=broken, inner=inner, examples=examples, others=others, cut=cut)
-
-
-LogKind = Literal["mcap", "rosbag1"]
-
-
-@dataclass(frozen=True, slots=True)
-class LogChannel:
-    """A series of messages of a log: its topic, its number, the type of its messages and how they are written."""
-
-    topic: str
-    id: int
-    type_name: str
-    definition_encoding: str
-    definition: bytes
-    message_encoding: str
-    messages: int
-
-
-@dataclass(frozen=True, slots=True)
-class LogEnd:
-    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"`` or ``"damaged"``, at which byte, in words."""
-
-    kind: str
-    offset: int
-    what: str
-
-
-@dataclass(frozen=True, slots=True)
-class LogContents:
-    """The channels of a log, and whether their numbers of messages are declared by it or were counted."""
-
-    channels: tuple[LogChannel, ...]
-    declared: bool
-    end: LogEnd
-
-
-@dataclass(frozen=True, slots=True)
-class Decoded:
-    """Columns out of messages, each of shape (rows,)."""
-
-    columns: Mapping[int, NDArray[Any]]
-    rows: int
-
-
-def log_contents(path: str, kind: LogKind) -> LogContents:
-    """What a log holds, by its own summary or by going through it; raises OSError."""
-    channels, declared, end = _core.log_contents(path, kind == "rosbag1")
-    return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
-
-
-def log_messages(
-    path: str,
-    kind: LogKind,
-    channels: Sequence[int],
-    *,
-    steps: Sequence[tuple[str, int, int]],
-    cdr: bool,
-    wanted: Sequence[int],
-    exact: int | None,
-) -> tuple[Decoded, LogEnd]:
-    """Columns of the messages of some channels, up to the first fault of the file; raises OSError.
-
-    Parameters
-    ----------
-    path : str
-    kind : {"mcap", "rosbag1"}
-    channels : sequence of int
-        Their numbers.
-    steps : sequence of (str, int, int)
-        The definition of the messages, see `sigmatau.io.read.messages`.
-    cdr : bool
-        Serialised as in ROS 2, or else as in ROS 1.
-    wanted : sequence of int
-        Columns to return, counted from 0.
-    exact : int or None
-        One of them to return as 64-bit integers, if it holds such.
-    """
-    decoded, end = _core.log_messages(path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact)
-    return _decoded(decoded, wanted, exact), LogEnd(*end)
-
-
-def decode_messages(
-    data: bytes,
-    ends: NDArray[np.int64],
-    log_times: NDArray[np.int64],
-    *,
-    steps: Sequence[tuple[str, int, int]],
-    cdr: bool,
-    wanted: Sequence[int],
-    exact: int | None,
-) -> Decoded:
-    """The same from messages in memory, one after the other, each up to its end in `data`; up to the first wrong one."""
-    return _decoded(_core.decode_messages(data, ends, log_times, list(steps), cdr, list(wanted), exact), wanted, exact)
-
-
-def _decoded(
-    fields: tuple[list[NDArray[np.float64]], NDArray[np.int64] | None, int], wanted: Sequence[int], exact: int | None
-) -> Decoded:
-    floats, integers, rows = fields
-    named = [index for index in wanted if integers is None or index != exact]
-    columns: dict[int, NDArray[Any]] = dict(zip(named, floats, strict=True))
-    if integers is not None and exact is not None:
-        columns[exact] = integers
-    return Decoded(columns, rows)
-
-
-def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
-    """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
-    _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
-
-
-def scan_dataflash(path: str) -> Mapping[str, Any]:
-    """What an ArduPilot DataFlash file holds, up to the place where it breaks off if it does.
-
-    Returns
-    -------
-    mapping
-        ``kinds``, each number, name, fields (name, letter of the type, offset), bytes a message, offset of the instance or
-        None, and messages by instance; ``definitions``, messages that define units, each the place of its kind and bytes;
-        ``messages``, ``end`` and ``broken`` as in `scan_ulog`.
-
-    Raises
-    ------
-    OSError
-    """
-    return _core.scan_dataflash(path)
-
-
-def dataflash_columns(
-    path: str,
-    *,
-    end: int,
-    kind: int,
-    instance: tuple[int, int] | None,
-    rows: int,
-    size: int,
-    fields: Sequence[tuple[int, int]],
-) -> list[NDArray[np.uint8]]:
-    """Bytes of fields of all messages of a kind and an instance, one array a field.
-
-    Parameters
-    ----------
-    path : str
-    end, kind, rows, size : int
-        From `scan_dataflash`.
-    instance : (int, int) or None
-        Its offset in a message, and which.
-    fields : sequence of (int, int)
-        Offset in a message and length. [bytes]
-
-    Raises
-    ------
-    OSError
-        Also if the file is no longer the one that was scanned.
-    """
-    return _core.dataflash_columns(path, end, kind, instance, rows, size, list(fields))
-
-
-def scan_ulog(path: str) -> Mapping[str, Any]:
-    """What a ULog file holds, up to the place where it breaks off if it does.
-
-    Returns
-    -------
-    mapping
-        ``formats``, definitions as bytes; ``topics``, each number, instance, name as bytes, rows and bytes a row;
-        ``dropouts`` in milliseconds; ``unknown``, messages of kinds not known; ``unfinished``, parts passed over, from and
-        to; ``messages``, how many were read; ``end``, where reading ended; ``broken``, None or where and what is wrong, the
-        latter None if the file just ends there.
-
-    Raises
-    ------
-    ValueError
-        If it is none, or one that must not be read without knowing more of the format.
-    OSError
-    """
-    return _core.scan_ulog(path)
-
-
-def ulog_columns(
-    path: str, *, end: int, number: int, rows: int, size: int, fields: Sequence[tuple[int, int]]
-) -> list[NDArray[np.uint8]]:
-    """Bytes of fields of all messages of a topic of a ULog file, one array a field.
-
-    Parameters
-    ----------
-    path : str
-    end, number, rows, size : int
-        From `scan_ulog`.
-    fields : sequence of (int, int)
-        Offset in a message and length. [bytes]
-
-    Raises
-    ------
-    OSError
-        Also if the file is no longer the one that was scanned.
-    """
-    return _core.ulog_columns(path, end, number, rows, size, list(fields))
 
 
 def _five(coefficients: Mapping[str, float]) -> list[float]:

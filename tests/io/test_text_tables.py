@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io import read
 
@@ -176,7 +176,7 @@ def test_a_large_table_is_the_same_as_its_rows(tmp_path):
     n = 120_000
     columns = [np.arange(n) / 100, *rng.standard_normal((2, n)) * [[1e-3], [1e2]]]
     path = tmp_path / "log.csv"
-    _kernels.write_text(str(path), "time [s],wx [rad/s],accel_x [m/s^2]", ",", columns, gzip=False)
+    _formats.write_text(str(path), "time [s],wx [rad/s],accel_x [m/s^2]", ",", columns, gzip=False)
     assert path.stat().st_size > 4 << 20
     record = read(path)
     assert record.provenance.rows == n
@@ -209,7 +209,7 @@ def test_a_mistake_deep_in_the_file_is_found(tmp_path):
 def test_what_is_written_is_read_bit_for_bit(tmp_path_factory, rows, delimiter, header, compress):
     path = tmp_path_factory.mktemp("bits") / "log"
     columns = [np.array(c) for c in zip(*rows, strict=True)]
-    _kernels.write_text(
+    _formats.write_text(
         str(path), delimiter.join(("wx", "phase")) if header else None, delimiter, columns, gzip=compress
     )
     record = read(path, rate=1, channels={"gyro_x": 1, "phase": 2}, unit={"gyro": "rad/s", "phase": "1"})

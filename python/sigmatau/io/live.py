@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.assemble import Options, find_rate, resolve
 from sigmatau.io.read.columns import Choice
@@ -222,7 +222,7 @@ class Live:
         while lines.strip() and len(bad) < _MANY_BAD:
             try:
                 good.append(self._parse(lines))
-            except _kernels.TextReadError as error:
+            except _formats.TextReadError as error:
                 if error.kind == "empty":
                     return good, bad
                 until = max(error.line, 1)
@@ -237,14 +237,14 @@ class Live:
         for line in _lines(lines):
             try:
                 good.append(self._parse(line))
-            except _kernels.TextReadError as error:
+            except _formats.TextReadError as error:
                 if error.kind != "empty":
                     bad.append(error.text or f"{error.got} fields in place of {error.expected}")
         return good, bad
 
     def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
         assert self._layout is not None
-        columns, _ = _kernels.read_text(
+        columns, _ = _formats.read_text(
             lines,
             delimiter=self._layout.delimiter,
             comment=COMMENTS,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.record import Record
 
@@ -90,6 +90,6 @@ def write_record(record: Record, path: str | Path) -> None:
         if ending == ".npz":
             np.savez(temporary, allow_pickle=False, **columns)
         else:
-            _kernels.write_text(
+            _formats.write_text(
                 str(temporary), ",".join(columns), ",", list(columns.values()), gzip=ending == ".csv.gz"
             )

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.chain import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
@@ -62,7 +62,7 @@ _SPELLED = {"m/s/s": "m/s^2"}
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """A kind of message, as `_kernels.scan_dataflash` found it."""
+    """A kind of message, as `_formats.scan_dataflash` found it."""
 
     number: int
     name: str
@@ -92,7 +92,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     """
     if head.gzip:
         raise DataError("is an ArduPilot log compressed by gzip; decompress it first")
-    scan = _kernels.scan_dataflash(str(path))
+    scan = _formats.scan_dataflash(str(path))
     kinds = [_Kind(*kind) for kind in scan["kinds"]]
     findings = broken(scan, path.stat().st_size)
     units = _units(kinds, scan["definitions"])
@@ -124,7 +124,7 @@ def _tables(
     columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        raw = _kernels.dataflash_columns(
+        raw = _formats.dataflash_columns(
             path,
             end=end,
             kind=kind.number,

@@ -13,7 +13,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read import roslog
 from sigmatau.io.read.messages import IMU_ROS2, Layout, layout_of
@@ -162,11 +162,11 @@ class _Reader:
     declared: int | None
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        parts: list[_kernels.Decoded] = []
+        parts: list[_formats.Decoded] = []
         rows, doubt, fault = 0, 0, ""
         try:
             for batch in self._messages():
-                part = _kernels.decode_messages(
+                part = _formats.decode_messages(
                     batch.data, batch.ends, batch.times, steps=self.layout.steps, cdr=True, wanted=wanted, exact=exact
                 )
                 parts.append(part)
@@ -185,7 +185,7 @@ class _Reader:
         if not rows and fault:
             raise DataError(f"{fault}: no message of {self.topic.name} could be read; get or make the file again")
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
-        decoded = _kernels.Decoded(joined, rows)
+        decoded = _formats.Decoded(joined, rows)
         return Loaded(
             columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault)
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.messages import Layout, layout_of
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_non_finite
@@ -22,7 +22,7 @@ _NOT_READ = "not read: "
 REST_MISSING = "the rest of the log is missing; get or make the file again"
 
 
-def tables_of(path: Path, kind: _kernels.LogKind) -> tuple[Table, ...]:
+def tables_of(path: Path, kind: _formats.LogKind) -> tuple[Table, ...]:
     """A table for each topic of a file, and for each type if a topic has several.
 
     Raises
@@ -30,14 +30,14 @@ def tables_of(path: Path, kind: _kernels.LogKind) -> tuple[Table, ...]:
     DataError
         If no topic can be read.
     """
-    contents = _kernels.log_contents(str(path), kind)
+    contents = _formats.log_contents(str(path), kind)
     end = contents.end
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
         if end.kind:
             raise DataError(f"{where}: no topic could be read; get or make the file again")
         raise DataError("holds no topics")
-    groups: dict[tuple[str, str, str, str, bytes], list[_kernels.LogChannel]] = {}
+    groups: dict[tuple[str, str, str, str, bytes], list[_formats.LogChannel]] = {}
     for channel in contents.channels:
         key = (
             channel.topic,
@@ -116,7 +116,7 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
     )
 
 
-def findings_of(end: _kernels.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
+def findings_of(end: _formats.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
     """What the end of the way through a file says about it."""
     count = f"{rows} messages of {topic}" if declared is None else f"{rows} of {declared} messages of {topic}"
     if end.kind == "no_end":
@@ -139,7 +139,7 @@ class _Reader:
         self,
         *,
         path: Path,
-        kind: _kernels.LogKind,
+        kind: _formats.LogKind,
         topic: str,
         ids: tuple[int, ...],
         layout: Layout,
@@ -150,7 +150,7 @@ class _Reader:
         self.layout, self.cdr, self.declared = layout, cdr, declared
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        decoded, end = _kernels.log_messages(
+        decoded, end = _formats.log_messages(
             str(self.path), self.kind, self.ids, steps=self.layout.steps, cdr=self.cdr, wanted=wanted, exact=exact
         )
         if not decoded.rows and end.kind:
@@ -163,7 +163,7 @@ class _Reader:
         )
 
 
-def checked(decoded: _kernels.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
+def checked(decoded: _formats.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
     """The columns, all finite."""
     for index, array in decoded.columns.items():
         refuse_non_finite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")

@@ -13,7 +13,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from sigmatau import _kernels, memory
+from sigmatau import _formats, memory
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.io.read import breaks
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
@@ -134,11 +134,11 @@ class _Text:
         found: tuple[Finding, ...] = ()
         try:
             raw = self._rows(wanted, exact, None)
-        except _kernels.TextReadError as error:
+        except _formats.TextReadError as error:
             until, what = self._break(error)
             try:
                 raw = self._rows(wanted, exact, until)
-            except _kernels.TextReadError:
+            except _formats.TextReadError:
                 raise _explained(error, self.layout) from None
             found = (breaks.finding(*what(len(raw[wanted[0]]))),)
         if not found and len(self.layout.columns) - 1 in wanted:
@@ -155,7 +155,7 @@ class _Text:
         return Loaded(columns=raw, findings=found)
 
     def _rows(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> dict[int, NDArray[Any]]:
-        columns, integers = _kernels.read_text(
+        columns, integers = _formats.read_text(
             self.source if isinstance(self.source, bytes) else str(self.source),
             delimiter=self.layout.delimiter,
             comment=COMMENTS,
@@ -172,7 +172,7 @@ class _Text:
             raw[exact] = integers
         return raw
 
-    def _break(self, error: _kernels.TextReadError) -> tuple[int, Callable[[int], tuple[str, str]]]:
+    def _break(self, error: _formats.TextReadError) -> tuple[int, Callable[[int], tuple[str, str]]]:
         """The lines before a break, and what to say of it; raises what is wrong if it is none."""
         if error.kind == "truncated":
             return error.line, lambda rows: (
@@ -223,7 +223,7 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
         )
 
 
-def _explained(error: _kernels.TextReadError, layout: Layout) -> DataError:
+def _explained(error: _formats.TextReadError, layout: Layout) -> DataError:
     place = f", line {error.line}"
     if layout.decimal_comma:
         error.text = error.text.translate(str.maketrans(",.", ".,"))  # as it stands in the file

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.chain import EFFECT, broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
@@ -83,11 +83,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if head.gzip:
         raise DataError("is a PX4 flight log compressed by gzip; decompress it first")
     try:
-        scan = _kernels.scan_ulog(str(path))
+        scan = _formats.scan_ulog(str(path))
     except ValueError as error:
         raise DataError(f"is a PX4 flight log that cannot be read: {error}; get or make the file again") from None
     size = path.stat().st_size
-    formats = _formats(scan["formats"])
+    formats = _defined(scan["formats"])
     topics = [
         (number, instance, bytes(name).decode(), rows, width) for number, instance, name, rows, width in scan["topics"]
     ]
@@ -138,7 +138,7 @@ class _Source:
         """One array a field; of shape (n, length) where a length is given that is not 1."""
         lengths = lengths or [1] * len(fields)
         spans = [(f.offset, np.dtype(f.kind).itemsize * n) for f, n in zip(fields, lengths, strict=True)]
-        raw = _kernels.ulog_columns(
+        raw = _formats.ulog_columns(
             self.path, end=self.end, number=self.number, rows=self.rows, size=self.size, fields=spans
         )
         return [
@@ -255,7 +255,7 @@ def _has_instances(message: str) -> bool:
     return message in _AXES or message == "vehicle_imu"
 
 
-def _formats(definitions: Sequence[bytes]) -> dict[str, str]:
+def _defined(definitions: Sequence[bytes]) -> dict[str, str]:
     formats: dict[str, str] = {}
     for definition in definitions:
         name, _, body = definition.decode("utf-8", errors="replace").partition(":")

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from sigmatau import _kernels
+from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read import breaks
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite
@@ -85,8 +85,8 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:
-            found = _kernels.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
-        except _kernels.TextReadError as error:
+            found = _formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
+        except _formats.TextReadError as error:
             if error.kind == "damaged":
                 raise DataError("the compressed data are damaged; get or make the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
@@ -106,7 +106,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
     )
 
 
-def _findings(found: _kernels.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
+def _findings(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
     findings = []
     if found.broken:
         examples = "; ".join(f"line {line} {what}" for line, what in found.examples)

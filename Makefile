@@ -2,7 +2,7 @@
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
-.PHONY: help doctor build demo test bench bench-io study lock clean
+.PHONY: help doctor build demo test bench bench-io fuzz study lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-9s%s\n' "$$name" "$$what"; done
@@ -31,6 +31,10 @@ bench: build ## speed, against other packages and the machine: docs/performance.
 bench-io: build ## a long log in each format, read whole, cut off and damaged: docs/formats.md
 	@scripts/venv.sh dev
 	@.venv/bin/python -m benches.formats $(if $(ROUNDS),--rounds $(ROUNDS))
+
+fuzz: build ## mutated files to every compiled parser, SECONDS=60 each
+	@scripts/venv.sh dev
+	@scripts/fuzz.sh $(or $(SECONDS),60)
 
 study: build ## Monte Carlo of the statistics
 	@.venv/bin/python -m studies.run

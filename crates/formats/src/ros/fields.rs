@@ -362,7 +362,11 @@ impl Cursor<'_> {
                         None => self.count()?,
                     };
                     for _ in 0..count {
+                        let before = self.at;
                         self.run(body, row)?;
+                        if self.at == before {
+                            break; // It takes nothing, however often it comes: a hostile count may be any.
+                        }
                     }
                 }
             }

@@ -1,0 +1,42 @@
+//! Text tables: the first bytes choose the dialect. A plain table on a stream must give what it gives in any other way.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sigmatau_formats::{Delimiter, Dialect, Encoding, Writing, read_columns, read_written};
+
+fuzz_target!(|data: &[u8]| {
+    let [choice, columns, text @ ..] = data else { return };
+    let delimiter = match choice & 3 {
+        0 => Delimiter::Byte(b','),
+        1 => Delimiter::Byte(b';'),
+        2 => Delimiter::Byte(b'\t'),
+        _ => Delimiter::Whitespace,
+    };
+    let columns = usize::from(columns % 8) + 1;
+    let dialect = Dialect {
+        delimiter,
+        comment: vec![b"#".to_vec(), b"//".to_vec()],
+        skip_lines: usize::from(choice >> 6),
+        columns,
+    };
+    let wanted: Vec<usize> = (0..columns).step_by(2).collect();
+    let exact = (choice & 4 != 0).then_some(0);
+    let encoding = match choice >> 4 & 3 {
+        1 => Encoding::Utf16Le,
+        2 => Encoding::Utf16Be,
+        _ => Encoding::Ascii,
+    };
+    let writing = Writing { encoding, decimal_comma: choice & 8 != 0, lines: None };
+    if let Ok(table) = read_written(text, writing, &dialect, &wanted, exact) {
+        let lines = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        assert!(encoding != Encoding::Ascii || table.rows <= lines);
+        assert!(table.columns.iter().all(|column| column.iter().all(|value| value.is_finite())));
+    }
+    // Column by column it must be the same.
+    if let Ok(all) = read_columns(text, &dialect, &(0..columns).collect::<Vec<_>>(), None) {
+        for (k, column) in all.columns.iter().enumerate() {
+            let one = read_columns(text, &dialect, &[k], None).expect("the whole table could be read");
+            assert_eq!(&one.columns[0], column);
+        }
+    }
+});

@@ -1,4 +1,4 @@
-"""Damage to files that hold arrays: cuts, a flipped page, random mutations; and what a reader may do with them."""
+"""Damage to binary logs: cuts, a flipped page, random mutations; and what a reader may do with them."""
 
 import random
 import resource
@@ -64,3 +64,30 @@ def survives(name, raw, path, count, **options):
     finally:
         resource.setrlimit(resource.RLIMIT_AS, old)
     return good
+
+
+def outcomes(rng, logs, path, topics=(None,), count=2400):
+    """Read mutants of some small logs in turn: which of "read", "told" and the names of our errors came of it, in time."""
+    found = set()
+    begin = time.perf_counter()
+    for trial in range(count):
+        log = bytearray(logs[trial % len(logs)])
+        for _ in range(rng.integers(1, 4)):
+            at = int(rng.integers(len(log)))
+            match rng.integers(4):
+                case 0:
+                    log[at] ^= 1 << int(rng.integers(8))
+                case 1:
+                    log[at] = int(rng.integers(256))
+                case 2:
+                    del log[at : at + int(rng.integers(1, 9))]
+                case _:
+                    log[at:at] = log[at : at + int(rng.integers(1, 60))]
+        path.write_bytes(log)
+        try:
+            record = read(path, topic=topics[trial % len(topics)])
+            found.add("told" if record.findings else "read")
+        except (DataError, OptionError) as error:
+            found.add(type(error).__name__)
+    assert time.perf_counter() - begin < 60  # seconds; some 5 are usual
+    return found

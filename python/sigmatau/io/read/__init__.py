@@ -1,9 +1,7 @@
 """Reading: any log in, one `Record` out.
 
-A reader is a module with ``sniff(head, path) -> bool``, which recognises its format by content, and ``read(path, head)
--> Table``, which hands over columns. All that follows is common to all formats: which column is which channel
-(`columns`), the sampling rate (`stamps`), units and the record itself (`assemble`). To add a format, write such a module
-and name it in `_FORMATS`.
+Which reader a file needs is found by `known`; the reader hands over columns. All that follows is common to all formats:
+which column is which channel (`columns`), the sampling rate (`stamps`), units and the record itself (`assemble`).
 """
 
 from __future__ import annotations
@@ -16,53 +14,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import (
-    arrow,
-    assemble,
-    dataflash,
-    hdf5,
-    matlab,
-    mcap,
-    novatel,
-    npy,
-    raw,
-    rosbag1,
-    rosbag2,
-    tdms,
-    text,
-    ulog,
-    vectornav,
-    zipped,
-)
-from sigmatau.io.read.table import HEAD, Format, Head, Table
+from sigmatau.io.read import assemble
+from sigmatau.io.read.known import reader_of
+from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
 from sigmatau.streams import InputKind
 
 __all__ = ["opened", "read"]
 
-# Of those that begin alike the more particular one first: zip archives of arrays before those of tables; text last, which
-# has no mark of its own.
-_FORMATS: tuple[Format, ...] = (
-    npy, zipped, mcap, rosbag1, rosbag2, ulog, dataflash, matlab, hdf5, arrow, tdms, novatel, vectornav, text,
-)  # fmt: skip
-
 _GZIP = b"\x1f\x8b"
-
-# First bytes of files that people have at hand and that are no tables; only for the words of the error.
-_MARKS = (
-    (b"%PDF", "a PDF"),
-    (b"\x89PNG", "a PNG image"),
-    (b"\xff\xd8\xff", "a JPEG image"),
-    (b"PARE", "an encrypted Parquet file"),
-    (b"FEA1", "a Feather file of version 1"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel file"),
-    (b"\x7fELF", "a program"),
-    (b"BZh", "compressed by bzip2"),
-    (b"\xfd7zXZ", "compressed by xz"),
-    (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
-    (_GZIP, "compressed twice"),
-)
 
 
 def read(
@@ -144,7 +105,7 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
     try:
         file = _regular(name)
         head = _head(file)
-        tables = _reader(head, file).read(file, head) if layout is None else raw.read(file, head, layout)
+        tables = reader_of(head, file).read(file, head) if layout is None else _raw(file, head, layout)
         yield file, tables
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
@@ -160,6 +121,12 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
     except DataError as error:
         error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)
         raise error.with_traceback(None) from None
+
+
+def _raw(file: Path, head: Head, layout: str) -> Sequence[Table]:
+    from sigmatau.io.read import raw  # only when it is asked for
+
+    return raw.read(file, head, layout)
 
 
 def _regular(name: str) -> Path:
@@ -201,21 +168,3 @@ def _head(file: Path) -> Head:
     if not unpacked:
         raise DataError("holds nothing once decompressed, or is cut off; get or make the file again")
     return Head(data=unpacked[:HEAD], whole=len(unpacked) <= HEAD, gzip=True)
-
-
-def _reader(head: Head, file: Path) -> Format:
-    for module in _FORMATS:
-        if module.sniff(head.data, file):
-            return module
-    found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
-    if _every_other_byte_is_null(head.data):
-        raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
-    raise DataError(
-        f"is {found}, not a format that is read: text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB,"
-        " HDF5, Parquet, Arrow, TDMS, .npy, .npz, or raw numbers with --layout"
-    )
-
-
-def _every_other_byte_is_null(data: bytes) -> bool:
-    some = data[:64]
-    return len(some) >= 4 and (not any(some[::2]) or not any(some[1::2]))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.io.read.parts import WIDEST, parts, pick, real_columns
-from sigmatau.io.read.table import Column, Head, Loaded, Table, need
+from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, need
 from sigmatau.results import Finding
 
 __all__ = ["ArrowColumn", "columns_of", "numbers", "read", "sniff"]
@@ -23,7 +23,6 @@ _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
 _SCHEMA = 1 << 24  # a stream begins with its schema, which is shorter. [bytes]
 _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a name
-_EFFECT = "the rest of the log is missing; get or make the file again"
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -39,8 +38,6 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table]:
     """The one table of a file; raises `DataError`."""
-    if head.gzip:
-        raise DataError("is a Parquet or Arrow file compressed by gzip; decompress it first")
     need("pyarrow", "parquet", "a Parquet or Arrow file")
     try:
         return (_parquet(path) if head.data.startswith(_PARQUET) else _ipc(path, head),)
@@ -329,7 +326,7 @@ def _table(
 
 
 def _lost(code: str, message: str) -> Finding:
-    return Finding(code=code, severity="error", message=message, effect=_EFFECT)
+    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)
 
 
 def _text(error: Exception) -> str:

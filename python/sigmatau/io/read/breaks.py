@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.table import REST_MISSING
 from sigmatau.results import Finding
 
 __all__ = ["BREAK", "Line", "cut_number", "damaged", "finding", "line_at", "lines_of"]
@@ -25,7 +26,6 @@ BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 _LONGEST = 1 << 20
 _STRANGE = 16  # bytes beyond ASCII that are no UTF-8, and at least half of a line
 _TAIL = 1 << 14
-_EFFECT = "the rest of the log is missing; get or make the file again"
 _SHAPE = re.compile(r"[+-]?\d+(?:\.(\d*))?(?:[eE][+-]?(\d*))?")
 _LOOKED_AT = 32  # lines before the last one
 
@@ -142,4 +142,4 @@ def _shape(line: str, delimiter: str | None) -> tuple[int, int] | None:
 
 def finding(code: str, message: str) -> Finding:
     """That rows are missing after what was read."""
-    return Finding(code=code, severity="error", message=message, effect=_EFFECT)
+    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)

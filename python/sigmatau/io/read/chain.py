@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from sigmatau.io.read.table import REST_MISSING
 from sigmatau.results import Finding
 
-__all__ = ["EFFECT", "broken"]
-
-EFFECT = "the rest of the log is missing; get or make the file again"
+__all__ = ["broken"]
 
 
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
-    """Where a chain breaks off, from a scan of `sigmatau._kernels`; nothing if it holds to the end of the file.
+    """Where a chain breaks off, from a scan of `sigmatau._formats`; nothing if it holds to the end of the file.
 
     Parameters
     ----------
@@ -28,6 +27,6 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     read = f"{scan['messages']} messages were read"
     if what is None:
         message = f"the log breaks off in the middle of a message at byte {at} of {size}; {read}"
-        return (Finding(code="broken_off", severity="error", message=message, effect=EFFECT),)
+        return (Finding(code="broken_off", severity="error", message=message, effect=REST_MISSING),)
     message = f"the log is damaged at byte {at} of {size}: {what}; {read} up to there"
-    return (Finding(code="damaged", severity="error", message=message, effect=EFFECT),)
+    return (Finding(code="damaged", severity="error", message=message, effect=REST_MISSING),)

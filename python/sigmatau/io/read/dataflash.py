@@ -90,8 +90,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     DataError
         If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
     """
-    if head.gzip:
-        raise DataError("is an ArduPilot log compressed by gzip; decompress it first")
     scan = _formats.scan_dataflash(str(path))
     kinds = [_Kind(*kind) for kind in scan["kinds"]]
     findings = broken(scan, path.stat().st_size)

@@ -36,8 +36,6 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file; raises `DataError`."""
-    if head.gzip:
-        raise DataError("is an HDF5 file compressed by gzip; decompress it first")
     leaves: list[Leaf] = []
     notes: list[str] = []
     checked: set[bool] = set()

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read import hdf5
 from sigmatau.io.read.parts import Leaf, gather, squeezed
-from sigmatau.io.read.table import Head, Table, need
+from sigmatau.io.read.table import REST_MISSING, Head, Table, need
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -37,7 +37,6 @@ _DEEP = 16
 _ELEMENTS = 16  # of an array of structs
 _TABLES = ("table", "timetable", "duration", "datetime")
 _RATES = ("rate", "sample_rate", "samplerate", "sampling_rate", "fs", "freq", "frequency", "dt", "ts")
-_EFFECT = "the rest of the log is missing; get or make the file again"
 
 _CLASSES_73 = frozenset(["double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))])
 
@@ -53,8 +52,6 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file: the variables of one length together, and each struct, table and timetable by itself."""
-    if head.gzip:
-        raise DataError("is a MATLAB file compressed by gzip; decompress it first")
     found = _Found()
     if head.data[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n":
         version = "7.3"
@@ -188,7 +185,7 @@ def _walk_5(path: Path, head: bytes, found: _Found) -> None:
                     code="broken_off",
                     severity="error",
                     message=f"the file breaks off at byte {size}: variable {name or 'at byte ' + str(at)} {error}",
-                    effect=_EFFECT,
+                    effect=REST_MISSING,
                 )
             )
             return
@@ -202,7 +199,7 @@ def _walk_5(path: Path, head: bytes, found: _Found) -> None:
 
 
 def _damage(message: str) -> Finding:
-    return Finding(code="damaged", severity="error", message=message, effect=_EFFECT)
+    return Finding(code="damaged", severity="error", message=message, effect=REST_MISSING)
 
 
 def _variable(path: Path, element: _Bytes, *, compressed: bool, found: _Found) -> None:

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError
 from sigmatau.io.read.breaks import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.results import Finding
@@ -80,8 +79,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     DataError
         If the file is compressed.
     """
-    if head.gzip:
-        raise DataError("is a NovAtel log compressed by gzip; decompress it first")
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _scan(data)
         rest = bytes(data[found.end : found.end + 400])

@@ -49,8 +49,6 @@ def read(path: Path, head: Head) -> tuple[Table]:
         If the file is damaged, or holds no columns of numbers; by ``load``: for arrays of unequal length;
         `NonFiniteError` for a NaN or an infinity.
     """
-    if head.gzip:
-        raise DataError("is a NumPy file compressed by gzip; decompress it first")
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
 

@@ -17,7 +17,7 @@ from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read import roslog
 from sigmatau.io.read.messages import IMU_ROS2, Layout, layout_of
-from sigmatau.io.read.table import Head, Loaded, Table
+from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -46,8 +46,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     DataError
         If it is no bag, or its tables cannot be read.
     """
-    if head.gzip:
-        raise DataError("is an SQLite database compressed by gzip; decompress it first")
     try:
         with closing(_open(path)) as base:
             topics, definitions = _topics(base)
@@ -249,6 +247,6 @@ class _Reader:
                 code="broken_off" if fault and _cut(self.path) else "damaged",
                 severity="error",
                 message=message,
-                effect=roslog.REST_MISSING,
+                effect=REST_MISSING,
             ),
         )

@@ -1,4 +1,4 @@
-"""What MCAP files and ROS 1 bags have in common: topics with messages that are defined by text, and an end that shows."""
+"""MCAP files and ROS 1 bags: topics with messages that are defined by text and decoded by compiled code."""
 
 from __future__ import annotations
 
@@ -11,25 +11,38 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.messages import Layout, layout_of
-from sigmatau.io.read.table import Column, Loaded, Table, refuse_non_finite
+from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_non_finite
 from sigmatau.results import Finding
 
-__all__ = ["REST_MISSING", "checked", "message_table", "refused_table", "some_readable", "tables_of"]
+__all__ = ["checked", "message_table", "read", "refused_table", "sniff", "some_readable"]
+
+_MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
 _WRITTEN = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
 
 _NOT_READ = "not read: "
-REST_MISSING = "the rest of the log is missing; get or make the file again"
 
 
-def tables_of(path: Path, kind: _formats.LogKind) -> tuple[Table, ...]:
-    """A table for each topic of a file, and for each type if a topic has several.
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file begins as MCAP files or ROS 1 bags do."""
+    return head.startswith((_MCAP, _BAG))
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """A table for each topic, and for each type if a topic has several: the numbers of its messages by the paths of their
+    fields, stamps in nanoseconds.
+
+    Parameters
+    ----------
+    path : Path
+    head : Head
 
     Raises
     ------
     DataError
         If no topic can be read.
     """
+    kind: _formats.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
     contents = _formats.log_contents(str(path), kind)
     end = contents.end
     where = f"{end.what} (byte {end.offset})"

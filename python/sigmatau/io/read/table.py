@@ -17,6 +17,7 @@ from sigmatau.results import Finding
 
 __all__ = [
     "HEAD",
+    "REST_MISSING",
     "Column",
     "Format",
     "Head",
@@ -30,6 +31,9 @@ __all__ = [
 
 HEAD = 1 << 18
 """A format, and the layout of a text table, is found out from this many bytes. [bytes]"""
+
+REST_MISSING = "the rest of the log is missing; get or make the file again"
+"""Effect of a file that breaks off."""
 
 _LISTED = 12
 _WORD = 50

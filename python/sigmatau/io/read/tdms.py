@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.parts import Leaf, gather
-from sigmatau.io.read.table import Head, Table, need
+from sigmatau.io.read.table import REST_MISSING, Head, Table, need
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
-_EFFECT = "the rest of the log is missing; get or make the file again"
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -32,8 +31,6 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file: the channels of a group that are of one length together."""
-    if head.gzip:
-        raise DataError("is a TDMS file compressed by gzip; decompress it first")
     need("nptdms", "tdms", "a LabVIEW TDMS file")
     end, findings = _segments(path)
     leaves: list[Leaf] = []
@@ -116,7 +113,7 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
 
 
 def _lost(code: str, message: str) -> Finding:
-    return Finding(code=code, severity="error", message=message, effect=_EFFECT)
+    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)
 
 
 class _Part(io.RawIOBase):

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
-from sigmatau.io.read.chain import EFFECT, broken
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.io.read.chain import broken
+from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -80,8 +80,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     DataError
         If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
     """
-    if head.gzip:
-        raise DataError("is a PX4 flight log compressed by gzip; decompress it first")
     try:
         scan = _formats.scan_ulog(str(path))
     except ValueError as error:
@@ -192,7 +190,7 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     good = int(wrong[0]) if len(wrong) else source.rows
     if len(wrong):
         said = f"{source.where(good)} says {counts[good]} samples and has room for {depth}"
-        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=EFFECT))
+        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=REST_MISSING))
     counts = counts[:good]
     columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
     first = np.concatenate(([0], np.cumsum(counts)))

@@ -39,8 +39,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         If the archive is damaged or cut off, encrypted, or holds no text table; by ``load`` as for a text file, and if
         the checksum of a member is wrong.
     """
-    if head.gzip:
-        raise DataError("is a zip archive compressed by gzip; decompress it first")
     import zipfile  # in the call, for those who read text
 
     tables: list[Table] = []

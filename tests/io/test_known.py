@@ -1,0 +1,66 @@
+"""How formats are told apart: before a reader is loaded, and by it."""
+
+import gzip
+import subprocess
+import sys
+
+import pytest
+from benches.logs import KINDS, made
+
+from sigmatau.errors import DataError
+from sigmatau.io import read
+from sigmatau.io.read import known
+from sigmatau.io.read.table import HEAD, Head
+
+NEEDS = {
+    "MCAP": "rosbags",
+    "ROS": "rosbags",
+    "HDF5": "h5py",
+    "Parquet": "pyarrow",
+    "Arrow": "pyarrow",
+    "LabVIEW": "nptdms",
+}
+PACKED = {"CSV", "CSV, decimal comma", "CSV, UTF-16", "VectorNav ASCII"}
+
+
+@pytest.fixture(params=[name for name in KINDS if name not in ("raw binary", "CSV, gzip")])
+def log(request, tmp_path):
+    for word, library in NEEDS.items():
+        if request.param.startswith(word):
+            pytest.importorskip(library, reason="it writes the log")
+    return request.param, KINDS[request.param].make(tmp_path, *made(200))
+
+
+def test_no_reader_is_passed_over(log):
+    """What a reader takes, its mark takes too: else it would depend on the mark and not on the reader."""
+    data = log[1].read_bytes()[:HEAD]
+    taken = []
+    for entry in known._KNOWN:
+        reader = known.import_module(f"sigmatau.io.read.{entry.module}")
+        if reader.sniff(data, log[1]):
+            assert entry.likely(data), entry.module
+            taken.append(reader)
+    assert known.reader_of(Head(data=data, whole=True, gzip=False), log[1]) is taken[0]
+
+
+def test_compressed(log):
+    name, path = log
+    packed = path.with_name("packed.gz")
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    if name in PACKED:
+        assert read(packed, **KINDS[name].options).provenance.rows == 200
+    else:
+        with pytest.raises(DataError, match="compressed by gzip; decompress it first"):
+            read(packed, **KINDS[name].options)
+
+
+def test_a_table_loads_no_other_reader(tmp_path):
+    path = KINDS["CSV"].make(tmp_path, *made(20))
+    code = (
+        "import sys, sigmatau; sigmatau.read(sys.argv[1]);"
+        "print(*sorted(m.rpartition('.')[2] for m in sys.modules if m.startswith('sigmatau.io.read.')))"
+    )
+    said = subprocess.run([sys.executable, "-c", code, str(path)], check=True, capture_output=True, text=True).stdout
+    others = {entry.module for entry in known._KNOWN} - {"text"}
+    assert "text" in said.split()
+    assert not others & set(said.split())

@@ -74,7 +74,17 @@ class Finding:
     channel : str or None
         The channel concerned; None for the whole record.
     effect : str
-        What it does to which coefficient, and the remedy; may be empty.
+        What it does to which coefficient; may be empty.
+    where : str
+        Place in the record, for a program: ``"t = 2400 s"``, ``"line 17"``; the message has it in its own words.
+    size : float or None
+        How large it is, in `unit`.
+    unit : str
+        Of the size; empty for a bare number.
+    changes : tuple of (str, float)
+        Coefficients, by term, and by which factor this makes them larger than those of the sensor itself.
+    remedy : str
+        What to do.
     """
 
     code: str
@@ -82,6 +92,11 @@ class Finding:
     message: str
     channel: str | None = None
     effect: str = ""
+    where: str = ""
+    size: float | None = None
+    unit: str = ""
+    changes: tuple[tuple[str, float], ...] = ()
+    remedy: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -90,11 +105,16 @@ class Finding:
             "channel": self.channel,
             "message": self.message,
             "effect": self.effect,
+            **({"where": self.where} if self.where else {}),
+            **({} if self.size is None else {"size": self.size, "unit": self.unit}),
+            **({"changes": dict(self.changes)} if self.changes else {}),
+            **({"remedy": self.remedy} if self.remedy else {}),
         }
 
     def __str__(self) -> str:
-        where = f"{self.channel}: " if self.channel else ""
-        return f"{self.severity}: {where}{self.message}" + (f" ({self.effect})" if self.effect else "")
+        channel = f"{self.channel}: " if self.channel else ""
+        more = "; ".join(text for text in (self.effect, self.remedy) if text)
+        return f"{self.severity}: {channel}{self.message}" + (f" ({more})" if more else "")
 
 
 def damaged(findings: Iterable[Finding]) -> int:

@@ -1,0 +1,1 @@
+"""Records with missing samples: expected Allan variances of clusters that are not full."""

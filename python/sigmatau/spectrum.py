@@ -1,0 +1,1 @@
+"""Power spectral densities of a record, and lines in them."""

@@ -1,0 +1,1 @@
+"""Whether the noise stays the same: dynamic Allan variance."""

@@ -1,5 +1,6 @@
 //! Laws of the parsers, for any input.
 
+use std::fmt::Write;
 use std::io::Cursor;
 
 use proptest::prelude::*;
@@ -94,7 +95,7 @@ proptest! {
             let body = format!("VNYMR,{value:+08.3},1,2");
             let right = checksum(&body);
             let said = if *whole { right } else { right.wrapping_add(1) };
-            text.push_str(&format!("${body}*{said:02X}\r\n"));
+            writeln!(text, "${body}*{said:02X}\r").unwrap();
         }
         let found = read_sentences(text.as_bytes(), b"VNYMR", 3, &[0]).unwrap();
         let whole = values.iter().filter(|(_, whole)| *whole).count();

@@ -13,6 +13,7 @@ __all__ = [
     "all_finite",
     "allan_variances",
     "band_limited_avar",
+    "bytes_read",
     "covariance_tensors",
     "dataflash_columns",
     "decode_messages",
@@ -130,6 +131,7 @@ def dataflash_columns(
     size: int,
     fields: list[tuple[int, int]],
 ) -> list[NDArray[np.uint8]]: ...
+def bytes_read() -> int: ...
 def scan_ulog(path: str) -> dict[str, Any]: ...
 def ulog_columns(
     path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]

@@ -22,6 +22,7 @@ __all__ = [
     "LogKind",
     "Sentences",
     "TextReadError",
+    "bytes_read",
     "dataflash_columns",
     "decode_messages",
     "log_contents",
@@ -251,6 +252,11 @@ def _decoded(
     if integers is not None and exact is not None:
         columns[exact] = integers
     return Decoded(columns, rows)
+
+
+def bytes_read() -> int:
+    """Bytes of files that the compiled readers of this process have taken so far, to show how far one has come."""
+    return _core.bytes_read()
 
 
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:

@@ -9,6 +9,7 @@ mod dataflash;
 mod decode;
 mod number;
 mod pieces;
+mod progress;
 pub mod ros;
 mod rows;
 mod sentences;
@@ -19,6 +20,7 @@ mod write;
 
 pub use dataflash::{DataFlashKind, DataFlashRows, DataFlashScan, dataflash_columns, scan_dataflash};
 pub use decode::{Encoding, Writing, read_written, read_written_file};
+pub use progress::bytes_read;
 pub use sentences::{Sentences, read_sentences};
 pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
 pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};

@@ -13,6 +13,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use memchr::{memchr, memchr_iter, memrchr};
 
 use crate::number::PAD;
+use crate::progress;
 use crate::rows::{Layout, Rows};
 use crate::text::{GZIP, Table, TextError};
 
@@ -49,12 +50,12 @@ pub(crate) struct PlainFile {
 impl Source for PlainFile {
     #[cfg(unix)]
     fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
-        std::os::unix::fs::FileExt::read_at(&self.file, out, at)
+        std::os::unix::fs::FileExt::read_at(&self.file, out, at).inspect(|&got| progress::count(got))
     }
 
     #[cfg(windows)]
     fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
-        std::os::windows::fs::FileExt::seek_read(&self.file, out, at)
+        std::os::windows::fs::FileExt::seek_read(&self.file, out, at).inspect(|&got| progress::count(got))
     }
 
     #[cfg(not(any(unix, windows)))]

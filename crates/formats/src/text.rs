@@ -12,6 +12,7 @@ use memchr::memrchr;
 
 use crate::number::PAD;
 use crate::pieces::{self, Sizes};
+use crate::progress::Counted;
 use crate::rows::Layout;
 
 /// The longest line that is accepted, and the size of the pieces of a stream. \[bytes\]
@@ -152,7 +153,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Read + Send>, TextError> {
     let mut head = Vec::with_capacity(2);
     file.by_ref().take(2).read_to_end(&mut head).map_err(failed)?;
     let gzip = head == GZIP;
-    let whole = io::Cursor::new(head).chain(file);
+    let whole = io::Cursor::new(head).chain(Counted(file));
     if gzip {
         // The decoder asks for small pieces; the file is read in large ones.
         let buffered = io::BufReader::with_capacity(1 << 16, whole);

@@ -2,6 +2,8 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
+use crate::progress;
+
 const ROOM: usize = 1 << 18;
 
 pub(crate) struct Window<R> {
@@ -34,7 +36,10 @@ impl<R: Read + Seek> Window<R> {
             while self.to < n {
                 match self.source.read(&mut self.buffer[self.to..]) {
                     Ok(0) => break,
-                    Ok(got) => self.to += got,
+                    Ok(got) => {
+                        self.to += got;
+                        progress::count(got);
+                    }
                     Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                     Err(error) => return Err(error),
                 }

@@ -43,5 +43,5 @@ mod _core {
     #[pymodule_export]
     use crate::terms::{band_limited_avar, gauss_markov_avar, sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]
-    use crate::text::{TextError, parse_text, read_text, write_text};
+    use crate::text::{TextError, bytes_read, parse_text, read_text, write_text};
 }

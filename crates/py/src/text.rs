@@ -116,3 +116,9 @@ pub fn refused(error: Refused) -> PyErr {
     };
     TextError::new_err(fields)
 }
+
+/// Bytes of files that the readers of this process have taken.
+#[pyfunction]
+pub fn bytes_read() -> u64 {
+    sigmatau_formats::bytes_read()
+}

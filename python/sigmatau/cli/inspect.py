@@ -9,7 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import check_output, refuse_same, working
+from sigmatau.cli.options import check_output, refuse_same
+from sigmatau.cli.options import reading as showing
 from sigmatau.cli.reading import Reading
 from sigmatau.io.read.inspection import inspect
 from sigmatau.io.write import atomic
@@ -41,7 +42,7 @@ def inspect_command(
     check_output(None if as_text else json, (), "json")
     refuse_same(log, plot=None, json=None if as_text else json)
     options = (reading or Reading()).options()
-    with working(f"reading {log}", quiet=quiet):
+    with showing(log, quiet=quiet):
         found = inspect(log, **options)
     text = json_module.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     if as_text:

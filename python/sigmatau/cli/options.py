@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -19,10 +20,15 @@ __all__ = [
     "check_output",
     "key_numbers",
     "key_values",
+    "reading",
     "refuse_same",
     "say",
     "working",
 ]
+
+
+_EVERY = 0.2  # s
+_SMALL = 1 << 24  # bytes: read before anybody looks
 
 
 def key_values(values: Sequence[str], option: str, example: str) -> dict[str, str]:
@@ -105,6 +111,33 @@ def say(message: str, *, quiet: bool = False) -> None:
     """A message for the person at the terminal."""
     if not quiet:
         sys.stderr.write(message + "\n")
+
+
+@contextlib.contextmanager
+def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
+    """Show that a log is read, with a bar where its bytes are counted; anew each time they are gone through."""
+    from sigmatau._formats import bytes_read
+
+    try:
+        size = log.stat().st_size
+    except OSError:  # which the reader says better
+        size = 0
+    begun, over = bytes_read(), threading.Event()
+
+    with working(f"reading {log}", quiet=quiet) as done:
+
+        def follow() -> None:
+            while not over.wait(_EVERY):
+                taken = bytes_read() - begun
+                if taken:
+                    done((taken - 1) % size / size)
+
+        if size > _SMALL and not quiet and sys.stderr.isatty():
+            threading.Thread(target=follow, daemon=True).start()
+        try:
+            yield
+        finally:
+            over.set()
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import key_numbers, key_values, working
+from sigmatau.cli.options import key_numbers, key_values, reading
 from sigmatau.io import read
 from sigmatau.record import Record
 
@@ -63,8 +63,8 @@ class Reading:
         }
 
 
-def read_log(log: Path, reading: Reading | None, *, quiet: bool) -> Record:
+def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:
     """The record, with a sign of life on the terminal."""
-    options = (reading or Reading()).options()
-    with working(f"reading {log}", quiet=quiet):
+    options = (how or Reading()).options()
+    with reading(log, quiet=quiet):
         return read(log, **options)

@@ -2,6 +2,7 @@
 
 use super::unpack::{Compression, unpack};
 use super::{Channel, bag, mcap};
+use crate::progress;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -163,6 +164,7 @@ impl Source {
         let mut bytes = Vec::with_capacity(n.min(self.left()).min(LARGEST) as usize);
         (&mut self.file).take(n).read_to_end(&mut bytes)?;
         self.at += bytes.len() as u64;
+        progress::count(bytes.len());
         self.hasher.update(&bytes);
         Ok(bytes)
     }

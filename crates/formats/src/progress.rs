@@ -1,0 +1,27 @@
+//! How far the readers of this process have come, for whoever shows it to somebody who waits.
+
+use std::io::{self, Read};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+static BYTES: AtomicU64 = AtomicU64::new(0);
+
+/// Bytes of files that all readers have taken since the process began.
+#[must_use]
+pub fn bytes_read() -> u64 {
+    BYTES.load(Ordering::Relaxed)
+}
+
+pub(crate) fn count(bytes: usize) {
+    BYTES.fetch_add(bytes as u64, Ordering::Relaxed);
+}
+
+/// A reader whose bytes are counted.
+pub(crate) struct Counted<R>(pub(crate) R);
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let got = self.0.read(out)?;
+        count(got);
+        Ok(got)
+    }
+}

@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 _STEPS = 40
 _DAMPED_FROM = 8
 _TOLERANCE = 1e-5
+_MOST_MENDED = 0.03
+_LEAST_EIGENVALUE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +85,13 @@ class Gls:
 
     def weights(self, theta: Floats) -> Factor:
         """Raises FloatingPointError if θ gives no covariance."""
-        return Factor(self.covariance(theta))
+        covariance = self.covariance(theta)
+        try:
+            return Factor(covariance)
+        except FloatingPointError:
+            if self.parts.ramp_weights is None:
+                raise
+            return Factor(_mended(covariance))
 
     def fit(
         self,
@@ -171,6 +179,23 @@ def relative_fit(columns: Floats, avar: Floats, errors: Floats) -> Floats:
     """Non-negative θ that follow the curve, for independent relative errors."""
     weights = 1 / (errors * avar)
     return non_negative(columns * weights[:, None], avar * weights)
+
+
+def _mended(covariance: Floats) -> Floats:
+    """A covariance from which a ramp was removed, which is not exact, with what it makes negative turned over.
+
+    One direction, that of the ramp, may come out slightly negative where quantization noise leaves the others hardly any
+    variance. How far it is off is how well it is known, and that is what it counts for then. Raises FloatingPointError for
+    anything worse.
+    """
+    sd = np.sqrt(np.maximum(covariance.diagonal(), 0))
+    if not sd.all():
+        raise FloatingPointError("a variance is not positive")
+    values, vectors = np.linalg.eigh(covariance / np.outer(sd, sd))
+    if values[0] < -_MOST_MENDED * values[-1]:
+        raise FloatingPointError("no covariance")
+    values = np.maximum(np.abs(values), _LEAST_EIGENVALUE)
+    return np.asarray((vectors * values) @ vectors.T * np.outer(sd, sd))
 
 
 def non_negative(columns: Floats, target: Floats) -> Floats:

@@ -85,13 +85,19 @@ class Gls:
 
     def weights(self, theta: Floats) -> Factor:
         """Raises FloatingPointError if θ gives no covariance."""
-        covariance = self.covariance(theta)
+        return self._factor(self.covariance(theta))
+
+    def _factor(self, covariance: Floats) -> Factor:
         try:
             return Factor(covariance)
         except FloatingPointError:
             if self.parts.ramp_weights is None:
                 raise
             return Factor(_mended(covariance))
+
+    def _squares(self, covariance: Floats, errors: Floats) -> float:
+        whitened = self._factor(covariance).whiten(errors)
+        return float(whitened @ whitened)
 
     def fit(
         self,
@@ -131,15 +137,27 @@ class Gls:
 
     def chi2(self, theta: Floats) -> float:
         """Misfit rᵀV⁻¹r."""
-        r = self.weights(theta).whiten(self.avar - self.parts.design @ theta)
-        return float(np.sum(r * r))
+        return self._squares(self.covariance(theta), self.avar - self.parts.design @ theta)
 
     def p_value(self, theta: Floats) -> float:
-        """Probability of a larger misfit, if the model is right."""
-        from scipy.special import gammaincc
+        """Probability of a larger misfit, if the model is right: the larger one for the variances and for their logarithms.
 
+        A variance of a few degrees of freedom is so skewed that the χ² of the differences is far too large now and then,
+        where the noise of the longest times happened to be strong; that of the logarithms, where it happened to be weak. A
+        model that is wrong shows in both.
+        """
+        from scipy.special import gammaincc, polygamma, psi
+
+        expected = self.parts.design @ theta
+        covariance = self.covariance(theta)
+        half = expected**2 / covariance.diagonal()  # of the degrees of freedom
+        # Of the logarithm of a χ² over its degrees of freedom; correlated as the variances are.
+        mean, sd = psi(half) - np.log(half), np.sqrt(polygamma(1, half))
+        of_logarithms = covariance * np.outer(sd / expected * np.sqrt(half), sd / expected * np.sqrt(half))
+        ratio = np.log(self.avar / expected) - mean
+        misfit = min(self.chi2(theta), self._squares(of_logarithms, ratio))
         freedom = max(len(self.avar) - int((theta > 0).sum()), 1)
-        return float(gammaincc(freedom / 2, self.chi2(theta) / 2))
+        return float(gammaincc(freedom / 2, misfit / 2))
 
     def covariance_of_theta(self, theta: Floats, active: Sequence[int]) -> Floats:
         """Of unbounded estimates of the active terms, if θ is true."""

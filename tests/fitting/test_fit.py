@@ -162,6 +162,12 @@ class TestRecords:
         covered = [t.low <= 0.02 <= t.high if t.observed else t.upper_limit >= 0.02 for t in walks]
         assert np.mean(covered) >= 0.94 - 3 * math.sqrt(0.05 * 0.95 / len(covered))
 
+    @pytest.mark.parametrize("truth", [{"rate_random_walk": 1.0}, {"quantization": 1.0, "rate_random_walk": 1e-3}])
+    def test_red_noise_is_no_misfit(self, truth):
+        """Variances of the longest times are skewed: by the χ² of their differences alone 3 % would be below 1 %."""
+        p = [fit(allan(r, threads=1)["gyro_x"]).p_value or 0.0 for r in records(truth, f"fit: misfit {truth}", 400)]
+        assert np.mean(np.array(p) < 0.01) <= 0.01 + 3 * math.sqrt(0.01 * 0.99 / len(p))
+
     def test_spread_is_the_theorys(self):
         """White noise: that of a variance of N numbers, 1/√(2N), for 300 records to 3 standard errors."""
         n = 2**12

@@ -128,7 +128,7 @@ def part(table: Table, options: Options) -> Part:
     warmth = () if choice.temperature is None else (choice.temperature.index,)
     missing = with_missing(raw, [*indices, *warmth])
     own = {} if choice.time is None or not missing else own_rows(raw, sensors, missing)
-    rows_of = {index: own[name] for name, group in sensors.items() if name in own for index in group}
+    rows_of: dict[int, NDArray[np.int64]] = {}
     streams: list[Stream] = []
     shared: Timing | None = None
     times: list[Timing] = []
@@ -140,6 +140,8 @@ def part(table: Table, options: Options) -> Part:
             timing = shared
         if not any(timing is other for other in times):
             times.append(timing)
+        if timing.rows is not None:
+            rows_of |= dict.fromkeys(columns.values(), timing.rows)
         streams.append(
             make_stream(
                 name,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.table import Column, listing
-from sigmatau.io.read.temperature import Thermometer, find_thermometer
+from sigmatau.io.read.temperature import Thermometer, find_thermometer, stated_unit
 
 __all__ = ["Choice", "choose", "holds_increments", "recognise", "unit_of"]
 
@@ -170,6 +170,9 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     found: list[tuple[str, str | None] | None] = []
     of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
     for column, key in zip(columns, keys, strict=True):
+        if stated_unit(column):  # T in degrees is no time
+            found.append(None)
+            continue
         stated = unit_of(column)[1]
         if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
             stated = "ns"

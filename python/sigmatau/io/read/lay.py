@@ -80,7 +80,7 @@ def missing_values(
     raw: Mapping[int, NDArray[Any]],
     channels: Mapping[str, int],
     missing: set[int],
-    own: Mapping[int, NDArray[np.int64]],
+    used: Mapping[int, NDArray[np.int64]],
     where: Callable[[int], str],
     label: Callable[[int], str],
 ) -> tuple[Finding, ...]:
@@ -97,19 +97,19 @@ def missing_values(
         if index not in missing:
             continue
         bad = np.isnan(raw[index])
-        if index in own:
+        if index in used:
             inside = np.zeros(len(bad), dtype=bool)
-            inside[own[index]] = True
+            inside[used[index]] = True
             bad &= inside
-        count, total = int(np.count_nonzero(bad)), len(own[index]) if index in own else len(bad)
+        count, total = int(np.count_nonzero(bad)), len(used[index]) if index in used else len(bad)
         if not count:
             continue
         first = int(np.argmax(bad))
         if count > _MOSTLY * total:
             raise NonFiniteError(
                 f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
-                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their time"
-                " stamps by --channels time=…",
+                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
+                " time stamps by --channels time=…",
                 channel=channel,
                 index=first,
             )

@@ -18,7 +18,7 @@ from sigmatau.streams import Stream
 if TYPE_CHECKING:
     from sigmatau.io.read.timing import Timing
 
-__all__ = ["Thermometer", "find_thermometer", "temperature_stream"]
+__all__ = ["Thermometer", "find_thermometer", "stated_unit", "temperature_stream"]
 
 # Names in the form that `sigmatau.io.read.columns` compares them in, the more likely one first: of the whole sensor, of the
 # gyro, of the accelerometer.
@@ -53,6 +53,13 @@ class Thermometer:
     unit: str | None
 
 
+def stated_unit(column: Column) -> str | None:
+    """The unit of temperature that a column states; "" for another unit, None for none."""
+    in_brackets = re.search(r"[\[({]\s*([^\[\](){}]*)\s*[\])}]\s*$", column.name)
+    stated = column.unit or (in_brackets[1] if in_brackets else None)
+    return _SPELLED.get(stated.strip().lower(), "") if stated else None
+
+
 def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
     """The one column that is a temperature by its name and unit; None if there is none, or no way to tell which.
 
@@ -68,16 +75,13 @@ def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):
         if index in taken:
             continue
-        in_brackets = re.search(r"[\[({]\s*([^\[\](){}]*)\s*[\])}]\s*$", column.name)
-        stated = column.unit or (in_brackets[1] if in_brackets else None)
-        unit = None if not stated else _SPELLED.get(stated.strip().lower(), "")
-        stem = key
+        unit, stem = stated_unit(column), key
         if unit is None and (match := _SUFFIX.match(key)):
             stem, unit = match["stem"], _SPELLED[match["unit"]]
-        if in_brackets and unit == "":
+        if unit == "":
             continue
         for rank, names in enumerate(_NAMES):
-            if unit != "" and re.fullmatch(names, stem):
+            if re.fullmatch(names, stem):
                 found.setdefault(rank, []).append(Thermometer(index=index, unit=unit))
         if unit and _ONLY_WITH_UNIT.fullmatch(stem):
             found.setdefault(0, []).append(Thermometer(index=index, unit=unit))

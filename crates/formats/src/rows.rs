@@ -18,7 +18,7 @@ const MISSING: [&[u8]; 9] = [b"", b"na", b"n/a", b"nan", b"null", b"none", b"nil
 /// many fields as it should have, made of the beginning of one and the end of another. \[bytes\]
 const LONG: usize = 64;
 
-/// Stands for a missing integer, as NumPy's NaT does.
+/// Stands for a missing integer, as `NaT` does in NumPy.
 pub(crate) const NO_INTEGER: i64 = i64::MIN;
 
 const BOM: &[u8] = b"\xef\xbb\xbf";

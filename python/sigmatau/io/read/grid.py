@@ -150,7 +150,7 @@ def _fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: floa
     median = float(np.median(some))
     even = _EVEN[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN[1] * mean
     if even and float(np.std(some)) < _SMOOTH * mean:
-        return _finished(t, None, "grid", median, intervals)
+        return _finished(t, None, "grid", median, None)
     if _even_line(t, intervals, step):
         return _finished(t, None, "grid" if intervals.all() else "coarse", median, intervals)
     kind: Literal["grid", "host"] = "grid"
@@ -324,21 +324,26 @@ def _finished(
     places: NDArray[np.int64] | None,
     kind: Literal["grid", "coarse", "host"],
     median: float,
-    intervals: NDArray[np.float64],
+    intervals: NDArray[np.float64] | None,
     *,
     start: int = 0,
     pieces: int = 1,
 ) -> GridFit:
+    """What the stamps of one piece say; intervals are None if each of them is near the mean."""
     n = len(t)
-    x = np.arange(n, dtype=np.float64) if places is None else places.astype(np.float64)
-    first = float(t[-1] - t[0]) / float(x[-1] - x[0])
-    along = _by_blocks(x)
+    last = n - 1 if places is None else int(places[-1] - places[0])
+    first = float(t[-1] - t[0]) / last
+    along = _by_blocks(places.astype(np.float64)) if places is not None else _counted_by_blocks(n)
     rest, more, middle = _about_line(_by_blocks(t) - first * along, along)
     slope = first + more
     squares = float(middle @ middle)
     scatter = math.sqrt(float(rest @ rest) / len(rest))
-    if kind != "coarse" and intervals.max() > _EVEN[1] * slope:
-        slope += _without_outliers(t - slope * x, x)
+    short = 0.0
+    if intervals is not None:
+        short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
+        if kind != "coarse" and intervals.max() > _EVEN[1] * slope:
+            x = np.arange(n) if places is None else places
+            slope += _without_outliers(t - slope * x, x)
     return GridFit(
         kind=kind,
         interval=slope,
@@ -347,15 +352,26 @@ def _finished(
         stop=start + n,
         places=places,
         n=n if places is None else int(places[-1]) + 1,
-        jitter=_jitter(t, x, slope),
-        short=float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals),
+        jitter=_jitter(t, places, slope),
+        short=short,
         median=median,
         drift=_drift(rest, along, slope) if n >= 4 * _PARTS * _BLOCK else None,
         pieces=pieces,
     )
 
 
-def _without_outliers(rest: NDArray[np.float64], x: NDArray[np.float64]) -> float:
+def _counted_by_blocks(n: int) -> NDArray[np.float64]:
+    """The same of 0, 1, 2 … n - 1."""
+    if n < 4 * _BLOCK:
+        return np.arange(n, dtype=np.float64)
+    blocks = n // _BLOCK
+    means: NDArray[np.float64] = np.arange((_BLOCK - 1) / 2, _BLOCK * (blocks + (n % _BLOCK > 0)), _BLOCK)
+    if n % _BLOCK:
+        means[-1] = (blocks * _BLOCK + n - 1) / 2
+    return means
+
+
+def _without_outliers(rest: NDArray[np.float64], x: NDArray[np.int64]) -> float:
     """What the slope changes without the stamps that stand far from the line: one wrong by an hour must not turn it."""
     rest = rest - rest.mean()
     if float(np.abs(rest).max()) <= 8 * math.sqrt(float(rest @ rest) / len(rest)):
@@ -367,7 +383,7 @@ def _without_outliers(rest: NDArray[np.float64], x: NDArray[np.float64]) -> floa
     return float(along @ rest[kept]) / squares if 2 * np.count_nonzero(kept) > len(rest) and squares > 0 else 0.0
 
 
-def _jitter(t: NDArray[np.float64], x: NDArray[np.float64], slope: float) -> float:
+def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:
     """Standard deviation about the line of each block of 64, from at most 512 blocks spread over the record."""
     size = min(_BLOCK, len(t))
     if size < 4:
@@ -375,7 +391,7 @@ def _jitter(t: NDArray[np.float64], x: NDArray[np.float64], slope: float) -> flo
     blocks = len(t) // size
     at = np.unique(np.linspace(0, blocks - 1, min(blocks, _BLOCKS)).astype(np.int64))
     rows = at[:, None] * size + np.arange(size)
-    along = x[rows]
+    along = (rows if places is None else places[rows]).astype(np.float64)
     values = t[rows] - slope * along
     values = values - values.mean(axis=1, keepdims=True)
     along = along - along.mean(axis=1, keepdims=True)

@@ -78,25 +78,29 @@ def in_order(
         half of the stamps are missing.
     """
     findings: list[Finding] = []
-    missing = stamps == NO_STAMP if stamps.dtype.kind in "iu" else np.isnan(stamps)
-    if missing.any():
+    least = stamps.min() if len(stamps) else 0  # NaN if there is one
+    if (least != least) if stamps.dtype.kind == "f" else (least == NO_STAMP and stamps.dtype == np.int64):
+        missing = np.isnan(stamps) if stamps.dtype.kind == "f" else stamps == NO_STAMP
         rows, without = _with_stamp(missing, where, name, rows)
         findings.append(without)
         stamps = stamps[~missing]
         samples = [channel[~missing] for channel in samples]
-    if stamps.dtype.kind in "iu" and len(stamps) and int(stamps.max()) - int(stamps.min()) >= 1 << 62:
+        least = stamps.min() if len(stamps) else 0
+    most = stamps.max() if len(stamps) else 0
+    if stamps.dtype.kind in "iu" and int(most) - int(least) >= 1 << 62:
         stamps = stamps.astype(np.float64)
-    if len(stamps) and stamps.dtype.kind == "f" and not max(abs(stamps.min()), abs(stamps.max())) < _NO_TIME:
+    if stamps.dtype.kind == "f" and not max(abs(least), abs(most)) < _NO_TIME:
         worst = int(np.argmax(np.abs(stamps)))
         raise DataError(f", {where(_row(rows, worst))}: column {name} has {stamps[worst]}, which is no time")
-    if len(stamps) and stamps.min() == stamps.max():
+    if len(stamps) and least == most:
         raise DataError(
             f"all stamps in column {name} are {stamps[0]}, so they say no rate; name another column by"
             " --channels time=…, or cut this one out and give --rate HZ"
         )
     intervals = np.diff(stamps)
     signed = stamps.dtype.kind == "f" or stamps.dtype == np.int64  # in others a step back is a large one forward
-    if len(intervals) and (not signed or intervals.min() < 0):
+    shortest = intervals.min() if len(intervals) else 1
+    if len(intervals) and (not signed or shortest < 0):
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
         if len(back):
             kept, moved = _sorted(stamps, back, where, name, rows)
@@ -104,7 +108,8 @@ def in_order(
             stamps, samples = stamps[kept], [channel[kept] for channel in samples]
             rows = kept if rows is None else rows[kept]
             intervals = np.diff(stamps)
-    if len(intervals) and intervals.min() == 0:
+            shortest = intervals.min()
+    if shortest == 0:
         single, twins = _without_twins(stamps, intervals, samples, where, rows)
         if twins is not None:
             findings.append(twins)

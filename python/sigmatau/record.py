@@ -22,6 +22,7 @@ from sigmatau.streams import CHUNK, Columns, Grid, InputKind, Stream, Transform
 __all__ = [
     "MIN_SAMPLES",
     "QUANTITIES",
+    "TEMPERATURE",
     "Checksum",
     "Provenance",
     "Record",
@@ -33,6 +34,9 @@ __all__ = [
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """Quantities with a unit of their own; any other signal keeps the unit it came in."""
+
+TEMPERATURE = "degC"
+"""Unit of a stream "temperature", which stands beside the sensors."""
 
 MIN_SAMPLES = 4
 """Fewer samples than this give no curve worth the name."""
@@ -268,6 +272,7 @@ def make_stream(
     offset: Mapping[str, float] | None = None,
     grid_source: str = "given",
     start: float = 0.0,
+    jitter: float | None = None,
     finite: bool = False,
 ) -> Stream:
     """A stream from raw columns; units, scales and offsets are looked up by channel, then by stream.
@@ -299,7 +304,7 @@ def make_stream(
         quantity=quantity,
         unit=si,
         channels=tuple(columns),
-        grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source),
+        grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source, jitter=jitter),
         samples=samples,
         mask=_missing(samples, tuple(columns), finite=finite),
     )
@@ -314,6 +319,8 @@ def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[
     quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream, "signal")
     spelled = unit.get(channel, unit.get(stream))
     si = QUANTITIES.get(quantity)
+    if stream == "temperature" and spelled == TEMPERATURE and kind == "rate":
+        return "temperature", TEMPERATURE, 1.0
     if si is None:
         return quantity, _rate_of(spelled or "1", kind), 1.0
     return quantity, si, 1.0 if spelled is None else _factor(spelled, channel, si, kind)

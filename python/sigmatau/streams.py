@@ -35,12 +35,15 @@ class Grid:
         Time of the first sample in the log's own clock, after whole-second epochs have been taken off. [s]
     source : str
         How `tau0` was found, in words for the reader of a report.
+    jitter : float or None
+        Standard deviation of the time stamps about the grid; None without time stamps. [s]
     """
 
     n: int
     tau0: float
     start: float = 0.0
     source: str = "given"
+    jitter: float | None = None
 
     @property
     def rate(self) -> float:
@@ -108,7 +111,7 @@ class Stream:
     name : str
         ``"gyro"``, ``"accel"``, or the name of another signal.
     quantity : str
-        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+        ``"angular_rate"``, ``"acceleration"``, ``"temperature"`` or ``"signal"``.
     unit : str
         Unit of the rates, SI: ``"rad/s"``, ``"m/s^2"``; for a signal, its own unit.
     channels : tuple of str

@@ -68,18 +68,35 @@ class TestKinds:
             np.testing.assert_array_equal(record.stream_of(name).column(name), values)
         assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-15)
 
-    def test_nulls_and_nan_are_refused(self, tmp_path, kind):
+    def test_nulls_and_nan_are_missing(self, tmp_path, kind):
         values = list(DATA["gyro_x"])
         values[2345] = None
         save(tmp_path / "log", kind, pa.table({"wx": values, "wy": DATA["gyro_y"]}))
-        with pytest.raises(NonFiniteError, match=r"row 2345 .*'wx' has null") as e:
-            read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
-        assert e.value.index == 2345
+        record = read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
+        assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_x"))).tolist() == [2345]
+        np.testing.assert_array_equal(record.streams[0].column("gyro_y"), DATA["gyro_y"])
+        assert [(f.code, f.channel, f.where) for f in record.findings] == [("missing_values", "gyro_x", "row 2345")]
         said = {"rate": 1, "channels": {"gyro_y": "wy"}, "unit": {"gyro": "rad/s"}}
         assert read(tmp_path / "log", **said).channels == ("gyro_y",)
         save(tmp_path / "log", kind, pa.table({"wx": np.where(np.arange(N) == 17, np.nan, 1.0)}))
-        with pytest.raises(NonFiniteError, match=r"row 17 .*'wx' has nan"):
+        assert read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"}).findings[0].where == "row 17"
+        save(tmp_path / "log", kind, pa.table({"wx": np.where(np.arange(N) == 17, np.inf, 1.0)}))
+        with pytest.raises(NonFiniteError, match=r"row 17 .*'wx' has inf"):
             read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
+
+    def test_nulls_in_structs_lists_and_stamps(self, tmp_path, kind):
+        start = 1_403_636_579_758_555_393
+        stamps = [None if k == 7 else start + 5_000_000 * k for k in range(N)]
+        vectors = [None if k == 9 else {"x": float(k), "y": 0.5 * k, "z": 1.0} for k in range(N)]
+        lists = [None if k == 11 else [1.0 * k, 2.0 * k, 3.0 * k] for k in range(N)]
+        data = {"t": pa.array(stamps), "gyro": vectors, "accel": pa.array(lists, pa.list_(pa.float64(), 3))}
+        save(tmp_path / "log", kind, pa.table(data))
+        record = read(tmp_path / "log", unit={"time": "ns", "gyro": "rad/s", "accel": "m/s^2"})
+        assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
+        for channel, missing, factor in (("gyro_y", 9, 0.5), ("accel_z", 11, 3.0)):
+            expected = factor * np.arange(N)
+            expected[[7, missing]] = np.nan
+            np.testing.assert_array_equal(record.stream_of(channel).column(channel), expected)
 
     @pytest.mark.parametrize("share", [0.1, 0.5, 0.99])
     def test_cut_off(self, tmp_path, kind, share):

@@ -60,7 +60,11 @@ class TestFrames:
 
     def test_not_a_number(self, make):
         data = NAMED | {"wy": np.where(np.arange(N) == 17, np.nan, 0.0)}
-        with pytest.raises(NonFiniteError, match=r"the frame, row 17 .*'wy' has nan") as e:
+        record = sigmatau.from_frame(make(data), unit={"gyro": "rad/s"})
+        assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_y"))).tolist() == [17]
+        assert [(f.code, f.where) for f in record.findings] == [("missing_values", "row 17")]
+        data["wy"][17] = np.inf
+        with pytest.raises(NonFiniteError, match=r"the frame, row 17 .*'wy' has inf") as e:
             sigmatau.from_frame(make(data), unit={"gyro": "rad/s"})
         assert e.value.index == 17
 
@@ -95,15 +99,19 @@ def test_pandas_index_units_and_missing_numbers():
         sigmatau.from_frame(whole, rate=1, unit={"gyro": "rad/s"}).streams[0].column("gyro_x"), [1, 2, 3, 4, 5]
     )
     whole.loc[3, "wx"] = pd.NA
-    with pytest.raises(NonFiniteError, match="row 3"):
-        sigmatau.from_frame(whole, rate=1, unit={"gyro": "rad/s"})
+    holed = sigmatau.from_frame(whole, rate=1, unit={"gyro": "rad/s"}).streams[0]
+    np.testing.assert_array_equal(holed.column("gyro_x"), [1, 2, 3, np.nan, 5])
 
 
 def test_missing_times():
     times = STAMPS.astype("M8[ns]")
     times[4] = "NaT"
-    with pytest.raises(NonFiniteError, match=r"row 4: column 'time' has no time"):
-        sigmatau.from_frame({"time": times, "wx": GYRO[:, 0]}, unit={"gyro": "rad/s"})
+    record = sigmatau.from_frame({"time": times, "wx": GYRO[:, 0]}, unit={"gyro": "rad/s"})
+    assert [(f.code, f.where) for f in record.findings] == [("missing_stamps", "row 4"), ("gaps", "t = 0.02 s")]
+    expected = GYRO[:, 0].copy()
+    expected[4] = np.nan
+    np.testing.assert_array_equal(record.streams[0].column("gyro_x"), expected)
+    assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
 
 
 @pytest.mark.parametrize("what", [3, "log.csv", np.zeros(5), [1, 2, 3]])

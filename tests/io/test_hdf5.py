@@ -88,12 +88,12 @@ def test_two_rates_in_one_group(tmp_path):
 
 def test_only_what_is_wanted_is_read(tmp_path):
     bad = ACCEL.copy()
-    bad[5, 0] = np.nan
+    bad[5, 0] = np.inf
     with h5py.File(tmp_path / "log", "w") as file:
         file["gyro"], file["accel"] = GYRO, bad
     said = {"rate": 1, "unit": {"gyro": "rad/s"}}
     np.testing.assert_array_equal(sensor(read(tmp_path / "log", channels={"gyro": "4:6"}, **said), "gyro"), GYRO)
-    with pytest.raises(NonFiniteError, match=r"row 5 .*'accel_x' has nan"):
+    with pytest.raises(NonFiniteError, match=r"row 5 .*'accel_x' has inf"):
         read(tmp_path / "log", rate=1, unit={"gyro": "rad/s", "accel": "g"})
 
 

@@ -78,7 +78,11 @@ class TestVersions:
         bad = GYRO.copy()
         bad[17, 1] = np.nan
         save(tmp_path / "a.mat", version, gyro=bad)
-        with pytest.raises(NonFiniteError, match=r"row 17 .*'gyro_y' has nan"):
+        record = read(tmp_path / "a.mat", rate=100, unit={"gyro": "rad/s"})
+        assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_y"))).tolist() == [17]
+        bad[17, 1] = -np.inf
+        save(tmp_path / "a.mat", version, gyro=bad)
+        with pytest.raises(NonFiniteError, match=r"row 17 .*'gyro_y' has -inf"):
             read(tmp_path / "a.mat", rate=100, unit={"gyro": "rad/s"})
 
     @pytest.mark.parametrize("share", [0.1, 0.5, 0.99])

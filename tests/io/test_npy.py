@@ -53,7 +53,7 @@ def test_archive(tmp_path):
     np.testing.assert_array_equal(gyro(record), DATA[:, :3] * (np.pi / 180))
     np.testing.assert_array_equal(record.stream_of("accel_x").column("accel_x"), DATA[:, 3] * 9.80665)
     assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-13)
-    assert record.provenance.ignored == ("temp",)
+    assert record.channels[-1] == "temperature"
     assert read(path, channels={"gyro_x": "temp"}, unit={"gyro": "rad/s"}).channels == ("gyro_x",)
 
 
@@ -73,9 +73,12 @@ def test_not_a_number(tmp_path):
     data = DATA.copy()
     data[17, 2] = np.nan
     np.save(tmp_path / "a.npy", data)
-    with pytest.raises(
-        NonFiniteError, match=r"a\.npy, row 17 .* column number 3 has nan.*until gaps are supported"
-    ) as e:
+    (finding,) = read(tmp_path / "a.npy", **OPTIONS).findings
+    assert (finding.code, finding.channel, finding.size) == ("missing_values", "gyro_y", 1)
+    assert finding.where == "row 17"
+    data[17, 2] = np.inf
+    np.save(tmp_path / "a.npy", data)
+    with pytest.raises(NonFiniteError, match=r"a\.npy, row 17 .* column number 3 has inf") as e:
         read(tmp_path / "a.npy", **OPTIONS)
     assert e.value.index == 17
     data[17, 2] = 0

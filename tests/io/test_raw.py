@@ -91,7 +91,7 @@ def test_refused(tmp_path):
     with pytest.raises(DataError, match="no row of 28 bytes after a header of 9000"):
         read(path, layout="header 9000," + LAYOUT)
     raw = bytearray(packed("<I6f"))
-    raw[28 * 3 + 4 : 28 * 3 + 8] = struct.pack("<f", float("nan"))
+    raw[28 * 3 + 4 : 28 * 3 + 8] = struct.pack("<f", float("inf"))
     path.write_bytes(raw)
     with pytest.raises(NonFiniteError, match="row 3"):
         read(path, layout=LAYOUT)

@@ -97,27 +97,12 @@ def test_data(tmp_path, content, words):
     refuse(path, kind, words)
 
 
-@pytest.mark.parametrize(
-    "text", ["nan", "NaN", "-nan", "inf", "-Infinity", "NA", "N/A", "null", "None", "1e400", "", '""']
-)
+@pytest.mark.parametrize("text", ["inf", "-Infinity", "1e400"])
 def test_not_finite(tmp_path, text):
     path = tmp_path / "log.csv"
     path.write_text(edited(6, f"0.04,{text}"))
-    found = repr(text) if text else "nothing"
-    error = refuse(path, NonFiniteError, [", line 6", "gyro_x", found, "until gaps are supported", "cut"])
+    error = refuse(path, NonFiniteError, [", line 6", "gyro_x", repr(text), "leave the field empty", "cut"])
     assert error.index == 4
-
-
-def test_a_first_row_of_nan_is_no_header(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(edited(2, "nan,nan"))
-    refuse(path, NonFiniteError, [", line 2"])
-
-
-def test_a_missing_field_in_a_table_of_tabs(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(edited(6, "\t").replace(",", "\t"))
-    refuse(path, NonFiniteError, [", line 6", "nothing"])
 
 
 @pytest.mark.parametrize("keep", [0.3, 0.9])

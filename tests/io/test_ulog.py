@@ -144,10 +144,9 @@ def test_samples_of_the_buffer(file):
     k = np.arange(sum(counts))
     for axis in range(3):
         np.testing.assert_array_equal(three(record, "gyro")[:, axis], (100 * k % 30000 + axis) * 0.5)
-    # The first message has none before it and is spread by the nominal interval.
-    mean = (times[-1] - times[0] + 7 * 125) / 47
-    assert record.streams[0].grid.rate == pytest.approx(1e6 / mean, rel=1e-9)
-    assert record.findings == ()
+    # The first message has none before it and is spread by the nominal interval: 7 of 47 intervals are 4 % too long.
+    assert record.streams[0].grid.rate == pytest.approx(1e6 / true, rel=0.3 * 0.04)
+    assert [f.code for f in record.findings if f.severity != "info"] == []
     file.write_bytes(fifo(times, [8, 8, 6, 10, 33, 8]))
     record = read(file)
     assert record.provenance.rows == 32
@@ -174,7 +173,7 @@ def test_dropouts(file):
 def test_not_a_number(file):
     log = bytearray(combined())
     row = len(log) - 10 * (5 + 45)
-    log[row + 5 + 8 : row + 5 + 12] = struct.pack("<f", np.nan)
+    log[row + 5 + 8 : row + 5 + 12] = struct.pack("<f", np.inf)
     file.write_bytes(log)
     with pytest.raises(NonFiniteError, match="message 390 of sensor_combined") as caught:
         read(file)

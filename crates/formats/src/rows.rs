@@ -11,12 +11,15 @@ use crate::text::{Delimiter, Dialect, Table, TextError};
 /// Characters of a field that an error quotes.
 const QUOTED: usize = 40;
 
-/// Words that other programs write for a missing number, lower case.
+/// Words that other programs write for a missing number, lower case. They are read as NaN.
 const MISSING: [&[u8]; 9] = [b"", b"na", b"n/a", b"nan", b"null", b"none", b"nil", b"-nan", b"+nan"];
 
 /// A longer field that is not wanted is looked into: damage that swallows the ends of some lines may leave a line with as
 /// many fields as it should have, made of the beginning of one and the end of another. \[bytes\]
 const LONG: usize = 64;
+
+/// Stands for a missing integer, as `NaT` does in NumPy.
+pub(crate) const NO_INTEGER: i64 = i64::MIN;
 
 const BOM: &[u8] = b"\xef\xbb\xbf";
 
@@ -346,11 +349,14 @@ impl Rows {
         Ok(end)
     }
 
-    /// Reads a field as an integer, and gives the exact column up at the first one that is none.
+    /// Reads a field as an integer, and gives the exact column up at the first one that is none; a missing one is
+    /// [`NO_INTEGER`], so that one empty field does not cost all others their last digits.
     fn integer(&mut self, field: &[u8]) {
         if let Some(integers) = &mut self.integers {
             match std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
+                Some(NO_INTEGER) => self.integers = None,
                 Some(value) => integers.push(value),
+                None if is_missing(field) => integers.push(NO_INTEGER),
                 None => self.integers = None,
             }
         }
@@ -427,15 +433,20 @@ fn line_end(text: &[u8], at: usize) -> Option<usize> {
     (text[at] == b'\n').then_some(at + 1)
 }
 
-/// The finite number that a field holds.
+/// The finite number that a field holds, or NaN if it says that there is none.
 fn number(field: &[u8]) -> Result<f64, Fault> {
     let field = bare(field);
     match fast_float2::parse::<f64, _>(field) {
         Ok(value) if value.is_finite() => Ok(value),
+        Ok(value) if value.is_nan() => Ok(f64::NAN),
         Ok(_) => Err(Fault::NonFinite),
-        Err(_) if MISSING.contains(&field.to_ascii_lowercase().as_slice()) => Err(Fault::NonFinite),
+        Err(_) if is_missing(field) => Ok(f64::NAN),
         Err(_) => Err(Fault::NotANumber),
     }
+}
+
+fn is_missing(field: &[u8]) -> bool {
+    MISSING.iter().any(|word| word.eq_ignore_ascii_case(field))
 }
 
 /// A field without the spaces and the pair of double quotes around it.

@@ -1,7 +1,8 @@
 //! Text tables: numbers in columns, read in pieces, every line held to the same number of fields.
 //!
-//! Nothing is guessed and nothing is mended. A short line, a word among the numbers, an empty field or a NaN ends the
-//! reading with an error that names the line, because a table that is read wrongly costs more than one that is refused.
+//! Nothing is guessed and nothing is mended. A short line, a word among the numbers or an infinity ends the reading with an
+//! error that names the line, because a table that is read wrongly costs more than one that is refused. An empty field, or
+//! one that says NaN, is a missing number, and is read as NaN.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -49,10 +50,10 @@ pub struct Dialect {
 /// Columns of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// The wanted columns, in the order in which they were asked for; all finite, all of the same length.
+    /// The wanted columns, in the order in which they were asked for; finite or NaN, all of the same length.
     pub columns: Vec<Vec<f64>>,
-    /// The exact column, if every one of its values is written as an integer that fits. Time stamps in nanoseconds
-    /// since 1970 need it: as `f64` they are only good to 256 ns.
+    /// The exact column, if every one of its values is written as an integer that fits, or missing: then it is the least
+    /// `i64`. Time stamps in nanoseconds since 1970 need it: as `f64` they are only good to 256 ns.
     pub integers: Option<Vec<i64>>,
     /// Rows of data.
     pub rows: usize,
@@ -87,7 +88,7 @@ pub enum TextError {
         /// The field, at most 40 characters of it.
         text: String,
     },
-    /// A field that stands for no finite number: NaN, an infinity, a number beyond the largest double, NA, null, nothing.
+    /// A field that stands for no finite number: an infinity, or a number beyond the largest double.
     #[error("line {line}, column {column}: {text:?} is not a finite number")]
     NonFinite {
         /// Line of the file.

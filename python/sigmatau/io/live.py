@@ -199,13 +199,14 @@ class Live:
         if choice.time is not None:
             at = self._wanted().index(choice.time)
             good, bad = self._good(_first_lines(body))
+            good = [part for columns in good for part in _without_absurd(columns, bad)]
             stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
                 raise OptionError("gives too few time stamps to tell the rate: say --rate HZ", option="rate")
         if len(stamps) < 3:  # nothing to check
             choice = replace(choice, time=None)
-        self.rate, self.source_of_rate = find_rate(table, choice, stamps, unit.get("time"), self.options)
-        if choice.time is not None and self.options.rate is None and bad:
+        self.rate, self.source_of_rate, counted = find_rate(table, choice, stamps, unit.get("time"), self.options)
+        if choice.time is not None and self.options.rate is None and bad and not counted:
             # As many samples more as there are lines that could not be read.
             self.rate *= (len(stamps) - 1 + len(bad)) / (len(stamps) - 1)
         return body
@@ -305,14 +306,14 @@ def _first_lines(piece: bytes) -> bytes:
 
 
 def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[list[NDArray[np.float64]]]:
-    """The stretches between rows with a number that no sensor says; those rows are added to `bad`."""
+    """The stretches between rows with a number that no sensor says, or without one; those rows are added to `bad`."""
     absurd = np.zeros(len(columns[0]), dtype=bool)
     for column in columns:
-        absurd |= np.abs(column) > _ABSURD
+        absurd |= ~(np.abs(column) <= _ABSURD)  # missing numbers too
     if not absurd.any():
         return [columns]
     rows = np.flatnonzero(absurd)
-    bad += [f"{max((column[row] for column in columns), key=abs):g}" for row in rows]
+    bad += [next(f"{column[row]:g}" for column in columns if not abs(column[row]) <= _ABSURD) for row in rows]
     borders = [-1, *rows.tolist(), len(absurd)]
     stretches = [(a + 1, b) for a, b in pairwise(borders) if b > a + 1]
     return [[column[a:b] for column in columns] for a, b in stretches]

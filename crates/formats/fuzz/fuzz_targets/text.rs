@@ -30,13 +30,14 @@ fuzz_target!(|data: &[u8]| {
     if let Ok(table) = read_written(text, writing, &dialect, &wanted, exact) {
         let lines = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
         assert!(encoding != Encoding::Ascii || table.rows <= lines);
-        assert!(table.columns.iter().all(|column| column.iter().all(|value| value.is_finite())));
+        assert!(table.columns.iter().all(|column| column.iter().all(|value| !value.is_infinite())));
     }
     // Column by column it must be the same.
     if let Ok(all) = read_columns(text, &dialect, &(0..columns).collect::<Vec<_>>(), None) {
         for (k, column) in all.columns.iter().enumerate() {
             let one = read_columns(text, &dialect, &[k], None).expect("the whole table could be read");
-            assert_eq!(&one.columns[0], column);
+            let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&one.columns[0]), bits(column));
         }
     }
 });

@@ -88,7 +88,8 @@ def read(
         If something must be said that the file does not say (no rate, no unit, no column recognised), or was said wrongly.
     DataError
         If the file cannot be read or used: missing, empty, damaged, of an unknown format; a row of another length; a word
-        among the numbers; time going backwards. Its children are `NonFiniteError` for a NaN and `RecordTooShortError`.
+        among the numbers; time going backwards. Its children are `NonFiniteError` for an infinity and
+        `RecordTooShortError`.
     """
     options = assemble.Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic

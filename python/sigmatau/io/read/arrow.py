@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.errors import DataError
 from sigmatau.io.read.parts import WIDEST, parts, pick, real_columns
+from sigmatau.io.read.rows import NO_STAMP
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, need
 from sigmatau.results import Finding
 
@@ -94,8 +95,8 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
     return found, others
 
 
-def numbers(array: Any, column: ArrowColumn, row: int, where: str = "row {row} (counted from 0)") -> NDArray[Any]:  # noqa: ANN401
-    """A column of an Arrow array of its field, which begins at a row of the table; nulls are refused as NaN are."""
+def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
+    """A column of an Arrow array of its field; a null is NaN, or the least integer in times and in an exact column."""
     import pyarrow as pa
 
     if isinstance(array, pa.ChunkedArray):
@@ -103,34 +104,26 @@ def numbers(array: Any, column: ArrowColumn, row: int, where: str = "row {row} (
         array = array if not isinstance(array, pa.ChunkedArray) else pa.concat_arrays(array.chunks)
     array.validate(full=True)
     for name in column.path[1:]:
-        _refuse_nulls(array, column, row, where)
         array = (
             array.field(name)
-            if array.offset == 0 and len(array) == len(array.field(name))
-            else array.flatten()[array.type.get_field_index(name)]
+            if not array.null_count and array.offset == 0 and len(array) == len(array.field(name))
+            else array.flatten()[array.type.get_field_index(name)]  # which hands on the nulls of the struct
         )
-    _refuse_nulls(array, column, row, where)
     if pa.types.is_fixed_size_list(array.type):
         size = array.type.list_size
-        flat = array.flatten()
-        _refuse_nulls(flat, column, row, where, per_row=size)
-        wide: NDArray[Any] = flat.to_numpy(zero_copy_only=False).reshape(-1, size)
-        return pick(wide, column.part)
+        held = array.values.slice(array.offset * size, len(array) * size)
+        wide: NDArray[Any] = held.to_numpy(zero_copy_only=False).reshape(-1, size)
+        picked = pick(wide, column.part)
+        if array.null_count:  # what stands in the place of a list that is null is anything
+            picked = np.where(array.is_null().to_numpy(zero_copy_only=False), np.nan, picked)
+        return picked
     if pa.types.is_timestamp(array.type) or pa.types.is_duration(array.type):
         array = array.view(pa.int64())
+        exact = True
+    if exact and array.null_count and pa.types.is_integer(array.type):
+        array = array.cast(pa.int64()).fill_null(NO_STAMP)
     plain: NDArray[Any] = array.to_numpy(zero_copy_only=False)
     return plain
-
-
-def _refuse_nulls(array: Any, column: ArrowColumn, row: int, where: str, per_row: int = 1) -> None:  # noqa: ANN401
-    if array.null_count:
-        first = row + int(np.flatnonzero(array.is_null().to_numpy(zero_copy_only=False))[0]) // per_row
-        raise NonFiniteError(
-            f", {where.format(row=first)}: column {column.column.name!r} has null, no finite number;"
-            " refused until gaps are supported: cut the record there, or fill it in",
-            channel=column.column.name,
-            index=first,
-        )
 
 
 def _plain(kind: Any) -> bool:  # noqa: ANN401
@@ -289,10 +282,10 @@ def _table(
         while True:
             try:
                 _, batch = next(source)
-                got = {i: numbers(batch.column(found[i].path[0]), found[i], row) for i in wanted}
+                got = {i: numbers(batch.column(found[i].path[0]), found[i], exact=i == exact) for i in wanted}
             except StopIteration:
                 break
-            except (NonFiniteError, MemoryError):
+            except MemoryError:
                 raise
             except Exception as error:
                 lost = _text(error)

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeGuard, cast, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.io.read import stamps
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
-from sigmatau.io.read.table import Table
+from sigmatau.io.read.jitter import scattered
+from sigmatau.io.read.lay import missing_values, own_rows, with_missing
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.temperature import temperature_stream
+from sigmatau.io.read.timing import Timing, timed
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind, Stream
@@ -23,54 +26,6 @@ from sigmatau.streams import InputKind, Stream
 __all__ = ["Options", "Part", "assemble", "find_rate", "of_table", "part", "resolve"]
 
 _SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Options:
-    """What the user said, checked; see `sigmatau.io.read.read`."""
-
-    rate: float | None
-    unit: Mapping[str, str]
-    channels: Mapping[str, str | int]
-    input: InputKind
-    scale: Mapping[str, float]
-    offset: Mapping[str, float]
-    topic: tuple[str, ...] = ()
-
-    @classmethod
-    def check(
-        cls,
-        *,
-        rate: object,
-        unit: object,
-        channels: object,
-        input: object,  # noqa: A002  as in `read`
-        scale: object,
-        offset: object,
-        topic: object = None,
-    ) -> Options:
-        """Options of the right types; raises `OptionError`."""
-        if rate is not None and not (_is_number(rate) and rate > 0):
-            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
-        if input not in get_args(InputKind):
-            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
-        return cls(
-            rate=None if rate is None else float(rate),
-            unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
-            channels={c: _column(c, v) for c, v in _mapping("channels", channels).items()},
-            input=cast("InputKind", input),
-            scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
-            offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
-            topic=_topics(topic),
-        )
-
-
-_EXAMPLES = {
-    "unit": '{"gyro": "deg/s"}',
-    "channels": '{"gyro_x": 2}',
-    "scale": '{"gyro": 0.01}',
-    "offset": '{"gyro": 512}',
-}
 
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
@@ -96,6 +51,7 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
         )
     parts = [part(table, of_table(table, tables, options)) for table in tables]
     streams = [stream for each in parts for stream in each.streams]
+    streams = _one_temperature(streams)
     for stream in streams:
         if sum(other.name == stream.name for other in streams) > 1:
             topics = " and ".join(table.topic for table in tables)
@@ -114,6 +70,12 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
         ),
         findings=tuple(dict.fromkeys(finding for each in parts for finding in each.findings)),
     )
+
+
+def _one_temperature(streams: list[Stream]) -> list[Stream]:
+    """With the first of the temperatures that several tables hold; nobody asked for the others."""
+    first = next((stream for stream in streams if stream.quantity == "temperature"), None)
+    return [stream for stream in streams if stream.quantity != "temperature" or stream is first]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,40 +111,64 @@ def _sensors(table: Table) -> set[str]:
 def part(table: Table, options: Options) -> Part:
     """What one table gives; raises as `assemble` does."""
     choice, unit, notes, overruled = resolve(table, options)
-    wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
-    loaded = table.load(wanted, choice.time)
+    loaded, choice = _loaded(table, choice)
     raw = loaded.columns
-    rows = len(raw[wanted[0]])
+    indices = list(choice.channels.values())
+    rows = len(raw[indices[0]])
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:
         broken = "".join(f" ({finding.message})" for finding in (*table.findings, *loaded.findings))
         raise RecordTooShortError(
             f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
         )
-
-    rate, start, source, found, findings = _rate(table, choice, raw, unit.get("time"), options)
-    by_stream: dict[str, dict[str, NDArray[Any]]] = {}
+    by_stream: dict[str, dict[str, int]] = {}
     for channel, index in choice.channels.items():
-        by_stream.setdefault(stream_name(channel), {})[channel] = raw[index]
-    streams = tuple(
-        make_stream(
-            name,
-            columns,
-            rate=rate,
-            unit=unit,
-            kind=options.input,
-            scale=options.scale,
-            offset=options.offset,
-            grid_source=source,
-            start=start,
-            finite=True,  # of every table
+        by_stream.setdefault(stream_name(channel), {})[channel] = index
+    sensors = {name: list(columns.values()) for name, columns in by_stream.items()}
+    warmth = () if choice.temperature is None else (choice.temperature.index,)
+    missing = with_missing(raw, [*indices, *warmth])
+    own = {} if choice.time is None or not missing else own_rows(raw, sensors, missing)
+    rows_of: dict[int, NDArray[np.int64]] = {}
+    streams: list[Stream] = []
+    shared: Timing | None = None
+    times: list[Timing] = []
+    for name, columns in by_stream.items():
+        if name in own:
+            timing = timed(table, choice, raw, unit.get("time"), options, name, own[name])
+        else:
+            shared = shared or timed(table, choice, raw, unit.get("time"), options)
+            timing = shared
+        if not any(timing is other for other in times):
+            times.append(timing)
+        if timing.rows is not None:
+            rows_of |= dict.fromkeys(columns.values(), timing.rows)
+        streams.append(
+            make_stream(
+                name,
+                {channel: timing.laid(raw[index]) for channel, index in columns.items()},
+                rate=timing.rate,
+                unit=unit,
+                kind=options.input,
+                scale=options.scale,
+                offset=options.offset,
+                grid_source=timing.source,
+                start=timing.start,
+                jitter=timing.jitter,
+                finite=timing.places is None and not missing.intersection(columns.values()),
+            )
         )
-        for name, columns in by_stream.items()
-    )
-    used = {*choice.channels.values(), choice.time}
+    said = missing_values(raw, choice.channels, missing, rows_of, table.where, table.label)
+    said = (*said, *scattered(streams, times))
+    if choice.temperature is not None:
+        index = choice.temperature.index
+        shared = shared or timed(table, choice, raw, unit.get("time"), options)
+        warm, noted = temperature_stream(table.label(index), choice.temperature, raw, shared, missing=index in missing)
+        streams += warm
+        notes = [*notes, noted]
+    used = {*indices, choice.time, *(warmth if streams[-1].quantity == "temperature" else ())}
     return Part(
         topic=table.topic,
-        streams=streams,
+        streams=tuple(streams),
         rows=rows,
         conversions=(
             *table.notes,
@@ -190,11 +176,29 @@ def part(table: Table, options: Options) -> Part:
             *_named(table, choice),
             *notes,
             *_conversions(unit, options),
-            *found,
+            *dict.fromkeys(note for timing in times for note in timing.notes),
         ),
         ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
-        findings=(*table.findings, *loaded.findings, *overruled, *findings),
+        findings=(
+            *table.findings,
+            *loaded.findings,
+            *overruled,
+            *(finding for timing in times for finding in timing.findings),
+            *said,
+        ),
     )
+
+
+def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
+    """The columns, with that of the temperature if it can be read."""
+    wanted = {*choice.channels.values(), *(() if choice.time is None else (choice.time,))}
+    if choice.temperature is not None and choice.temperature.index not in wanted:
+        try:
+            return table.load(sorted({*wanted, choice.temperature.index}), choice.time), choice
+        except DataError:  # it must not cost the log
+            name = table.label(choice.temperature.index)
+            choice = replace(choice, temperature=None, notes=(*choice.notes, f"column {name} cannot be read"))
+    return table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
 
 
 def resolve(table: Table, options: Options) -> tuple[Choice, dict[str, str], list[str], list[Finding]]:
@@ -208,54 +212,11 @@ def resolve(table: Table, options: Options) -> tuple[Choice, dict[str, str], lis
 
 def find_rate(
     table: Table, choice: Choice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
-) -> tuple[float, str]:
-    """Sampling rate from the option or the first stamps, and how it was found."""
+) -> tuple[float, str, bool]:
+    """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
-    rate, _, source, _, _ = _rate(table, choice, raw, spelled, options)
-    return rate, source
-
-
-def _topics(value: object) -> tuple[str, ...]:
-    named = (value,) if isinstance(value, str) else () if value is None else value
-    if not isinstance(named, Sequence) or not all(isinstance(name, str) for name in named):
-        raise OptionError(f"`topic` must be a name, or several, not {value!r}", option="topic")
-    return tuple(named)
-
-
-def _mapping(name: str, value: object) -> Mapping[str, object]:
-    if value is None:
-        return {}
-    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
-        raise OptionError(f"`{name}` must be a mapping of names, e.g. {_EXAMPLES[name]}, not {value!r}", option=name)
-    return value
-
-
-def _spelled(channel: str, value: object) -> str:
-    if not isinstance(value, str) or not value.strip():
-        raise OptionError(f"the unit of {channel} must be a word, not {value!r}", option="unit")
-    return value
-
-
-def _column(channel: str, value: object) -> str | int:
-    if isinstance(value, str | int | np.integer) and not isinstance(value, bool):
-        return value if isinstance(value, str) else int(value)
-    raise OptionError(f"the column of {channel} must be a name or a number, not {value!r}", option="channels")
-
-
-def _factor(name: str, channel: str, value: object) -> float:
-    if not _is_number(value) or (name == "scale" and value == 0):
-        but = " but 0" if name == "scale" else ""
-        raise OptionError(f"the {name} of {channel} must be a finite number{but}, not {value!r}", option=name)
-    return float(value)
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
+    timing = timed(table, replace(choice, channels={}), raw, spelled, options)
+    return timing.rate, timing.source, timing.counted
 
 
 def _check_keys(choice: Choice, options: Options) -> None:
@@ -366,42 +327,6 @@ def _ask_for_units(missing: list[str], kind: InputKind, *, no_rate: str) -> Opti
     return OptionError(
         f"does not state the unit of {', '.join(missing)}; say e.g. {example}{no_rate}{listed}", option="unit"
     )
-
-
-def _rate(
-    table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]], spelled: str | None, options: Options
-) -> tuple[float, float, str, tuple[str, ...], tuple[Finding, ...]]:
-    """Rate, start, how it was found, notes and findings."""
-    if choice.time is None:
-        if options.rate is None and table.rate is None:
-            raise OptionError("has no time column that is recognised: give --rate HZ", option="rate")
-        if options.rate is None and table.rate is not None:
-            source = table.rate_source or "the file"
-            return table.rate, 0.0, source, (f"sampling rate {table.rate:.6g} Hz from {source}",), ()
-        rate = cast("float", options.rate)
-        return rate, 0.0, "given", (), _rate_overruled(rate, table)
-    name = table.label(choice.time)
-    intervals = stamps.check_order(raw[choice.time], table.where, name)
-    if spelled is None:
-        if options.rate is None:
-            raise stamps.without_unit(raw[choice.time], intervals, name)
-        return options.rate, 0.0, "given", (f"time stamps in column {name} checked for order only",), ()
-    second = units.find(spelled).factor * float(options.scale.get("time", 1.0))
-    if second < 0:
-        raise OptionError("the scale of time must be positive", option="scale")
-    found = stamps.fit(raw[choice.time], intervals, second, table.where, name)
-    if options.rate is not None:
-        findings = (*stamps.mismatch(options.rate, found), *found.findings)
-        return options.rate, found.start, "given", found.notes, findings
-    notes = (*found.notes, f"sampling rate {found.rate:.6g} Hz from {found.source}")
-    return found.rate, found.start, found.source, notes, found.findings
-
-
-def _rate_overruled(rate: float, table: Table) -> tuple[Finding, ...]:
-    if table.rate is None or math.isclose(rate, table.rate, rel_tol=1e-3):
-        return ()
-    message = f"the rate given is {rate:g} Hz, the file says {table.rate:g} Hz"
-    return (Finding(code="rate_overruled", severity="warning", message=message, effect="the given rate is used"),)
 
 
 def _named(table: Table, choice: Choice) -> list[str]:

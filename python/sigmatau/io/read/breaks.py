@@ -123,6 +123,9 @@ def cut_number(source: Path | bytes, encoding: str, delimiter: str | None) -> bo
             stream.seek(max(0, size - _TAIL) // 2 * 2)
             tail = stream.read()
     text = tail.decode("latin-1" if encoding == "ascii" else encoding, errors="replace")
+    if delimiter is not None and text.endswith(delimiter):  # the last field is not there, unless all lines end so
+        whole = text.split("\n")[-2:-1]
+        return not whole[0].rstrip("\r").endswith(delimiter) if whole else None
     if text[-1:] in set('\n\r\t ";,|'):  # then the number before is whole
         return False
     lines = [line for line in text.rstrip().split("\n")[1:] if line.strip()][-_LOOKED_AT:]

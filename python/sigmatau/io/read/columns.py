@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.table import Column, listing
+from sigmatau.io.read.temperature import Thermometer, find_thermometer, stated_unit
 
 __all__ = ["Choice", "choose", "holds_increments", "recognise", "unit_of"]
 
@@ -133,11 +134,14 @@ class Choice:
         The column of the stamps.
     notes : tuple of str
         What was decided on the way, in words.
+    temperature : Thermometer or None
+        A temperature beside the sensors, which nobody asked for.
     """
 
     channels: dict[str, int]
     time: int | None
     notes: tuple[str, ...] = ()
+    temperature: Thermometer | None = None
 
 
 def unit_of(column: Column) -> tuple[str, str | None]:
@@ -166,6 +170,9 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     found: list[tuple[str, str | None] | None] = []
     of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
     for column, key in zip(columns, keys, strict=True):
+        if stated_unit(column):  # T in degrees is no time
+            found.append(None)
+            continue
         stated = unit_of(column)[1]
         if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
             stated = "ns"
@@ -240,7 +247,15 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
             f"{what} (columns: {listing(columns)}); say which column is what, e.g. --channels {_example(columns)}",
             option="channels",
         )
-    return Choice(channels=_ordered(channels), time=time, notes=notes)
+    taken = {index for index, match in enumerate(found) if match is not None}
+    thermometer = find_thermometer(columns, [_key(_bare_name(column)) for column in columns], taken)
+    return Choice(channels=_ordered(channels), time=time, notes=notes, temperature=thermometer)
+
+
+def _bare_name(column: Column) -> str:
+    """Without what stands in brackets at its end, be it a unit that is known or not."""
+    match = _BRACKETS.match(column.name.strip())
+    return match["name"].strip() if match and match["name"] else column.name.strip()
 
 
 def _key(name: str) -> str:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.chain import broken
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -88,7 +88,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
+        If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
     """
     scan = _formats.scan_dataflash(str(path))
     kinds = [_Kind(*kind) for kind in scan["kinds"]]
@@ -135,7 +135,7 @@ def _tables(
         for index, column in zip(wanted, raw, strict=True):
             name, letter, _ = fields[index]
             array: NDArray[Any] = column.view(_TYPES[letter])
-            refuse_non_finite(array, name, f"message {{row}} of {topic} (counted from 0)")
+            refuse_infinite(array, name, f"message {{row}} of {topic} (counted from 0)")
             arrays[index] = array / 100.0 if letter in _HUNDREDTHS else array
         if exact is not None:
             arrays[exact] = whole_stamps(arrays[exact])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
 from sigmatau.io.read.parts import parts, pick, real_columns
 from sigmatau.io.read.table import Column, Loaded, Table
@@ -56,8 +56,8 @@ def from_frame(
     OptionError
         If something must be said that the frame does not say, or was said wrongly.
     DataError
-        If the frame cannot be used: columns of unequal length, words, time going backwards; `NonFiniteError` for a NaN or a
-        missing value (`Record.from_arrays` takes NaN for missing samples), `RecordTooShortError`.
+        If the frame cannot be used: columns of unequal length, words, time going backwards; `NonFiniteError` for an
+        infinity, `RecordTooShortError`.
     TypeError
         If it is no data frame.
     """
@@ -129,7 +129,7 @@ def _of_array(name: str, array: NDArray[Any], unit: str | None = None) -> Iterat
         return
     unit = _stamp_unit(array.dtype) or unit
     for label, part in parts(name, array.shape[1:]):
-        yield Column(name=label, unit=unit), _stamps(label, lambda part=part: pick(array, part))  # type: ignore[misc]
+        yield Column(name=label, unit=unit), _stamps(lambda part=part: pick(array, part))  # type: ignore[misc]
 
 
 def _of_pandas(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
@@ -163,7 +163,7 @@ def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
 
     found, others = columns_of(frame.schema)
     for column in found:
-        yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column, 0)  # type: ignore[misc]
+        yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column)  # type: ignore[misc]
     for name in others:
         yield Column(name=name), lambda name=name: np.asarray(frame.column(name.split(".")[0]))  # type: ignore[misc]
 
@@ -176,18 +176,14 @@ def _stamp_unit(dtype: Any) -> str | None:  # noqa: ANN401
     return unit if unit in _STAMPS and step == 1 else "ns"
 
 
-def _stamps(name: str, get: _Get) -> _Get:
-    """Dates and durations as integers of their unit; other numbers as they are."""
+def _stamps(get: _Get) -> _Get:
+    """Dates and durations as integers of their unit, the least one for NaT; other numbers as they are."""
 
     def numbers() -> NDArray[Any]:
         array = get()
         unit = _stamp_unit(array.dtype)
         if unit is None:
             return array
-        missing = np.flatnonzero(np.isnat(array))
-        if len(missing):
-            row = int(missing[0])
-            raise NonFiniteError(f", row {row}: column {name!r} has no time (NaT)", channel=name, index=row)
         whole: NDArray[Any] = array.astype(f"{array.dtype.kind}8[{unit}]").view(np.int64)
         return whole
 

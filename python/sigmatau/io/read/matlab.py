@@ -154,8 +154,6 @@ def _variables(columns: list[str]) -> dict[str, str]:
 
 
 def _nanoseconds(values: NDArray[Any]) -> NDArray[np.int64]:
-    if np.isnat(values).any():
-        raise DataError(f"a time is missing (NaT), at row {int(np.flatnonzero(np.isnat(values))[0])}")
     unit = "timedelta64[ns]" if values.dtype.kind == "m" else "datetime64[ns]"
     return values.astype(unit).astype(np.int64)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.parts import parts, pick
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
 __all__ = ["read", "sniff"]
 
@@ -47,7 +47,7 @@ def read(path: Path, head: Head) -> tuple[Table]:
     ------
     DataError
         If the file is damaged, or holds no columns of numbers; by ``load``: for arrays of unequal length;
-        `NonFiniteError` for a NaN or an infinity.
+        `NonFiniteError` for an infinity.
     """
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
@@ -149,7 +149,7 @@ def _table(
                 raise _damaged(error) from None
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
-            refuse_non_finite(array, name)
+            refuse_infinite(array, name)
             raw[index] = array
         lengths = {len(array) for array in raw.values()}
         if len(lengths) > 1:

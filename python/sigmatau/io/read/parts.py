@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.table import Column, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record import MIN_SAMPLES
 from sigmatau.results import Finding
 
@@ -95,7 +95,7 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
 def real_columns(
     raw: Mapping[int, NDArray[Any]], labels: Mapping[int, str], exact: int | None
 ) -> dict[int, NDArray[Any]]:
-    """Columns that are found to be finite real numbers; raises `DataError`, or `NonFiniteError` for a NaN."""
+    """Columns that are found to be real numbers; raises `DataError`, or `NonFiniteError` for an infinity."""
     checked: dict[int, NDArray[Any]] = {}
     for index, array in raw.items():
         if array.dtype.kind not in "iuf":
@@ -104,7 +104,7 @@ def real_columns(
         plain = array if array.dtype.kind in "iu" or array.dtype.itemsize in (4, 8) else array.astype(np.float64)
         plain = plain if plain.dtype.isnative else plain.astype(plain.dtype.newbyteorder("="))
         plain = plain if plain.flags.aligned else plain.copy()
-        refuse_non_finite(plain, labels[index])
+        refuse_infinite(plain, labels[index])
         checked[index] = plain
     if exact is not None:
         checked[exact] = whole_stamps(checked[exact])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.breaks import finding
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 
 __all__ = ["parse_layout", "read"]
@@ -119,7 +119,7 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
         for index in wanted:
             column, field, place = columns[index]
             values = array[field] if place is None else array[field][:, place]
-            refuse_non_finite(values, column.name)
+            refuse_infinite(values, column.name)
             raw[index] = whole_stamps(values) if index == exact else values
         return Loaded(columns=raw)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.messages import Layout, layout_of
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_non_finite
+from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
 
 __all__ = ["checked", "message_table", "read", "refused_table", "sniff", "some_readable"]
@@ -179,5 +179,5 @@ class _Reader:
 def checked(decoded: _formats.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
     """The columns, all finite."""
     for index, array in decoded.columns.items():
-        refuse_non_finite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")
+        refuse_infinite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")
     return dict(decoded.columns)

@@ -1,4 +1,4 @@
-"""The sampling rate, from time stamps that may be coarse, bunched, in any unit, and now and then wrong."""
+"""The sampling rate and the grid, from time stamps that may be coarse, bunched, in any unit, and now and then wrong."""
 
 from __future__ import annotations
 
@@ -12,17 +12,27 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read import remarks
+from sigmatau.io.read.grid import fit_grid, resolution
+from sigmatau.io.read.rows import Rows
 from sigmatau.results import Finding
+from sigmatau.streams import InputKind
 
-__all__ = ["Fit", "check_order", "fit", "mismatch", "without_unit"]
+__all__ = ["Fit", "fit", "mismatch", "without_unit"]
 
-_RARE = 1000  # one interval in so many may be a gap
-_LONG = 20.0  # times as long as all the intervals that are not rare
-_LATE = 1.5  # sample intervals without a sample
 _AGREE = 1e-3  # relative difference of two rates that are the same
-_PLAUSIBLE = (0.01, 1e5)  # sampling rates of inertial sensors. [Hz]
 _OURS = (6e8, 4e9)  # 1989 to 2096, counted from 1970. [s]
 _EPOCH = 1e8  # a clock beyond this counts from long ago. [s]
+
+# Powers of (given / true rate) by which coefficients of rates grow: all are of the form (coefficient²) = avar·τ^(−2·slope),
+# and the averaging times are too short by that factor. Increments are divided by an interval that is too short as well.
+_POWERS = {
+    "quantization": -1.0,
+    "random_walk": -0.5,
+    "bias_instability": 0.0,
+    "rate_random_walk": 0.5,
+    "rate_ramp": 1.0,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,9 +44,21 @@ class Fit:
     rate : float
         Sampling rate. [Hz]
     start : float
-        First stamp, whole seconds taken off if it counts from long ago. [s]
+        First stamp that is used, whole seconds taken off if it counts from long ago. [s]
     source : str
         How the rate was found, in words.
+    jitter : float
+        Standard deviation of the stamps about their grid. [s]
+    step : float
+        Step of the clock; 0 if it is none that is seen. [s]
+    on_grid : bool
+        Whether the stamps sit on a grid, so that lost samples have been seen.
+    rows : ndarray of int64, or None
+        Rows of the table that are used, in order; None for all.
+    places : ndarray of int64, or None
+        Their places on the grid; None if no place is empty.
+    n : int
+        Places.
     notes : tuple of str
     findings : tuple of Finding
     """
@@ -44,155 +66,113 @@ class Fit:
     rate: float
     start: float
     source: str
+    jitter: float
+    step: float
+    on_grid: bool
+    rows: NDArray[np.int64] | None
+    places: NDArray[np.int64] | None
+    n: int
     notes: tuple[str, ...]
     findings: tuple[Finding, ...]
 
 
-def check_order(stamps: NDArray[Any], where: Callable[[int], str], name: str) -> NDArray[np.float64]:
-    """The intervals between stamps, in their own unit; shape (n - 1,).
-
-    Integers are subtracted as integers: nanoseconds since 1970 do not fit into a double.
+def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None) -> Fit:
+    """The grid and the sampling rate that the stamps say, see `sigmatau.io.read.grid`.
 
     Parameters
     ----------
-    stamps : ndarray of int64 or float64, shape (n,)
+    used : Rows
+        From `sigmatau.io.read.rows.in_order`.
+    second : float or None
+        One unit of the stamps. [s] None if it is not known: then `rate` says it.
     where : callable
         Place of a row in the file, for the messages.
     name : str
         The column, as messages name it.
+    rate : float, optional
+        Sampling rate that was given. [Hz]
 
     Raises
     ------
     DataError
-        If time goes backwards (even if a rate is given: the samples are then not in order), or stands still.
+        If the stamps span no time that can be counted.
     """
-    if stamps.dtype.kind in "iu" and int(stamps.max()) - int(stamps.min()) >= 1 << 62:
-        stamps = stamps.astype(np.float64)
-    intervals = np.diff(stamps)
-    signed = stamps.dtype.kind == "f" or stamps.dtype == np.int64  # in others a step back is a large one forward
-    if not signed or intervals.min() < 0:
-        back = np.flatnonzero(stamps[1:] < stamps[:-1])
-        if len(back):
-            row = int(back[0]) + 1
-            times = "" if len(back) == 1 else f", and {len(back) - 1} times more further on"
-            raise DataError(
-                f", {where(row)}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
-                " sort the rows, or cut the file there"
-            )
-    if stamps[0] == stamps[-1]:
-        raise DataError(
-            f"all stamps in column {name} are {stamps[0]}, so they say no rate; name another column by"
-            " --channels time=…, or cut this one out and give --rate HZ"
-        )
-    return intervals.astype(np.float64, copy=False)
+    stamps = used.stamps
+    with np.errstate(over="ignore"):
+        t = (stamps - stamps[0]).astype(np.float64, copy=False)
+    if not np.isfinite(t[-1]):
+        raise DataError(f"stamps in column {name} are too far apart: {stamps[0]} to {stamps[-1]}")
+    step = resolution(np.diff(stamps[:: max(len(stamps) // 4096, 1)]), float(max(abs(stamps[0]), abs(stamps[-1]))))
+    found = fit_grid(t, used.intervals, step)
+    known = second is not None
+    if second is None:
+        second = 1 / (rate * found.interval) if rate else 1.0
+    tau0 = found.interval * second
+    if not 1e-200 < tau0 < 1e200:
+        raise DataError(f"stamps in column {name} say an interval of {tau0:.3g} s, which is none; give --rate HZ")
+
+    def place(k: int) -> str:
+        return where(k if used.rows is None else int(used.rows[k]))
+
+    start, notes = _start(stamps[found.start], second)
+    lost = found.n - (found.stop - found.start)
+    source = f"time stamps in column {name}" + (f", {lost} lost samples left empty" if lost else "")
+    rows = used.rows
+    if found.start > 0 or found.stop < len(stamps):
+        rows = (np.arange(len(stamps)) if rows is None else rows)[found.start : found.stop]
+    return Fit(
+        rate=1.0 / tau0,
+        start=start,
+        source=source,
+        jitter=found.jitter * second,
+        step=step * second,
+        on_grid=found.kind == "grid" and found.pieces > 0,
+        rows=rows,
+        places=found.places,
+        n=found.n,
+        notes=notes,
+        findings=(
+            *used.findings,
+            *(remarks.implausible(1.0 / tau0) if known else ()),
+            *remarks.pauses(found, used, second, place),
+            *remarks.gaps(found, second, place),
+            *remarks.host(found, used, second, step, place),
+            *remarks.drift(found, tau0),
+            *(remarks.not_round(1.0 / tau0, found) if known and rate is None else ()),
+        ),
+    )
 
 
-def fit(
-    stamps: NDArray[Any],
-    intervals: NDArray[np.float64],
-    second: float,
-    where: Callable[[int], str],
-    name: str,
-) -> Fit:
-    """The sampling rate that the stamps say: samples over time, gaps taken out.
-
-    The mean interval over the whole record is right for stamps that come in bunches or are printed coarsely, of which a
-    median would make nonsense. It is wrong only by what is no sampling at all: so intervals more than 20 times as long as
-    all but the longest thousandth are left out.
-
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-    intervals : ndarray, shape (n - 1,)
-        From `check_order`.
-    second : float
-        One unit of the stamps. [s]
-    where, name
-        As in `check_order`.
-    """
-    n = len(intervals)
-    rare = min(max(math.ceil(n / _RARE), 3), n // 4)
-    shortest, longest = float(intervals.min()), float(intervals.max())
-    kept = intervals
-    if not (shortest > 0 and longest <= _LONG * shortest):  # else no interval can be so long
-        usual = float(np.partition(intervals, n - 1 - rare)[n - 1 - rare])
-        kept = intervals[intervals <= _LONG * usual] if usual > 0 else intervals
-    interval = float(kept.sum()) / len(kept)
-    tau0 = interval * second
-    rate = 1.0 / tau0
-
-    first = int(stamps[0]) if stamps.dtype.kind in "iu" else float(stamps[0])
+def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa: ANN401
+    first = int(stamp) if isinstance(stamp, np.integer) else float(stamp)
     start = first * second
-    notes: tuple[str, ...] = ()
-    source = f"time stamps in column {name}"
-    if abs(start) >= _EPOCH:
-        ticks = round(1 / second) if second < 1 else 1
-        whole, rest = divmod(first, ticks) if second <= 1 else (0, first)
-        start = float(rest) * second
-        notes = (f"{int(whole)} s taken off the time stamps",)
-    if len(kept) < n:
-        source += f", {n - len(kept)} gap{'s' if n - len(kept) > 1 else ''} left out"
-    findings = (*_implausible(rate), *_irregular(intervals, interval, second, where))
-    return Fit(rate=rate, start=start, source=source, notes=notes, findings=findings)
+    if abs(start) < _EPOCH:
+        return start, ()
+    ticks = round(1 / second) if second < 1 else 1
+    whole, rest = divmod(first, ticks) if second <= 1 else (0, first)
+    return float(rest) * second, (f"{int(whole)} s taken off the time stamps",)
 
 
-def _implausible(rate: float) -> tuple[Finding, ...]:
-    if _PLAUSIBLE[0] <= rate <= _PLAUSIBLE[1]:
-        return ()
-    return (
-        Finding(
-            code="implausible_rate",
-            severity="warning",
-            message=f"the time stamps say {rate:.6g} Hz",
-            effect="no usual rate of a sensor: check the unit of the stamps, --unit time=s|ms|us|ns, or give --rate HZ",
-        ),
-    )
-
-
-def _irregular(
-    intervals: NDArray[np.float64], interval: float, second: float, where: Callable[[int], str]
-) -> tuple[Finding, ...]:
-    if intervals.max() <= _LATE * interval:
-        return ()
-    # Stamps that repeat are coarser than the sampling, and the clock's own step is no gap.
-    repeated = np.count_nonzero(intervals == 0) > 0.01 * len(intervals)
-    step = float(intervals[intervals > 0].min()) if repeated else 0.0
-    late = intervals > _LATE * interval + step * (1 + 1e-6)
-    count = int(np.count_nonzero(late))
-    if not count:
-        return ()
-    row = int(np.argmax(intervals))
-    longest = intervals[row] * second
-    tau0 = interval * second
-    return (
-        Finding(
-            code="irregular_stamps",
-            severity="warning",
-            message=(
-                f"{count} of {len(intervals)} intervals between time stamps are longer than {_LATE:g} sample intervals;"
-                f" the longest, {longest:.6g} s, ends on {where(row + 1)}"
-            ),
-            effect=(
-                f"samples are analysed as if evenly spaced by {tau0:.6g} s, which is right if the stamps alone are late;"
-                " if samples were lost, they bend the curve"
-            ),
-        ),
-    )
-
-
-def mismatch(given: float, found: Fit) -> tuple[Finding, ...]:
+def mismatch(given: float, found: Fit, kind: InputKind = "rate") -> tuple[Finding, ...]:
     """A finding if the rate that was given is not that of the stamps."""
-    if abs(found.rate / given - 1) <= _AGREE:
+    ratio = given / found.rate
+    if abs(1 / ratio - 1) <= _AGREE:
         return ()
+    more = 0.0 if kind == "rate" else 1.0
+    changes = tuple((term, ratio ** (power + more)) for term, power in _POWERS.items() if power + more)
     return (
         Finding(
             code="rate_mismatch",
             severity="warning",
             message=f"the rate given is {given:.6g} Hz, the time stamps say {found.rate:.6g} Hz",
+            size=ratio - 1,
             effect=(
-                f"the given rate is used; if it is wrong, averaging times are off by {found.rate / given:.4g}, a random walk"
-                " by the root of that, a rate random walk by its inverse root"
+                "the given rate is used; if that of the stamps is true, averaging times are too"
+                f" {'short' if ratio > 1 else 'long'} by a factor of {max(ratio, 1 / ratio):.4g}, and one gets "
+                + ", ".join(f"{term.replace('_', ' ')} × {factor:.4g}" for term, factor in changes)
             ),
+            changes=changes,
+            remedy="leave --rate out, unless it is known better than by the stamps",
         ),
     )
 
@@ -201,7 +181,7 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
     """The question for the unit of the stamps, with the rate that each unit would make."""
     mean = float(intervals.sum()) / len(intervals)
     rates = [(symbol, 1 / (mean * units.find(symbol).factor)) for symbol in ("s", "ms", "us", "ns")]
-    likely = [(symbol, rate) for symbol, rate in rates if _PLAUSIBLE[0] <= rate <= _PLAUSIBLE[1]] or rates
+    likely = [(symbol, rate) for symbol, rate in rates if remarks.PLAUSIBLE[0] <= rate <= remarks.PLAUSIBLE[1]] or rates
     offered = ", ".join(f"as {symbol} {float(f'{rate:.4g}'):g} Hz" for symbol, rate in likely)
     # A clock that counts from 1970 has one unit in which it shows a year of our time; else a rate near 100 Hz is likeliest.
     first = float(stamps[0])

@@ -25,7 +25,7 @@ __all__ = [
     "Table",
     "listing",
     "need",
-    "refuse_non_finite",
+    "refuse_infinite",
     "whole_stamps",
 ]
 
@@ -84,7 +84,8 @@ class Loaded:
     Attributes
     ----------
     columns : mapping of int to ndarray, shape (n,)
-        Raw numbers by column, counted from 0: all finite, all of one length.
+        Raw numbers by column, counted from 0: finite, or NaN where one is missing, all of one length. In a column of
+        integers, as stamps may be, the least of 64 bits stands for a missing one.
     findings : tuple of Finding
         What was wrong with the data on the way, such as where they break off: severity error if rows are missing.
     """
@@ -170,17 +171,20 @@ def _shown(number: int, column: Column) -> str:
 _CHUNK = 1 << 20
 
 
-def refuse_non_finite(array: NDArray[Any], name: str, where: str = "row {row} (counted from 0)") -> None:
-    """Raise `NonFiniteError` for the first NaN or infinity of a column."""
+def refuse_infinite(array: NDArray[Any], name: str, where: str = "row {row} (counted from 0)") -> None:
+    """Raise `NonFiniteError` for the first infinity of a column; a NaN is a missing number."""
     if array.dtype.kind != "f":
         return
     for start in range(0, len(array), _CHUNK):
-        bad = np.flatnonzero(~np.isfinite(array[start : start + _CHUNK]))
+        piece = array[start : start + _CHUNK]
+        if np.isfinite(piece).all():
+            continue
+        bad = np.flatnonzero(np.isinf(piece))
         if len(bad):
             row = start + int(bad[0])
             raise NonFiniteError(
-                f", {where.format(row=row)}: column {name} has {array[row]}, no finite number;"
-                " refused until gaps are supported: cut the record there, or fill it in",
+                f", {where.format(row=row)}: column {name} has {array[row]}, no finite number; cut the record there, or"
+                " put NaN in its place if it is missing",
                 channel=name,
                 index=row,
             )

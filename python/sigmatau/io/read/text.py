@@ -85,7 +85,7 @@ def read(path: Path, head: Head) -> tuple[Table]:
     ------
     DataError
         If no table is found in the head; by ``load``: for a row of another length, a word among the numbers, damaged
-        compression; `NonFiniteError` for a NaN, an infinity or an empty field.
+        compression; `NonFiniteError` for an infinity.
     """
     return (table_of(path, head, path.name.split(".")[0]),)
 
@@ -241,7 +241,7 @@ def _explained(error: _formats.TextReadError, layout: Layout) -> DataError:
         what = repr(error.text) if error.text else "nothing"
         return NonFiniteError(
             f"{where} has {what} (row {error.row} of the data, counted from 0), no finite number;"
-            " refused until gaps are supported: cut the record there, or fill it in",
+            " cut the record there, or leave the field empty if it is missing",
             channel=name,
             index=error.row,
         )

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.chain import broken
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
+from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -78,7 +78,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
+        If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
     """
     try:
         scan = _formats.scan_ulog(str(path))
@@ -156,7 +156,7 @@ def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple
         arrays = source.arrays([shown[i] for i in wanted])
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, arrays, strict=True))
         for index, array in raw.items():
-            refuse_non_finite(array, shown[index].name, f"message {{row}} of {source.label} (counted from 0)")
+            refuse_infinite(array, shown[index].name, f"message {{row}} of {source.label} (counted from 0)")
         if exact is not None:
             raw[exact] = whole_stamps(raw[exact])
         return Loaded(columns=raw)
@@ -200,11 +200,11 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
         for index in wanted:
             if index == 0:
                 times, step = (a[:good] for a in source.arrays([stamp, dt]))
-                refuse_non_finite(step, "dt", f"message {{row}} of {source.label} (counted from 0)")
+                refuse_infinite(step, "dt", f"message {{row}} of {source.label} (counted from 0)")
                 raw[0] = _spread(times.astype(np.int64), step.astype(np.float64), counts)
                 continue
             counted, factor = source.arrays([axes[index - 1], scale], [depth, 1])
-            refuse_non_finite(factor, "scale", f"message {{row}} of {source.label} (counted from 0)")
+            refuse_infinite(factor, "scale", f"message {{row}} of {source.label} (counted from 0)")
             used = np.arange(depth) < counts[:, None]
             raw[index] = counted.reshape(-1, depth)[:good][used] * np.repeat(factor[:good].astype(np.float64), counts)
         return Loaded(columns=raw)

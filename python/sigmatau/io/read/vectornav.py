@@ -10,7 +10,7 @@ from pathlib import Path
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read import breaks
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -91,7 +91,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
                 raise DataError("the compressed data are damaged; get or make the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
         for index, column in zip(wanted, found.columns, strict=True):
-            refuse_non_finite(column, columns[index].name, f"row {{row}} (counted from 0) of ${name}")
+            refuse_infinite(column, columns[index].name, f"row {{row}} (counted from 0) of ${name}")
         rows = len(found.columns[0])
         return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, name, rows))
 

@@ -1,0 +1,413 @@
+"""The grid that time stamps sit on: its interval, and which of its places are empty.
+
+Three kinds of stamps are told apart. Those of a sensor sit on a regular grid, with jitter, and where samples were lost there
+are holes. Those of a clock that is coarser than the sampling repeat, but an even line goes through them within one step of
+the clock. Those of a host come in bunches: then only the samples are even, and the stamps say no more than how many there
+were in all.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Drift", "GridFit", "fit_grid", "resolution"]
+
+_BLOCK = 64  # stamps that share a phase
+_BLOCKS = 512  # looked at for the jitter
+_SPREAD = 1 << 16  # intervals looked at for their median
+_PHASES = 1 << 18  # stamps whose phase is computed, at most
+_EVEN = (0.5, 1.5)  # no interval beyond: nothing is lost
+_SMOOTH = 0.12  # and the intervals scatter by no more than this part of their mean
+_SHORT = 0.5  # of the interval: a burst
+_BURSTS = 0.05  # share of short intervals above which stamps are of a host: jitter of 0.2 intervals makes 0.039
+_COHERENT = 0.4  # mean resultant length of the phases: jitter of 0.2 intervals has 0.45, 64 phases of no grid 0.11
+_MENDED = 0.05  # share of stamps that may be nearer to another place than their own
+_NEAR = 0.35  # of an interval: a difference of stamps that counts intervals
+_RARE, _LONG = (
+    1000,
+    20.0,
+)  # of a host: one interval in so many may be a pause, if it is so many times as long as the others
+_WINDOW = 4  # places on each side that outvote one stamp
+_PARTS = 10  # of a record, for the drift of the rate
+_SPLITS = 64
+_LEAST_LEFT = 0.1  # of the rows: a longest piece with less than this is no record
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drift:
+    """The rate by tenths of a record, relative to that of the whole, and the standard error of one of them."""
+
+    rates: NDArray[np.float64]
+    error: float
+
+    @property
+    def size(self) -> float:
+        """Largest less smallest."""
+        return float(np.ptp(self.rates))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridFit:
+    """The grid of stamps; times are in the unit of the stamps.
+
+    Attributes
+    ----------
+    kind : {"grid", "coarse", "host"}
+    interval : float
+        Sample interval.
+    error : float
+        Standard error of the interval.
+    start, stop : int
+        The stamps that are used: all, or those of the longest piece between long pauses.
+    places : ndarray of int64, shape (stop - start,), or None
+        The place of each stamp on the grid, from 0 and growing; None if every place has one.
+    n : int
+        Places.
+    jitter : float
+        Standard deviation of the stamps about the grid.
+    short : float
+        Share of intervals under half the sample interval.
+    median : float
+        Median of the intervals.
+    drift : Drift or None
+        None if there are too few stamps.
+    pieces : int
+        Pieces between pauses that hold more places than the record has samples; 1 if there is no such pause, 0 if there are
+        so many that the stamps are of no use, and all samples are taken as even.
+    """
+
+    kind: Literal["grid", "coarse", "host"]
+    interval: float
+    error: float
+    start: int
+    stop: int
+    places: NDArray[np.int64] | None
+    n: int
+    jitter: float
+    short: float
+    median: float
+    drift: Drift | None
+    pieces: int
+
+
+def resolution(intervals: NDArray[Any], largest: float) -> float:
+    """The step of the clock, if the intervals are whole multiples of a decimal one; else 0.
+
+    Parameters
+    ----------
+    intervals : ndarray, shape (n,)
+    largest : float
+        Largest absolute value of the stamps, which says how exact the intervals are.
+    """
+    some = intervals[:: max(len(intervals) // 2048, 1)]
+    if intervals.dtype.kind in "iu":
+        return float(np.gcd.reduce(some.astype(np.int64)))
+    for power in range(10):
+        step = 10.0**-power
+        multiples = some / step
+        slack = 4 * np.spacing(max(largest, 1e-300)) / step
+        if slack > 0.01:
+            return 0.0
+        if float(np.abs(multiples).max(initial=0)) < 2**53 and np.all(np.abs(multiples - np.rint(multiples)) <= slack):
+            return step * float(np.gcd.reduce(np.rint(multiples).astype(np.int64)))
+    return 0.0
+
+
+def fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
+    """The grid that stamps sit on.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Stamps from the first one on, growing or equal, n ≥ 2, the last larger than the first.
+    intervals : ndarray, shape (n - 1,)
+        Between them.
+    step : float
+        Step of their clock, from `resolution`.
+
+    Notes
+    -----
+    The interval is first the median interval, refined over longer and longer lags: the number of intervals in a lag is
+    counted, so that lost samples make no error. The phase of the stamps, modulo the interval, is averaged on the circle by
+    blocks of 64: it does not see lost samples either, and follows a clock that drifts or steps by a part of an interval.
+    The place of a stamp is its time less that phase, rounded; a stamp that is late or early by more than half an interval
+    is put right by its neighbours. The interval that is returned is the slope of the least-squares line of stamp against
+    place.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # a stamp may lie beyond all reason
+        return _fit_grid(t, intervals, step)
+
+
+def _fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
+    n = len(t)
+    mean = float(t[-1] - t[0]) / (n - 1)
+    some = intervals[:: max(n // _SPREAD, 1)]
+    median = float(np.median(some))
+    even = _EVEN[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN[1] * mean
+    if even and float(np.std(some)) < _SMOOTH * mean:
+        return _finished(t, None, "grid", median, None)
+    if _even_line(t, intervals, step):
+        return _finished(t, None, "grid" if intervals.all() else "coarse", median, intervals)
+    kind: Literal["grid", "host"] = "grid"
+    lost = _places(t, intervals, median)
+    if lost is None:
+        kind, lost = "host", _pauses(intervals)
+    start, stop, pieces = _longest_piece(lost)
+    if not pieces:
+        return _finished(t, None, "host", median, intervals, pieces=0)
+    lost = lost[start:stop] - lost[start]
+    places = np.arange(stop - start) + lost.astype(np.int64) if lost[-1] > 0 else None
+    return _finished(t[start:stop], places, kind, median, intervals[start : stop - 1], start=start, pieces=pieces)
+
+
+def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> bool:
+    """Whether evenly spaced samples would have these stamps on a clock of such a step."""
+    n = len(t)
+    mean = float(t[-1] - t[0]) / (n - 1)
+    if not step > 0 or step < 1e-6 * mean:
+        return False
+    # A lost sample moves a line by no more than an interval: with a step like the interval, it takes several to tell.
+    if step >= _SHORT * mean and np.count_nonzero(np.abs(intervals - np.rint(mean / step) * step) > 0.5 * step) < 5:
+        return False
+    rest, _, _ = _about_line(t, np.arange(n, dtype=np.float64))
+    return bool(np.ptp(rest) <= 1.05 * step)
+
+
+def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: float) -> NDArray[np.float64] | None:
+    """Samples lost before each stamp, none of it negative and never falling; None if the stamps sit on no grid."""
+    n = len(t)
+    usual = intervals[(intervals > 0.4 * median) & (intervals < 1.6 * median)] if median > 0 else intervals[:0]
+    if not len(usual):
+        return None
+    interval = _refined(t, float(usual.mean()))
+    if np.count_nonzero(intervals < _SHORT * interval) > _BURSTS * len(intervals):
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        late = t / interval - np.arange(n)
+    if not np.abs(late).max() < 2**52:
+        return None if np.abs(late).max() >= 2**1000 or not np.isfinite(late).all() else _coarsely(late)
+    phase = _phase(late)
+    if phase is None:
+        return None
+    lost: NDArray[np.float64] = np.rint(late - phase)
+    falls = np.flatnonzero(np.diff(lost) < 0)
+    if len(falls):
+        before = lost
+        lost = _outvoted(lost, falls)
+        lost = np.minimum.accumulate(lost[::-1])[::-1]  # a late stamp is followed by others that are not
+        if np.count_nonzero(lost != before) > _MENDED * n:
+            return None
+    return None if _scattered(lost) else lost - lost[0]
+
+
+def _scattered(lost: NDArray[np.float64]) -> bool:
+    """Whether most places are empty, not in a few pauses: bunches, whose own interval was taken for the samples'."""
+    n = len(lost)
+    if lost[-1] - lost[0] <= n:
+        return False
+    holes = np.sort(np.diff(lost))
+    return bool(holes[: n - 1 - min(max(math.ceil(n / _RARE), 3), n // 4)].sum() > n)
+
+
+def _coarsely(late: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where a stamp lies beyond all reason, the phase cannot be told; the pauses can."""
+    lost: NDArray[np.float64] = np.rint(np.minimum.accumulate(late[::-1])[::-1] - late[0])
+    return lost
+
+
+def _refined(t: NDArray[np.float64], interval: float) -> float:
+    """The interval from differences over longer and longer lags, in each of which the intervals are counted."""
+    n = len(t)
+    lag = 1
+    while 4 * lag <= max(n - 1, 4) and lag < n:
+        at = np.arange(0, n - lag, max((n - lag) // 16384, 1))
+        spans = t[at + lag] - t[at]
+        counts = np.rint(spans / interval)
+        good = (np.abs(spans / interval - counts) < _NEAR) & (counts > 0) & (counts < 4.0 * lag + 4)
+        if 2 * np.count_nonzero(good) < len(at):
+            break
+        interval = float(spans[good].sum() / counts[good].sum())
+        if lag >= 4096:
+            break
+        lag *= 4
+    return interval
+
+
+def _phase(late: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The phase of each stamp on the grid, in intervals, as its neighbours have it; None if they agree on none."""
+    n = len(late)
+    stride = max(n // _PHASES, 1)
+    size = _BLOCK * stride
+    blocks = max(n // size, 1)
+    size = min(size, n)
+    angles = late[: blocks * size : stride] if n >= size else late
+    per = math.ceil(size / stride)
+    turned = np.exp(2j * np.pi * (angles - np.rint(angles)))[: blocks * per].reshape(blocks, -1).mean(axis=1)
+    if float(np.abs(turned).mean()) < _COHERENT:
+        return None
+    by_block = np.unwrap(np.angle(turned)) / (2 * np.pi)
+    middle = (np.arange(blocks) + 0.5) * size - 0.5
+    phase: NDArray[np.float64] = np.interp(np.arange(n), middle, by_block)
+    return phase
+
+
+def _outvoted(lost: NDArray[np.float64], falls: NDArray[np.intp]) -> NDArray[np.float64]:
+    """With the median of its neighbourhood where a stamp stands against it; what never falls stays as it is."""
+    n, width = len(lost), 2 * _WINDOW + 1
+    if n < width:
+        return lost
+    near = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
+    windows = np.clip(near[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
+    mended = lost.copy()
+    mended[near] = np.median(lost[windows], axis=1)
+    return mended
+
+
+def _pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Samples lost before each stamp of a host: in intervals far longer than all but the rarest, about as many as fit."""
+    n = len(intervals)
+    rare = min(max(math.ceil(n / _RARE), 3), n // 4)
+    usual = float(np.partition(intervals, n - 1 - rare)[n - 1 - rare])
+    long = intervals > _LONG * usual if usual > 0 else np.zeros(n, dtype=bool)
+    if not long.any():
+        return np.zeros(n + 1)
+    mean = float(intervals[~long].mean())
+    with np.errstate(over="ignore"):
+        held = np.where(long, np.minimum(np.rint(intervals / mean) - 1, 2.0**52), 0.0)
+    return np.concatenate(([0.0], np.cumsum(held)))
+
+
+def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
+    """What is left when pauses are cut out until no more places are empty than filled; the pieces, 0 if too many."""
+    start, stop, pieces = 0, len(lost), 1
+    while lost[stop - 1] - lost[start] > stop - start:
+        if pieces > _SPLITS:
+            return start, stop, 0
+        at = start + 1 + int(np.argmax(np.diff(lost[start:stop])))
+        start, stop = (start, at) if at - start >= stop - at else (at, stop)
+        pieces += 1
+    if pieces > 1 and (stop - start < 4 or stop - start < _LEAST_LEFT * len(lost)):
+        return start, stop, 0
+    return start, stop, pieces
+
+
+def _about_line(
+    t: NDArray[np.float64], x: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
+    """What times are more than their line over x, its slope, and x less its mean."""
+    first = float((t[-1] - t[0]) / (x[-1] - x[0]))
+    rest = t - t[0] - x * first
+    rest -= rest.mean()
+    middle = x - x.mean()
+    more = float(middle @ rest) / float(middle @ middle)
+    rest -= more * middle
+    return rest, first + more, middle
+
+
+def _by_blocks(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means of blocks of 64, which hold all that a line needs; what is left at the end is a block of its own."""
+    if len(values) < 4 * _BLOCK:
+        return values
+    whole = len(values) // _BLOCK * _BLOCK
+    return np.append(
+        values[:whole].reshape(-1, _BLOCK).mean(axis=1), values[whole:].mean() if whole < len(values) else ()
+    )
+
+
+def _finished(
+    t: NDArray[np.float64],
+    places: NDArray[np.int64] | None,
+    kind: Literal["grid", "coarse", "host"],
+    median: float,
+    intervals: NDArray[np.float64] | None,
+    *,
+    start: int = 0,
+    pieces: int = 1,
+) -> GridFit:
+    """What the stamps of one piece say; intervals are None if each of them is near the mean."""
+    n = len(t)
+    last = n - 1 if places is None else int(places[-1] - places[0])
+    first = float(t[-1] - t[0]) / last
+    along = _by_blocks(places.astype(np.float64)) if places is not None else _counted_by_blocks(n)
+    rest, more, middle = _about_line(_by_blocks(t) - first * along, along)
+    slope = first + more
+    squares = float(middle @ middle)
+    scatter = math.sqrt(float(rest @ rest) / len(rest))
+    short = 0.0
+    if intervals is not None:
+        short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
+        if kind != "coarse" and intervals.max() > _EVEN[1] * slope:
+            x = np.arange(n) if places is None else places
+            slope += _without_outliers(t - slope * x, x)
+    return GridFit(
+        kind=kind,
+        interval=slope,
+        error=scatter / math.sqrt(squares) if squares > 0 else math.inf,
+        start=start,
+        stop=start + n,
+        places=places,
+        n=n if places is None else int(places[-1]) + 1,
+        jitter=_jitter(t, places, slope),
+        short=short,
+        median=median,
+        drift=_drift(rest, along, slope) if n >= 4 * _PARTS * _BLOCK else None,
+        pieces=pieces,
+    )
+
+
+def _counted_by_blocks(n: int) -> NDArray[np.float64]:
+    """The same of 0, 1, 2 … n - 1."""
+    if n < 4 * _BLOCK:
+        return np.arange(n, dtype=np.float64)
+    blocks = n // _BLOCK
+    means: NDArray[np.float64] = np.arange((_BLOCK - 1) / 2, _BLOCK * (blocks + (n % _BLOCK > 0)), _BLOCK)
+    if n % _BLOCK:
+        means[-1] = (blocks * _BLOCK + n - 1) / 2
+    return means
+
+
+def _without_outliers(rest: NDArray[np.float64], x: NDArray[np.int64]) -> float:
+    """What the slope changes without the stamps that stand far from the line: one wrong by an hour must not turn it."""
+    rest = rest - rest.mean()
+    if float(np.abs(rest).max()) <= 8 * math.sqrt(float(rest @ rest) / len(rest)):
+        return 0.0
+    rest -= float(np.median(rest))
+    kept = np.abs(rest) <= 6 * 1.4826 * float(np.median(np.abs(rest)))
+    along = x[kept] - x[kept].mean() if kept.any() else x[:0]
+    squares = float(along @ along)
+    return float(along @ rest[kept]) / squares if 2 * np.count_nonzero(kept) > len(rest) and squares > 0 else 0.0
+
+
+def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:
+    """Standard deviation about the line of each block of 64, from at most 512 blocks spread over the record."""
+    size = min(_BLOCK, len(t))
+    if size < 4:
+        return 0.0
+    blocks = len(t) // size
+    at = np.unique(np.linspace(0, blocks - 1, min(blocks, _BLOCKS)).astype(np.int64))
+    rows = at[:, None] * size + np.arange(size)
+    along = (rows if places is None else places[rows]).astype(np.float64)
+    values = t[rows] - slope * along
+    values = values - values.mean(axis=1, keepdims=True)
+    along = along - along.mean(axis=1, keepdims=True)
+    slopes = (values * along).sum(axis=1) / (along * along).sum(axis=1)
+    values = values - slopes[:, None] * along
+    return math.sqrt(float((values * values).sum()) / (len(at) * (size - 2)))
+
+
+def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float) -> Drift:
+    """Rates by tenths, from the means of blocks: their scatter about ten lines says how sure they are."""
+    per = len(rest) // _PARTS
+    values, along = (x[: _PARTS * per].reshape(_PARTS, per) for x in (rest, along))
+    values = values - values.mean(axis=1, keepdims=True)
+    along = along - along.mean(axis=1, keepdims=True)
+    squares = (along * along).sum(axis=1)
+    slopes = (values * along).sum(axis=1) / squares
+    left = values - slopes[:, None] * along
+    scatter = math.sqrt(float((left * left).sum()) / (_PARTS * (per - 2)))
+    return Drift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)

@@ -1,0 +1,135 @@
+"""Columns onto the grid of their stamps: which rows are whose, where samples are missing, and what that is called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _kernels
+from sigmatau.errors import NonFiniteError
+from sigmatau.results import Finding
+
+__all__ = ["laid", "missing_values", "own_rows", "with_missing"]
+
+_MOSTLY = 0.5  # of the rows: a column that is empty more often holds no samples of this table
+_OWN = 0.15  # share of empty rows from which on a sensor has rows of its own, if others fill those
+_FILLED = 0.95
+
+
+def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set[int]:
+    """The columns that hold a NaN."""
+    doubles = [i for i in indices if raw[i].dtype == np.float64 and raw[i].flags.c_contiguous]
+    found = dict(zip(doubles, _kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
+    with np.errstate(over="ignore", invalid="ignore"):
+        return {
+            i
+            for i in indices
+            if not found.get(i, False) and raw[i].dtype.kind == "f" and bool(np.isnan(np.sum(raw[i], dtype=np.float64)))
+        }
+
+
+def own_rows(
+    raw: Mapping[int, NDArray[Any]], by_stream: Mapping[str, Sequence[int]], missing: set[int]
+) -> dict[str, NDArray[np.int64]]:
+    """Rows of the streams that have rows of their own: the others are filled by another sensor, and empty for this one.
+
+    So do programs write that put a row down whenever any sensor has something. Streams that are in (nearly) all rows are
+    not in the answer.
+    """
+    empty: dict[str, NDArray[np.bool_]] = {}
+    for name, indices in by_stream.items():
+        if indices and all(i in missing for i in indices):
+            nothing = np.isnan(raw[indices[0]])
+            for i in indices[1:]:
+                nothing &= np.isnan(raw[i])
+            empty[name] = nothing
+    found: dict[str, NDArray[np.int64]] = {}
+    for name, nothing in empty.items():
+        share = np.count_nonzero(nothing) / len(nothing)
+        if share < _OWN or share == 1:
+            continue
+        filled = np.zeros(len(nothing), dtype=bool)
+        for other in by_stream:
+            if other != name:
+                filled |= ~empty[other] if other in empty else True
+        if np.count_nonzero(filled & nothing) >= _FILLED * np.count_nonzero(nothing):
+            found[name] = np.flatnonzero(~nothing)
+    return found
+
+
+def laid(
+    column: NDArray[Any],
+    rows: NDArray[np.int64] | None,
+    places: NDArray[np.int64] | None,
+    n: int | None,
+) -> NDArray[Any]:
+    """A column on its grid, NaN in empty places; the array itself if it is so already."""
+    if rows is not None:
+        column = column[rows]
+    if places is None or n is None:
+        return column
+    grid = np.full(n, np.nan)
+    grid[places] = column
+    return grid
+
+
+def missing_values(
+    raw: Mapping[int, NDArray[Any]],
+    channels: Mapping[str, int],
+    missing: set[int],
+    used: Mapping[int, NDArray[np.int64]],
+    where: Callable[[int], str],
+    label: Callable[[int], str],
+) -> tuple[Finding, ...]:
+    """One finding about the numbers that are missing in rows that are there.
+
+    Raises
+    ------
+    NonFiniteError
+        If more than half of a column is missing.
+    """
+    said: dict[str, tuple[int, int]] = {}
+    rows = 0
+    for channel, index in channels.items():
+        if index not in missing:
+            continue
+        bad = np.isnan(raw[index])
+        if index in used:
+            inside = np.zeros(len(bad), dtype=bool)
+            inside[used[index]] = True
+            bad &= inside
+        count, total = int(np.count_nonzero(bad)), len(used[index]) if index in used else len(bad)
+        if not count:
+            continue
+        first = int(np.argmax(bad))
+        if count > _MOSTLY * total:
+            raise NonFiniteError(
+                f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
+                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
+                " time stamps by --channels time=…",
+                channel=channel,
+                index=first,
+            )
+        said[channel] = count, first
+        rows = max(rows, total)
+    if not said:
+        return ()
+    worst = max(said, key=lambda channel: said[channel][0])
+    first = min(first for _, first in said.values())
+    count = said[worst][0]
+    each = f"{count} of {rows}" if len({n for n, _ in said.values()}) == 1 else f"up to {count} of {rows} ({worst})"
+    return (
+        Finding(
+            code="missing_values",
+            severity="info" if count <= 1e-3 * rows else "warning",
+            channel=next(iter(said)) if len(said) == 1 else None,
+            message=f"{each} rows have no number in {', '.join(said)}; the first: {where(first)}",
+            where=where(first),
+            size=count,
+            effect="they are missing samples on the grid, left empty and never filled in",
+            remedy="none is needed if they are few; look at the link or the converter if not",
+        ),
+    )

@@ -1,0 +1,106 @@
+"""What a user says about a file, checked before the file is looked at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeGuard, cast, get_args
+
+import numpy as np
+
+from sigmatau.errors import OptionError
+from sigmatau.streams import InputKind
+
+__all__ = ["Options"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """What the user said, checked; see `sigmatau.io.read.read`."""
+
+    rate: float | None
+    unit: Mapping[str, str]
+    channels: Mapping[str, str | int]
+    input: InputKind
+    scale: Mapping[str, float]
+    offset: Mapping[str, float]
+    topic: tuple[str, ...] = ()
+
+    @classmethod
+    def check(
+        cls,
+        *,
+        rate: object,
+        unit: object,
+        channels: object,
+        input: object,  # noqa: A002  as in `read`
+        scale: object,
+        offset: object,
+        topic: object = None,
+    ) -> Options:
+        """Options of the right types; raises `OptionError`."""
+        if rate is not None and not (_is_number(rate) and rate > 0):
+            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+        if input not in get_args(InputKind):
+            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
+        return cls(
+            rate=None if rate is None else float(rate),
+            unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
+            channels={c: _column(c, v) for c, v in _mapping("channels", channels).items()},
+            input=cast("InputKind", input),
+            scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
+            offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
+            topic=_topics(topic),
+        )
+
+
+_EXAMPLES = {
+    "unit": '{"gyro": "deg/s"}',
+    "channels": '{"gyro_x": 2}',
+    "scale": '{"gyro": 0.01}',
+    "offset": '{"gyro": 512}',
+}
+
+
+def _topics(value: object) -> tuple[str, ...]:
+    named = (value,) if isinstance(value, str) else () if value is None else value
+    if not isinstance(named, Sequence) or not all(isinstance(name, str) for name in named):
+        raise OptionError(f"`topic` must be a name, or several, not {value!r}", option="topic")
+    return tuple(named)
+
+
+def _mapping(name: str, value: object) -> Mapping[str, object]:
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        raise OptionError(f"`{name}` must be a mapping of names, e.g. {_EXAMPLES[name]}, not {value!r}", option=name)
+    return value
+
+
+def _spelled(channel: str, value: object) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise OptionError(f"the unit of {channel} must be a word, not {value!r}", option="unit")
+    return value
+
+
+def _column(channel: str, value: object) -> str | int:
+    if isinstance(value, str | int | np.integer) and not isinstance(value, bool):
+        return value if isinstance(value, str) else int(value)
+    raise OptionError(f"the column of {channel} must be a name or a number, not {value!r}", option="channels")
+
+
+def _factor(name: str, channel: str, value: object) -> float:
+    if not _is_number(value) or (name == "scale" and value == 0):
+        but = " but 0" if name == "scale" else ""
+        raise OptionError(f"the {name} of {channel} must be a finite number{but}, not {value!r}", option=name)
+    return float(value)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False

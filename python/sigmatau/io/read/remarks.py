@@ -1,0 +1,219 @@
+"""What time stamps say about a log, in words: gaps, pauses, bunches, drift."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sigmatau.io.read.grid import GridFit
+from sigmatau.io.read.rows import Rows
+from sigmatau.results import Finding, seconds
+
+__all__ = ["PLAUSIBLE", "drift", "gaps", "host", "implausible", "not_round", "pauses"]
+
+PLAUSIBLE = (0.01, 1e5)
+"""Sampling rates of inertial sensors. [Hz]"""
+
+_AGREE = 1e-3  # relative difference of two rates that are the same
+_ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0)  # times a power of ten: rates as data sheets state them. [Hz]
+_NEAR = 0.02  # relative distance from such a rate within which it may have been meant
+# The largest of ten equal rates less the smallest is 3.1 ± 0.8 standard errors: beyond 8 once in 1e7 records.
+_DRIFT_ERRORS = 8.0
+_DRIFT = (1e-4, 1e-3)  # relative change of the rate that is said, and that is a warning
+_FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
+
+
+def implausible(rate: float) -> tuple[Finding, ...]:
+    """A rate that no sensor has."""
+    if PLAUSIBLE[0] <= rate <= PLAUSIBLE[1]:
+        return ()
+    return (
+        Finding(
+            code="implausible_rate",
+            severity="warning",
+            message=f"the time stamps say {rate:.6g} Hz",
+            size=rate,
+            unit="Hz",
+            effect="no usual rate of a sensor: every time and every random walk would be wrong with it",
+            remedy="check the unit of the stamps, --unit time=s|ms|us|ns, or give --rate HZ",
+        ),
+    )
+
+
+def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
+    """Places that are empty."""
+    if found.places is None:
+        return ()
+    holes = np.diff(found.places) - 1
+    at = np.flatnonzero(holes)
+    longest = int(at[np.argmax(holes[at])])
+    lost = int(holes.sum())
+    tau0 = found.interval * second
+    count, size = len(at), int(holes[longest])
+    begins = float(found.places[longest] + 1) * tau0
+    few = max(lost, size) <= _FEW_LOST * found.n
+    about = "about " if found.kind == "host" else ""
+    longest_text = (
+        f"before {place(found.start + longest + 1)}"
+        if count == 1
+        else f"the longest, {size} sample{'s' if size > 1 else ''} ({seconds(size * tau0)} s), before"
+        f" {place(found.start + longest + 1)}"
+    )
+    return (
+        Finding(
+            code="gaps",
+            severity="info" if few else "warning",
+            message=(
+                f"{about}{lost} of {found.n} samples ({100 * lost / found.n:.2g} %) are missing in {count}"
+                f" gap{'s' if count > 1 else ''} of the time stamps; {longest_text}"
+            ),
+            where=f"t = {seconds(begins)} s",
+            size=lost,
+            effect=(
+                "they are left empty on the grid of the stamps, never filled in: put together without them, the record would"
+                " bend the curve at long times; interpolated, at all times"
+            ),
+            remedy="none is needed if they are few; look for lost packets or a full buffer if not",
+        ),
+    )
+
+
+def pauses(found: GridFit, used: Rows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
+    """Pauses that are cut out, or so many that nothing would be left."""
+    if found.pieces == 1:
+        return ()
+    row = int(np.argmax(used.intervals))
+    longest = float(used.intervals[row]) * second
+    if not found.pieces:
+        return (
+            Finding(
+                code="irregular_stamps",
+                severity="warning",
+                message=(
+                    f"the time stamps leave more places empty than there are samples, in no few pauses; the longest,"
+                    f" {seconds(longest)} s, ends on {place(row + 1)}"
+                ),
+                where=place(row + 1),
+                size=longest,
+                unit="s",
+                effect=(
+                    f"samples are analysed as if evenly spaced by {found.interval * second:.6g} s; if they were not, the"
+                    " curve is bent, and every time in it is wrong"
+                ),
+                remedy="if the sensor went on all the time, give its rate by --rate HZ; else cut out a piece without pauses",
+            ),
+        )
+    total = len(used.stamps)
+    kept = found.stop - found.start
+    return (
+        Finding(
+            code="long_pauses",
+            severity="warning",
+            message=(
+                f"{found.pieces - 1} pause{'s' if found.pieces > 2 else ''} or step{'s' if found.pieces > 2 else ''} of the"
+                f" clock, longer than what is recorded, the longest {seconds(longest)} s before {place(row + 1)}: the"
+                f" longest piece is analysed, {kept} of {total} samples from {place(found.start)} on, and the other"
+                f" {total - kept} are left out"
+            ),
+            where=place(row + 1),
+            size=longest,
+            unit="s",
+            effect="terms at long times are less sure than the whole log could make them",
+            remedy="analyse the pieces one by one; if only the clock was set, cut the time column out and give --rate HZ",
+        ),
+    )
+
+
+def host(found: GridFit, used: Rows, second: float, step: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
+    """Stamps that are not of the samples."""
+    if found.kind == "grid" or not found.pieces:
+        return ()
+    rate = 1 / (found.interval * second)
+    if found.kind == "coarse":
+        return (
+            Finding(
+                code="coarse_stamps",
+                severity="info",
+                message=(
+                    f"the clock of the time stamps goes in steps of {step * second:.3g} s, longer than the sample interval,"
+                    f" {found.interval * second:.3g} s; evenly spaced samples at {rate:.6g} Hz fit all of them"
+                ),
+                size=step * second,
+                unit="s",
+                effect=f"fewer than {max(round(step / found.interval), 1) + 1} lost samples in a row would not be seen",
+            ),
+        )
+    median = f"{1 / (found.median * second):.3g} Hz" if found.median > 0 else "no rate at all"
+    row = int(np.argmax(used.intervals))
+    longest = float(used.intervals[row])
+    return (
+        Finding(
+            code="host_stamps",
+            severity="warning",
+            message=(
+                f"{100 * found.short:.2g} % of the intervals between time stamps are shorter than half the sample interval,"
+                f" the longest is {seconds(longest * second)} s (before {place(row + 1)}): the stamps say when a host took"
+                f" the samples, not when the sensor made them; their median interval would say {median}"
+            ),
+            where=place(row + 1),
+            size=found.short,
+            effect=(
+                f"samples are taken as evenly spaced at {rate:.6g} Hz, by the line through all stamps; samples that were"
+                " lost cannot be seen, and each would make the rate lower by its share"
+            ),
+            remedy="if the rate of the sensor is known, compare it with this; log the sensor's own stamps or counter",
+        ),
+    )
+
+
+def drift(found: GridFit, tau0: float) -> tuple[Finding, ...]:
+    """A rate that changes."""
+    change = found.drift
+    if change is None or change.size < max(_DRIFT[0], _DRIFT_ERRORS * change.error):
+        return ()
+    low, high = (1 + change.rates.min()) / tau0, (1 + change.rates.max()) / tau0
+    share = f"{100 * change.size:.2g} %"
+    at = int(np.argmax(np.abs(change.rates - np.median(change.rates))))
+    begins = at / len(change.rates) * found.n * tau0
+    return (
+        Finding(
+            code="rate_drift",
+            severity="warning" if change.size > _DRIFT[1] else "info",
+            message=(
+                f"the sampling rate changes over the record: {low:.6g} to {high:.6g} Hz by tenths, {share};"
+                f" it is farthest from the others from t = {seconds(begins)} s on"
+            ),
+            where=f"t = {seconds(begins)} s",
+            size=change.size,
+            effect=(
+                f"times are right to {share}, a random walk and a rate random walk to half of that; samples"
+                " lost behind the stamps would look the same"
+            ),
+            remedy="none is needed for a steady drift; if the rate jumps, look for lost samples",
+        ),
+    )
+
+
+def not_round(rate: float, found: GridFit) -> tuple[Finding, ...]:
+    """A rate near one that data sheets state, and surely not that."""
+    power = 10.0 ** math.floor(math.log10(rate))
+    stated = min((m * power for m in (*_ROUND, 10.0)), key=lambda nominal: abs(rate / nominal - 1))
+    off = rate / stated - 1
+    if not max(_AGREE, 5 * found.error / found.interval) < abs(off) < _NEAR:
+        return ()
+    share = f"{100 * abs(off):.2g} %"
+    return (
+        Finding(
+            code="rate_not_nominal",
+            severity="info",
+            message=f"the time stamps say {rate:.6g} Hz, {share} {'less' if off < 0 else 'more'} than {stated:g} Hz",
+            size=off,
+            effect=(
+                f"the rate of the stamps is used; with {stated:g} Hz times would be off by {share}, a random walk by"
+                f" {50 * abs(off):.2g} %"
+            ),
+            remedy=f"give --rate {stated:g} only if the sensor's clock is known to be better than that of the stamps",
+        ),
+    )

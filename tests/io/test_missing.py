@@ -1,0 +1,231 @@
+"""Numbers that are missing, rows that are another sensor's, and a temperature beside the sensors."""
+
+import numpy as np
+import pytest
+
+import sigmatau
+from known import seed_of
+from sigmatau import Record, analyze
+from sigmatau.errors import NonFiniteError, OptionError
+from sigmatau.io import read
+from sigmatau.io.read.columns import choose
+from sigmatau.io.read.table import Column
+
+HEADER = "time [s],gyro_x [deg/s]\n"
+N = 10
+
+
+def log(tmp_path, text):
+    path = tmp_path / "log.csv"
+    path.write_bytes(text.encode())
+    return path
+
+
+def rows(edit=None, n=N, separator=","):
+    lines = [f"{i / 100}{separator}{i}" for i in range(n)]
+    for row, text in (edit or {}).items():
+        lines[row] = text
+    return HEADER.replace(",", separator) + "".join(f"{line}\n" for line in lines)
+
+
+def degrees(record):
+    return record.streams[0].column("gyro_x") / (np.pi / 180)
+
+
+WORDS = ["nan", "NaN", "-nan", "NA", "N/A", "null", "None", "", '""', " "]
+
+
+class TestValues:
+    @pytest.mark.parametrize("text", WORDS)
+    def test_a_word_for_a_missing_number(self, tmp_path, text):
+        record = read(log(tmp_path, rows({4: f"0.04,{text}"})))
+        expected = np.arange(10.0)
+        expected[4] = np.nan
+        np.testing.assert_allclose(degrees(record), expected, rtol=1e-15)
+        (finding,) = record.findings
+        assert (finding.code, finding.channel, finding.size) == ("missing_values", "gyro_x", 1)
+        assert finding.where == "line 6"
+        assert "1 of 10 rows have no number in gyro_x; the first: line 6" in finding.message
+        assert record.streams[0].mask.sum() == 1
+
+    def test_a_first_row_of_nan_is_no_header(self, tmp_path):
+        record = read(log(tmp_path, rows({0: "0,nan"})))
+        assert record.streams[0].grid.n == 10
+        assert np.isnan(degrees(record)[0])
+        record = read(log(tmp_path, rows({0: "nan,nan"})))
+        assert [f.code for f in record.findings] == ["missing_stamps"]
+        assert record.streams[0].grid.n == 9
+
+    def test_tabs(self, tmp_path):
+        record = read(log(tmp_path, rows({4: "0.04\t", 6: "\t"}, separator="\t")))
+        assert [f.code for f in record.findings] == ["missing_stamps", "gaps", "missing_values"]
+        assert np.flatnonzero(np.isnan(degrees(record))).tolist() == [4, 6]
+
+    def test_one_finding_for_several_axes(self, tmp_path):
+        text = "time [s],wx [rad/s],wy [rad/s]\n" + "".join(
+            f"{i / 100},{'' if i in (3, 5) else i},{'' if i == 5 else i}\n" for i in range(4000)
+        )
+        (finding,) = read(log(tmp_path, text)).findings
+        assert (finding.channel, finding.severity, finding.size) == (None, "info", 2)
+        assert "up to 2 of 4000 (gyro_x) rows have no number in gyro_x, gyro_y" in finding.message
+
+    def test_more_than_half_is_no_column(self, tmp_path):
+        with pytest.raises(
+            NonFiniteError, match=r"line 2: column 'gyro_x \[deg/s\]' has no number there, nor in 5 other"
+        ):
+            read(log(tmp_path, rows({i: f"{i / 100}," for i in range(6)})))
+        assert read(log(tmp_path, rows({i: f"{i / 100}," for i in range(5)}))).findings[0].severity == "warning"
+
+    @pytest.mark.parametrize(("end", "kept"), [("0.10,", 10), ("0.10,1", 10), ("0.10,1\n", 11), ("0.10,\n", 11)])
+    def test_a_last_field_that_was_cut_off_is_no_missing_number(self, tmp_path, end, kept):
+        record = read(log(tmp_path, rows() + end))
+        assert record.streams[0].grid.n == kept
+        if end == "0.10,":
+            assert [(f.code, f.severity) for f in record.findings] == [("broken_off", "error")]
+
+    def test_a_delimiter_at_the_end_of_every_line(self, tmp_path):
+        text = "\n".join(f"{line}," for line in rows().splitlines())
+        assert read(log(tmp_path, text)).streams[0].grid.n == 10
+
+    def test_accumulated(self):
+        """A missing angle costs the rates on both sides."""
+        angle = np.cumsum(np.arange(20.0))
+        angle[7] = np.nan
+        record = sigmatau.from_frame({"wx": angle}, rate=1, unit={"gyro": "rad"}, input="accumulated")
+        assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_x"))).tolist() == [6, 7]
+
+    def test_clean_logs_are_views_of_what_they_hold(self):
+        x = np.random.default_rng(seed_of("views")).normal(size=1000)
+        record = sigmatau.from_frame({"t": np.arange(1000) / 100, "wx": x}, unit={"gyro": "rad/s", "time": "s"})
+        assert np.shares_memory(record.streams[0].samples.raw[0], x)
+        assert record.streams[0].mask is None
+
+
+class TestInterleaved:
+    @pytest.mark.parametrize(("gyro_rate", "accel_rate"), [(100, 100), (100, 50), (400, 100)])
+    def test_each_sensor_has_rows_of_its_own(self, tmp_path, gyro_rate, accel_rate):
+        rng = np.random.default_rng(seed_of(f"interleaved {gyro_rate} {accel_rate}"))
+        gyro, accel = rng.normal(size=10 * gyro_rate), rng.normal(size=10 * accel_rate)
+        lines = [(f"{k / gyro_rate:.6f}", f"{v!r}", "") for k, v in enumerate(gyro.tolist())]
+        lines += [(f"{k / accel_rate + 0.0013:.6f}", "", f"{v!r}") for k, v in enumerate(accel.tolist())]
+        lines.sort(key=lambda line: float(line[0]))
+        text = "time [s],gyro_x [rad/s],accel_x [m/s^2]\n" + "".join(",".join(line) + "\n" for line in lines)
+        record = read(log(tmp_path, text))
+        for stream, rate, values in zip(record.streams, (gyro_rate, accel_rate), (gyro, accel), strict=True):
+            assert stream.grid.rate == pytest.approx(rate, rel=1e-9)
+            assert stream.mask is None
+            np.testing.assert_array_equal(stream.column(stream.channels[0]), values)
+        assert record.streams[1].grid.start == pytest.approx(0.0013, abs=1e-9)
+        assert record.findings == ()
+        assert any("rows, with the stamps of these" in c for c in record.provenance.conversions)
+
+    def test_without_stamps_it_is_refused(self, tmp_path):
+        text = "gyro_x [rad/s],accel_x [m/s^2]\n" + "1,\n,2\n,2\n" * 20
+        with pytest.raises(NonFiniteError, match=r"gyro_x.* nor in 39 other rows of 60"):
+            read(log(tmp_path, text), rate=100)
+
+    def test_a_lost_row_is_a_gap_in_its_own_stream(self, tmp_path):
+        lines = [f"{k / 200:.6f},{k}," if k % 2 else f"{k / 200:.6f},,{k}" for k in range(400) if k != 101]
+        record = read(log(tmp_path, "time [s],gyro_x [rad/s],accel_x [m/s^2]\n" + "\n".join(lines) + "\n"))
+        (finding,) = record.findings
+        assert (finding.code, finding.channel, finding.size) == ("gaps", "gyro", 1)
+        assert record.stream_of("accel_x").mask is None
+        assert int(record.stream_of("gyro_x").mask.sum()) == 1
+
+
+NAMES = {
+    "temp": None,
+    "Temp": None,
+    "temperature": None,
+    "imu_temp": None,
+    "temp_c": "degC",
+    "temperature_degC": "degC",
+    "temp [°C]": "degC",
+    "Temperature (C)": "degC",
+    "temp [K]": "K",
+    "temp_f": "degF",
+    "gyro_temp": None,
+    "sensor_temperature": None,
+    "T [degC]": "degC",
+}
+NO_NAMES = ["t", "T", "tempo", "temp_x", "temp [mV]", "temp [LSB]", "temp_raw", "battery_temp", "temporary", "ambient"]
+
+
+class TestTemperature:
+    @pytest.mark.parametrize(("name", "unit"), NAMES.items(), ids=NAMES)
+    def test_names(self, name, unit):
+        choice = choose([Column(name="gyro_x"), Column(name=name)], None)
+        assert choice.temperature is not None
+        assert (choice.temperature.index, choice.temperature.unit) == (1, unit)
+        assert list(choice.channels) == ["gyro_x"]
+
+    @pytest.mark.parametrize("name", NO_NAMES)
+    def test_other_names(self, name):
+        assert choose([Column(name="gyro_x"), Column(name=name)], None).temperature is None
+
+    def test_of_several_the_one_of_the_whole_sensor(self):
+        names = ("gyro_x", "gyro_temp", "temp", "accel_temp")
+        assert choose([Column(name=n) for n in names], None).temperature.index == 2
+        names = ("gyro_x", "temp", "temperature")
+        assert choose([Column(name=n) for n in names], None).temperature is None
+
+    @pytest.mark.parametrize(
+        ("name", "values"),
+        [("temp", lambda c: c), ("temp [K]", lambda c: c + 273.15), ("temp_f", lambda c: 1.8 * c + 32)],
+    )
+    def test_the_stream(self, name, values):
+        celsius = 25 + np.arange(1000) / 100
+        data = {"t": np.arange(1000) / 100, "wx": celsius, name: values(celsius)}
+        record = sigmatau.from_frame(data, unit={"gyro": "rad/s", "time": "s"})
+        stream = record.stream_of("temperature")
+        assert (stream.name, stream.quantity, stream.unit) == ("temperature", "temperature", "degC")
+        np.testing.assert_allclose(stream.column("temperature"), celsius, rtol=1e-12)
+        assert stream.grid == record.streams[0].grid
+        assumed = any("degC assumed" in c for c in record.provenance.conversions)
+        assert assumed == (name == "temp")
+        assert record.findings == ()
+
+    def test_it_is_never_refused(self, tmp_path):
+        numbers = [f"{i / 100},{i}" for i in range(40)]
+        for column, there in (
+            (["x"] * 40, False),
+            ([""] * 40, False),
+            (["inf"] * 40, False),
+            (["-3920"] * 40, False),  # counts
+            (["", "", "", "20"] * 10, True),
+            (["20"] * 39 + [""], True),
+        ):
+            pairs = zip(numbers, column, strict=True)
+            record = read(log(tmp_path, "time [s],gyro_x [deg/s],temp,n\n" + "".join(f"{a},{b},1\n" for a, b in pairs)))
+            np.testing.assert_allclose(degrees(record), np.arange(40.0), rtol=1e-15)
+            assert record.findings == ()
+            assert ("temperature" in record.channels) == there
+            assert ("temp" in record.provenance.ignored) == (not there)
+
+    def test_it_takes_part_in_the_gaps(self):
+        keep = np.delete(np.arange(1000), [300, 301])
+        data = {"t": keep / 100, "wx": keep * 1.0, "temp": 20 + keep / 1e3}
+        stream = sigmatau.from_frame(data, unit={"gyro": "rad/s", "time": "s"}).stream_of("temperature")
+        assert np.flatnonzero(np.isnan(stream.column("temperature"))).tolist() == [300, 301]
+
+    def test_of_increments_it_is_none(self):
+        data = {"t": np.arange(100) / 100, "wx": np.arange(100.0), "temp": np.full(100, 20.0)}
+        record = sigmatau.from_frame(data, unit={"gyro": "rad", "time": "s"}, input="accumulated")
+        assert (record.streams[0].grid.n, record.streams[1].grid.n) == (99, 100)
+        assert set(record.streams[1].column("temperature")) == {20.0}
+
+    def test_only_what_is_asked_for(self, tmp_path):
+        text = "time [s],gyro_x [deg/s],temp\n" + "".join(f"{i / 100},{i},20\n" for i in range(40))
+        assert read(log(tmp_path, text), channels={"gyro_x": 2}).channels == ("gyro_x",)
+        with pytest.raises(OptionError, match="unit of temp"):
+            read(log(tmp_path, text), channels={"gyro_x": 2, "temp": 3})
+
+    def test_analyze_leaves_it_out(self):
+        rng = np.random.default_rng(seed_of("temperature"))
+        x = rng.normal(size=20_000)
+        alone = Record.from_arrays(rate=100, gyro_x=x)
+        beside = Record.from_arrays(rate=100, gyro_x=x, temperature=20 + x, unit={"temperature": "degC"})
+        assert beside.stream_of("temperature").quantity == "temperature"
+        one, other = analyze(alone), analyze(beside)
+        assert list(other.curves) == ["gyro_x"]
+        assert one.to_dict()["channels"] == other.to_dict()["channels"]

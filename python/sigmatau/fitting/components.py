@@ -9,6 +9,12 @@ The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p
 if the discrete cosine transform made its modes independent, which is exact for white noise plus a random walk: with the
 spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
 2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
+
+Where samples are missing (`sigmatau.gaps`), D is exact for the mask, and Γ is approximated, because its exact sums would go
+over all pairs of pairs: each process is taken to be as without gaps but for its size at each averaging time, which is that
+of its D; quantization noise as two, of which one telescopes and the other, what the lost samples leave of it, is white; and
+fewer pairs make the variances larger as if the record were so much shorter. The result is the covariance of something that
+can be, so that it is positive definite whatever is missing.
 """
 
 from __future__ import annotations
@@ -22,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _kernels
+from sigmatau.gaps import Gaps
 
 __all__ = ["LINEAR", "Components", "components", "power_of_interval"]
 
@@ -63,8 +70,14 @@ class Components:
     gains : ndarray, shape (n_tau, n_modes)
     modes : ndarray, shape (n_modes,)
         How many modes each stands for.
+    squares : ndarray, shape (n_tau,)
+        Mean square of the distance of the two clusters of a pair, m² without gaps: of a ramp of 1, twice the variance.
     ramp_weights : ndarray or None, shape (n_tau,)
         Weights of the ramp that was removed, if one was.
+    gaps : Gaps or None
+        What is missing.
+    powers : ndarray or None, shape (n_terms, n_tau, n_modes)
+        With gaps, where a term's share of a mode depends on the averaging time: gain times power, for θ = 1.
     """
 
     names: tuple[str, ...]
@@ -76,7 +89,10 @@ class Components:
     spectra: Floats
     gains: Floats
     modes: Floats
+    squares: Floats
     ramp_weights: Floats | None = None
+    gaps: Gaps | None = None
+    powers: Floats | None = None
 
     def from_index(self, first: int) -> Self:
         """The same without the shortest `first` averaging times."""
@@ -87,6 +103,8 @@ class Components:
             noise=np.ascontiguousarray(self.noise[:, first:, first:]),
             slopes=self.slopes[:, first:, first:],
             gains=self.gains[first:],
+            squares=self.squares[first:],
+            powers=None if self.powers is None else self.powers[:, first:],
         )
 
     def without_ramp(self, weights: Floats) -> Self:
@@ -97,8 +115,7 @@ class Components:
         """
         c = np.einsum("pij,j->ip", self.slopes, weights)
         v = np.einsum("i,ip->p", weights, c)
-        squares = self.m.astype(float) ** 2
-        return replace(self, design=self.design - squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
+        return replace(self, design=self.design - self.squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
 
     def covariance(self, theta: Floats) -> Floats:
         """Of the Allan variances, if θ is true.
@@ -117,7 +134,7 @@ class Components:
         v = float(self.ramp_weights @ c)
         if v <= 0:
             return total
-        squares = self.m.astype(float) ** 2
+        squares = self.squares
         beta = c / v
         remainder = slopes - np.outer(c, c) / v
         for sign, share in ((-1.0, squares * beta), (1.0, squares * (beta - 1))):
@@ -128,23 +145,24 @@ class Components:
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
-        squares = self.m.astype(float) ** 2
-        return avar - ramp * squares * (ramps - 0.5 * ramp)
+        return avar - ramp * self.squares * (ramps - 0.5 * ramp)
 
     def degrees_of_freedom(self, theta: Floats, *, ramp: float) -> Floats:
         """2·AVAR²/Var of every Allan variance, for θ and a ramp per sample."""
-        squares = self.m.astype(float) ** 2
-        drift = 0.5 * ramp * ramp * squares
+        drift = 0.5 * ramp * ramp * self.squares
         diagonals = np.diagonal(self.noise, axis1=1, axis2=2)
         variances = sum(
             theta[p] * theta[q] * diagonal for (p, q), diagonal in zip(_pairs(len(theta)), diagonals, strict=True)
         )
-        variances = variances + (ramp * squares) ** 2 * (theta @ np.diagonal(self.slopes, axis1=1, axis2=2))
+        variances = variances + (ramp * self.squares) ** 2 * (theta @ np.diagonal(self.slopes, axis1=1, axis2=2))
         return np.asarray(2 * (self.design @ theta + drift) ** 2 / variances)
 
     def skewness(self, weights: Floats, theta: Floats) -> tuple[float, float]:
         """Skewness and variance of Σ weights·AVAR by independent modes."""
-        parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
+        if self.powers is None:
+            parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
+        else:
+            parts = np.einsum("j,jk->k", weights, np.einsum("p,pjk->jk", theta, self.powers))
         squares = self.modes * parts * parts
         variance = 2 * float(squares.sum())
         return 8 * float(squares @ parts) / variance**1.5, variance
@@ -152,7 +170,12 @@ class Components:
 
 @functools.lru_cache(maxsize=32)
 def components(
-    n: int, m: tuple[int, ...], *, correlation_time: float | None = None, frequency: float | None = None
+    n: int,
+    m: tuple[int, ...],
+    *,
+    correlation_time: float | None = None,
+    frequency: float | None = None,
+    gaps: Gaps | None = None,
 ) -> Components:
     """The four linear terms and at most one more.
 
@@ -166,9 +189,13 @@ def components(
         Of a Gauss-Markov process, given by its variance. [samples]
     frequency : float, optional
         Of a sinusoid of random phase, given by its squared amplitude. [cycles per sample]
+    gaps : Gaps, optional
+        What is missing; every size must have a pair.
     """
     if frequency is not None:
-        return _with_sinusoid(components(n, m), frequency)
+        return _with_sinusoid(components(n, m, gaps=gaps), frequency)
+    if gaps is not None:
+        return _with_gaps(components(n, m, correlation_time=correlation_time), gaps, correlation_time)
     sizes = np.array(m, dtype=np.int64)
     times = () if correlation_time is None else (correlation_time,)
     tensors, drifts = _kernels.covariance_tensors(n, sizes, 1.0, correlation_times=times)
@@ -194,6 +221,7 @@ def components(
         spectra=np.array(spectra) / n,
         gains=2 * np.sin(np.outer(sizes, angle) / 2) ** 4 / np.outer(squares, sine**2),
         modes=modes,
+        squares=squares,
     )
     for array in (result.design, result.noise, result.slopes, result.spectra, result.gains):
         array.setflags(write=False)
@@ -224,6 +252,48 @@ def _with_sinusoid(linear: Components, frequency: float) -> Components:
         noise=np.array(noise),
         slopes=np.concatenate([linear.slopes, zero[None]]),
         spectra=np.vstack([linear.spectra, np.zeros_like(linear.spectra[:1])]),
+        powers=None if linear.powers is None else np.concatenate([linear.powers, np.zeros_like(linear.powers[:1])]),
+    )
+
+
+def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> Components:
+    """Components of a record in which samples are missing; see the head of this module."""
+    e = gaps.expected(full.m)
+    sizes = full.m.astype(float)
+    terms = range(len(full.names))
+    scales = e.avar / full.design[:, : len(LINEAR)]
+    design = e.avar
+    if correlation_time is not None:
+        ratio = gaps.gauss_markov_ratio(correlation_time, full.m)
+        scales = np.column_stack([scales, ratio])
+        design = np.column_stack([design, ratio * full.design[:, -1]])
+    # By term, the processes that it is made of, and their sizes over those without gaps.
+    left_white = np.maximum(e.avar[:, 0] - e.telescoping * full.design[:, 0], 0) * sizes
+    made_of = [[(p, scales[:, p])] for p in terms]
+    made_of[LINEAR.index("quantization")] = [(0, e.telescoping), (LINEAR.index("random_walk"), left_white)]
+    roots = [[(p, np.sqrt(np.outer(s, s))) for p, s in parts] for parts in made_of]
+    index = {pair: k for k, pair in enumerate(_pairs(len(full.names)))}
+
+    def tensor(p: int, q: int) -> Floats:
+        return np.asarray(full.noise[index[min(p, q), max(p, q)]] * (1.0 if p == q else 0.5))
+
+    shorter = np.sqrt((full.n + 1 - 2 * full.m) / e.n_pairs)
+    fewer = np.outer(shorter, shorter)
+    noise = [
+        (1 if p == q else 2) * fewer * sum(rp * rq * tensor(a, b) for a, rp in roots[p] for b, rq in roots[q])
+        for p, q in index
+    ]
+    nearer = sizes / np.sqrt(e.square_distance)
+    slopes = [fewer * np.outer(nearer, nearer) * sum(root * full.slopes[a] for a, root in roots[p]) for p in terms]
+    powers = [full.gains * sum(s[:, None] * full.spectra[a] for a, s in made_of[p]) for p in terms]
+    return replace(
+        full,
+        design=design,
+        noise=np.array(noise),
+        slopes=np.array(slopes),
+        squares=e.square_distance,
+        gaps=gaps,
+        powers=np.array(powers),
     )
 
 

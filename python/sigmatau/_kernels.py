@@ -24,6 +24,7 @@ __all__ = [
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
+    "masked_covariance",
     "masked_expectations",
     "masked_variances",
     "quadratic_edf",
@@ -191,6 +192,28 @@ def masked_variances(
         return _core.masked_variances(array, sizes, overlap == "full", counting == "paper", threads or 0)
     except _core.NonFinite as error:
         raise _non_finite(error, [array], [name]) from None
+
+
+def masked_covariance(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, block: int, correlation_times: Sequence[float] = ()
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Covariance of the Allan variances at long times for a mask, from sums over blocks of samples.
+
+    Processes come in the order random walk, bias instability, rate random walk, Gauss-Markov processes.
+
+    Returns
+    -------
+    avar : ndarray, shape (n_processes, n_tau)
+        As the model of blocks has it.
+    noise : ndarray, shape (n_pairs, n_tau, n_tau)
+        For each pair p ≤ q of processes; an unequal pair comes in twice.
+    slopes : ndarray, shape (n_processes, n_tau, n_tau)
+        Covariance of the ramps.
+    """
+    times = [float(time) for time in correlation_times]
+    avar, noise, slopes = _core.masked_covariance(np.ascontiguousarray(there), _sizes(m), block, times)
+    k = len(m)
+    return avar.reshape(-1, k), noise.reshape(-1, k, k), slopes.reshape(-1, k, k)
 
 
 def masked_expectations(

@@ -5,6 +5,7 @@ use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sigmatau_core::allan::{Counting, Overlap};
+use sigmatau_core::gaps::covariance::{Process, long_times};
 use sigmatau_core::gaps::{self, expected};
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
@@ -61,4 +62,28 @@ pub fn masked_expectations<'py>(
         row[..e.ratios.len()].copy_from_slice(&e.ratios);
     }
     Ok((columns.into_pyarray(py), times.into_pyarray(py), ratios.into_pyarray(py)))
+}
+
+/// Allan variances, noise and slopes; processes in the order random walk, bias instability, rate random walk, and one for
+/// each of the correlation times.
+#[pyfunction]
+pub fn masked_covariance<'py>(
+    py: Python<'py>,
+    there: PyReadonlyArray1<'py, bool>,
+    m: PyReadonlyArray1<'py, i64>,
+    block: usize,
+    correlation_times: Vec<f64>,
+) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>)> {
+    let there = there.as_slice()?;
+    let sizes = sizes(&m)?;
+    let linear = [Process::RandomWalk, Process::BiasInstability, Process::RateRandomWalk];
+    let others = correlation_times.into_iter().map(|time| Process::GaussMarkov { time });
+    let processes: Vec<Process> = linear.into_iter().chain(others).collect();
+    let found =
+        detached(py, || long_times(there, &sizes, block, &processes)).map_err(|error| value_error(&error))?;
+    Ok((
+        found.avar.concat().into_pyarray(py),
+        found.noise.concat().into_pyarray(py),
+        found.slopes.concat().into_pyarray(py),
+    ))
 }

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.fitting import extension
-from sigmatau.fitting.components import LINEAR, Components, components
+from sigmatau.fitting.components import LINEAR, Components
 from sigmatau.fitting.extension import Extension
 from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.masked import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
 from sigmatau.gaps import Gaps
 from sigmatau.results import two_digits
@@ -86,7 +87,7 @@ class Data:
 
     def parts(self, extra: Extension | None = None) -> Components:
         """Components at all averaging times."""
-        return components(self.n, self.m, gaps=self.gaps, **({} if extra is None else extra.arguments()))
+        return components_with_gaps(self.n, self.m, self.gaps, **({} if extra is None else extra.arguments()))
 
     def gls(self, first: int, extra: Extension | None = None) -> Gls:
         """The problem from one averaging time on."""

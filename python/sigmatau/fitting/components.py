@@ -10,11 +10,7 @@ if the discrete cosine transform made its modes independent, which is exact for 
 spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
 2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
 
-Where samples are missing (`sigmatau.gaps`), D is exact for the mask, and Γ is approximated, because its exact sums would go
-over all pairs of pairs: each process is taken to be as without gaps but for its size at each averaging time, which is that
-of its D; quantization noise as two, of which one telescopes and the other, what the lost samples leave of it, is white; and
-fewer pairs make the variances larger as if the record were so much shorter. The result is the covariance of something that
-can be, so that it is positive definite whatever is missing.
+Where samples are missing, `sigmatau.fitting.masked` makes of these what the gaps leave.
 """
 
 from __future__ import annotations
@@ -30,7 +26,7 @@ from numpy.typing import NDArray
 from sigmatau import _kernels
 from sigmatau.gaps import Gaps
 
-__all__ = ["LINEAR", "Components", "components", "power_of_interval"]
+__all__ = ["LINEAR", "Components", "components", "pairs_of_terms", "power_of_interval", "with_sinusoid"]
 
 Floats = NDArray[np.float64]
 
@@ -152,7 +148,8 @@ class Components:
         drift = 0.5 * ramp * ramp * self.squares
         diagonals = np.diagonal(self.noise, axis1=1, axis2=2)
         variances = sum(
-            theta[p] * theta[q] * diagonal for (p, q), diagonal in zip(_pairs(len(theta)), diagonals, strict=True)
+            theta[p] * theta[q] * diagonal
+            for (p, q), diagonal in zip(pairs_of_terms(len(theta)), diagonals, strict=True)
         )
         variances = variances + (ramp * self.squares) ** 2 * (theta @ np.diagonal(self.slopes, axis1=1, axis2=2))
         return np.asarray(2 * (self.design @ theta + drift) ** 2 / variances)
@@ -175,7 +172,6 @@ def components(
     *,
     correlation_time: float | None = None,
     frequency: float | None = None,
-    gaps: Gaps | None = None,
 ) -> Components:
     """The four linear terms and at most one more.
 
@@ -189,13 +185,9 @@ def components(
         Of a Gauss-Markov process, given by its variance. [samples]
     frequency : float, optional
         Of a sinusoid of random phase, given by its squared amplitude. [cycles per sample]
-    gaps : Gaps, optional
-        What is missing; every size must have a pair.
     """
     if frequency is not None:
-        return _with_sinusoid(components(n, m, gaps=gaps), frequency)
-    if gaps is not None:
-        return _with_gaps(components(n, m, correlation_time=correlation_time), gaps, correlation_time)
+        return with_sinusoid(components(n, m), frequency)
     sizes = np.array(m, dtype=np.int64)
     times = () if correlation_time is None else (correlation_time,)
     tensors, drifts = _kernels.covariance_tensors(n, sizes, 1.0, correlation_times=times)
@@ -216,7 +208,7 @@ def components(
         n=n,
         m=sizes,
         design=np.column_stack(columns),
-        noise=np.array([(1 if p == q else 2) * tensors[p, q] for p, q in _pairs(len(names))]),
+        noise=np.array([(1 if p == q else 2) * tensors[p, q] for p, q in pairs_of_terms(len(names))]),
         slopes=np.array([drifts[p] / np.outer(squares, squares) for p in order]),
         spectra=np.array(spectra) / n,
         gains=2 * np.sin(np.outer(sizes, angle) / 2) ** 4 / np.outer(squares, sine**2),
@@ -228,8 +220,10 @@ def components(
     return result
 
 
-def _with_sinusoid(linear: Components, frequency: float) -> Components:
-    """A line is no noise; it shows in the covariance only through the noise at its frequency.
+def with_sinusoid(linear: Components, frequency: float) -> Components:
+    """Beside the linear terms, a sinusoid of random phase, given by its squared amplitude; frequency in cycles per sample.
+
+    A line is no noise; it shows in the covariance only through the noise at its frequency.
 
     The squared amplitude that a record of n samples shows has the variance 8A²S(f)/n, S two-sided, and every Allan
     variance moves with it.
@@ -243,7 +237,7 @@ def _with_sinusoid(linear: Components, frequency: float) -> Components:
     terms = len(LINEAR)
     noise = [
         next(matrices) if q < terms else (8 / linear.n * densities[p] * outer if p < terms else zero)
-        for p, q in _pairs(terms + 1)
+        for p, q in pairs_of_terms(terms + 1)
     ]
     return replace(
         linear,
@@ -256,48 +250,8 @@ def _with_sinusoid(linear: Components, frequency: float) -> Components:
     )
 
 
-def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> Components:
-    """Components of a record in which samples are missing; see the head of this module."""
-    e = gaps.expected(full.m)
-    sizes = full.m.astype(float)
-    terms = range(len(full.names))
-    scales = e.avar / full.design[:, : len(LINEAR)]
-    design = e.avar
-    if correlation_time is not None:
-        ratio = gaps.gauss_markov_ratio(correlation_time, full.m)
-        scales = np.column_stack([scales, ratio])
-        design = np.column_stack([design, ratio * full.design[:, -1]])
-    # By term, the processes that it is made of, and their sizes over those without gaps.
-    left_white = np.maximum(e.avar[:, 0] - e.telescoping * full.design[:, 0], 0) * sizes
-    made_of = [[(p, scales[:, p])] for p in terms]
-    made_of[LINEAR.index("quantization")] = [(0, e.telescoping), (LINEAR.index("random_walk"), left_white)]
-    roots = [[(p, np.sqrt(np.outer(s, s))) for p, s in parts] for parts in made_of]
-    index = {pair: k for k, pair in enumerate(_pairs(len(full.names)))}
-
-    def tensor(p: int, q: int) -> Floats:
-        return np.asarray(full.noise[index[min(p, q), max(p, q)]] * (1.0 if p == q else 0.5))
-
-    shorter = np.sqrt((full.n + 1 - 2 * full.m) / e.n_pairs)
-    fewer = np.outer(shorter, shorter)
-    noise = [
-        (1 if p == q else 2) * fewer * sum(rp * rq * tensor(a, b) for a, rp in roots[p] for b, rq in roots[q])
-        for p, q in index
-    ]
-    nearer = sizes / np.sqrt(e.square_distance)
-    slopes = [fewer * np.outer(nearer, nearer) * sum(root * full.slopes[a] for a, root in roots[p]) for p in terms]
-    powers = [full.gains * sum(s[:, None] * full.spectra[a] for a, s in made_of[p]) for p in terms]
-    return replace(
-        full,
-        design=design,
-        noise=np.array(noise),
-        slopes=np.array(slopes),
-        squares=e.square_distance,
-        gaps=gaps,
-        powers=np.array(powers),
-    )
-
-
-def _pairs(terms: int) -> list[tuple[int, int]]:
+def pairs_of_terms(terms: int) -> list[tuple[int, int]]:
+    """All p ≤ q, in the order of `Components.noise`."""
     return [(p, q) for p in range(terms) for q in range(p, terms)]
 
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau._kernels import Factor
-from sigmatau.fitting.components import components
 from sigmatau.fitting.gls import Gls, non_negative, relative_fit
 from sigmatau.gaps import Gaps
 
@@ -48,7 +47,7 @@ class Extension:
     shape: float
 
     def arguments(self) -> dict[str, float]:
-        """For `sigmatau.fitting.components.components`."""
+        """For `sigmatau.fitting.masked.components_with_gaps`."""
         return {"correlation_time" if self.kind == "gauss_markov" else "frequency": self.shape}
 
     def column(self, m: NDArray[np.int64], gaps: Gaps | None = None) -> Floats:
@@ -135,7 +134,8 @@ def intervals(
 
 
 def _problem(five: Gls, extension: Extension) -> Gls:
-    parts = components(five.parts.n, tuple(int(m) for m in five.parts.m), gaps=five.parts.gaps, **extension.arguments())
+    sizes = tuple(int(m) for m in five.parts.m)
+    parts = components_with_gaps(five.parts.n, sizes, five.parts.gaps, **extension.arguments())
     return Gls(parts, five.avar, (*five.candidates, len(parts.names) - 1))
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels, terms
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.masked import components_with_gaps
 from sigmatau.gaps import Gaps
 from sigmatau.results import Printed, duration_text, interval_texts, seconds, two_digits
 from sigmatau.terms import TERMS, display_units
@@ -230,12 +231,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         grid = np.unique(sizes)
         if len(grid) > _MOST_EXACT:
             grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
-        parts = components(
+        parts = components_with_gaps(
             self.n,
             tuple(int(size) for size in grid),
+            self.gaps,
             correlation_time=None if process is None else process.time.value / self.tau0,
             frequency=None if line is None else line.frequency.value * self.tau0,
-            gaps=self.gaps,
         )
         edf = parts.degrees_of_freedom(
             np.array([theta[name] for name in parts.names]), ramp=self.model.get("rate_ramp", 0.0) * self.tau0

@@ -110,17 +110,17 @@ fn nodes_for(m: usize) -> usize {
 }
 
 /// Running counts: one more than there are samples, the first 0.
-struct Counts {
+pub(super) struct Counts {
     /// Samples that are there.
-    valid: Vec<i64>,
+    pub(super) valid: Vec<i64>,
     /// Those of them that follow one.
     following: Vec<i64>,
     /// Sum of their indices.
-    index: Vec<i64>,
+    pub(super) index: Vec<i64>,
 }
 
 impl Counts {
-    fn of(there: &[bool]) -> Self {
+    pub(super) fn of(there: &[bool]) -> Self {
         let fresh = || {
             let mut counts = Vec::with_capacity(there.len() + 1);
             counts.push(0);
@@ -143,14 +143,14 @@ impl Counts {
 
     /// Samples in each cluster of the pair that begins at a sample, if both are at least half full.
     #[inline]
-    fn pair(&self, start: usize, m: usize) -> Option<(i64, i64)> {
+    pub(super) fn pair(&self, start: usize, m: usize) -> Option<(i64, i64)> {
         let [a, b, c] = [start, start + m, start + 2 * m].map(|k| self.valid[k]);
         let (m1, m2) = (b - a, c - b);
         let full = m as i64;
         (2 * m1 >= full && 2 * m2 >= full).then_some((m1, m2))
     }
 
-    fn starts(&self, m: usize) -> usize {
+    pub(super) fn starts(&self, m: usize) -> usize {
         self.valid.len() - 2 * m
     }
 

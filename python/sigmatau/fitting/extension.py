@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sigmatau import _kernels
 from sigmatau._kernels import Factor
 from sigmatau.fitting.gls import Gls, non_negative, relative_fit
+from sigmatau.fitting.masked import components_with_gaps
 from sigmatau.gaps import Gaps
 
 __all__ = ["GAIN_IN_REACH", "Extension", "candidates", "intervals"]

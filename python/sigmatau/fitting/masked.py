@@ -86,11 +86,20 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
         for p, q in pairs_of_terms(len(full.names))
     ]
     nearer = sizes / np.sqrt(e.square_distance)
+    # Without gaps the mean difference is that of the two ends of the record. With them every lost sample leaves its mark on
+    # it: at short times as if the differences were independent beyond two clusters, at long times as the blocks have it.
+    lost = np.where(np.arange(len(sizes)) < _first_long(full), 4 * sizes / (e.n_pairs * e.square_distance), 0.0)
+    nearer = sizes / np.sqrt(e.square_distance)
     return replace(
         full,
         design=design,
         noise=np.array(noise),
-        slopes=np.array([np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) for p in terms]),
+        slopes=np.array(
+            [
+                np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) + np.diag(lost * design[:, p])
+                for p in terms
+            ]
+        ),
         squares=e.square_distance,
         gaps=gaps,
         powers=np.array([full.gains * sum(s[:, None] * full.spectra[a] for a, s in made_of[p]) for p in terms]),
@@ -108,12 +117,13 @@ def _of_processes(
         for k, (p, q) in enumerate(pairs_of_terms(len(full.names)))
     }
     slopes = [fewer * slope for slope in full.slopes]
-    block = 1 << max((full.n // _BLOCKS).bit_length() - 1, 0)
-    first = int(np.searchsorted(full.m, _LEAST_BLOCKS * block))
+    first = _first_long(full)
     if first == len(full.m):
         return tensors, slopes
     times = () if correlation_time is None else (correlation_time,)
-    avar, noise, ramps = _kernels.masked_covariance(gaps.there, full.m[first:], block=block, correlation_times=times)
+    avar, noise, ramps = _kernels.masked_covariance(
+        gaps.there, full.m[first:], block=_block(full.n), correlation_times=times
+    )
     # In units of the variance that a whole record would have.
     size = [np.sqrt(full.design[first:, p + 1] / avar[p]) for p in range(len(avar))]
     scale = [np.outer(s, s) for s in size]
@@ -123,6 +133,16 @@ def _of_processes(
     for a, found in enumerate(ramps):
         slopes[a + 1] = _joined(slopes[a + 1], scale[a] * np.outer(near, near) * found)
     return tensors, slopes
+
+
+def _block(n: int) -> int:
+    """Samples of a block of a record of n samples."""
+    return 1 << max((n // _BLOCKS).bit_length() - 1, 0)
+
+
+def _first_long(full: Components) -> int:
+    """Index of the first cluster size that blocks can tell something of."""
+    return int(np.searchsorted(full.m, _LEAST_BLOCKS * _block(full.n)))
 
 
 def _joined(whole: Floats, long: Floats) -> Floats:

@@ -22,6 +22,9 @@ __all__ = [
     "gauss_markov_avar",
     "log_contents",
     "log_messages",
+    "masked_covariance",
+    "masked_expectations",
+    "masked_variances",
     "parse_text",
     "quadratic_edf",
     "read_sentences",
@@ -74,6 +77,13 @@ def deviation_limits(kind: str, samples: int) -> tuple[int, int, int]: ...
 def deviations_of_channels(
     kind: str, columns: list[_Floats], m: _Ints, overlapped: bool, threads: int
 ) -> tuple[list[_Floats], _Ints]: ...
+def masked_covariance(
+    there: NDArray[np.bool_], m: _Ints, block: int, correlation_times: list[float]
+) -> tuple[_Floats, _Floats, _Floats]: ...
+def masked_expectations(there: NDArray[np.bool_], m: _Ints, threads: int) -> tuple[_Floats, _Floats, _Floats]: ...
+def masked_variances(
+    column: _Floats, m: _Ints, overlapped: bool, paper: bool, threads: int
+) -> tuple[_Floats, _Floats, _Ints]: ...
 def quadratic_edf(kind: str, samples: int, m: _Ints, coefficients: list[float], tau0: float) -> _Floats: ...
 def stationary_moments(
     kind: str, overlapped: bool, samples: int, m: _Ints, coefficients: list[float], tau0: float

@@ -24,6 +24,9 @@ __all__ = [
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
+    "masked_covariance",
+    "masked_expectations",
+    "masked_variances",
     "quadratic_edf",
     "simulate",
     "sinusoid_avar",
@@ -153,8 +156,7 @@ def allan_variances(
     pairs : ndarray of int, shape (n_tau,)
     """
     _check_overlap(overlap)
-    if counting not in ("standard", "paper"):
-        raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
+    _check_counting(counting)
     _check_threads(threads)
     arrays = _contiguous(columns, names)
     sizes = np.ascontiguousarray(m, dtype=np.int64)
@@ -172,6 +174,66 @@ def allan_variances(
     except _core.NonFinite as error:
         raise _non_finite(error, arrays, names) from None
     return variances, ramps, pairs
+
+
+def masked_variances(
+    column: ArrayLike, m: NDArray[np.int64], *, overlap: str, counting: str, threads: int | None, name: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Allan variances, ramps per sample and pairs of one channel whose missing samples are NaN; see `sigmatau.gaps`.
+
+    A size without a pair of clusters at least half full has 0 pairs, and NaN.
+    """
+    _check_overlap(overlap)
+    _check_counting(counting)
+    _check_threads(threads)
+    (array,) = _contiguous([column], [name])
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    try:
+        return _core.masked_variances(array, sizes, overlap == "full", counting == "paper", threads or 0)
+    except _core.NonFinite as error:
+        raise _non_finite(error, [array], [name]) from None
+
+
+def masked_covariance(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, block: int, correlation_times: Sequence[float] = ()
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Covariance of the Allan variances at long times for a mask, from sums over blocks of samples.
+
+    Processes come in the order random walk, bias instability, rate random walk, Gauss-Markov processes.
+
+    Returns
+    -------
+    avar : ndarray, shape (n_processes, n_tau)
+        As the model of blocks has it.
+    noise : ndarray, shape (n_pairs, n_tau, n_tau)
+        For each pair p ≤ q of processes; an unequal pair comes in twice.
+    slopes : ndarray, shape (n_processes, n_tau, n_tau)
+        Covariance of the ramps.
+    """
+    times = [float(time) for time in correlation_times]
+    avar, noise, slopes = _core.masked_covariance(np.ascontiguousarray(there), _sizes(m), block, times)
+    k = len(m)
+    return avar.reshape(-1, k), noise.reshape(-1, k, k), slopes.reshape(-1, k, k)
+
+
+def masked_expectations(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Expected Allan variances for a mask, unit coefficients, one sample interval being 1; see `sigmatau.gaps.Gaps`.
+
+    Returns
+    -------
+    columns : ndarray, shape (n_tau, 7)
+        Pairs, quantization, mean of m²/(m₁m₂), random walk, bias instability, rate random walk, mean square of the
+        distance of the mean times.
+    times : ndarray, shape (n_times,)
+        Correlation times of Gauss-Markov processes. [samples]
+    ratios : ndarray, shape (n_tau, n_times)
+        Their variances over those where nothing is missing; NaN where the process is a random walk within the clusters.
+    """
+    _check_threads(threads)
+    columns, times, ratios = _core.masked_expectations(np.ascontiguousarray(there), _sizes(m), threads or 0)
+    return columns.reshape(len(m), -1), times, ratios.reshape(len(m), -1)
 
 
 def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:
@@ -311,6 +373,11 @@ def _five(coefficients: Mapping[str, float]) -> list[float]:
 def _check_overlap(overlap: str) -> None:
     if overlap not in ("full", "none"):
         raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
+
+
+def _check_counting(counting: str) -> None:
+    if counting not in ("standard", "paper"):
+        raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
 
 
 def _check_threads(threads: int | None) -> None:

@@ -252,7 +252,7 @@ def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strid
     NonFiniteError
         If a sample is missing.
     """
-    refuse_missing(stream)
+    refuse_missing(stream, "a sum in bounded memory")
     if isinstance(taus, str) and taus == "all":
         raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
     sizes = cluster_sizes(taus, n=stream.grid.n, tau0=stream.grid.tau0)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.gaps import Gaps
 from sigmatau.record import Record
 from sigmatau.results import ByChannel, Printed
 from sigmatau.streams import Stream
@@ -54,6 +55,8 @@ _SEEDS: Mapping[str, tuple[int, ...]] = {
 
 _COLUMNS = ("m", "tau", "avar", "n_pairs", "ramp", "edf", "stride")
 
+_MOST_ALL_WITH_GAPS = 100_000  # samples: half a minute
+
 # Every grid of parts of an octave is printed whole, up to eighths of a record of 10⁸ samples.
 _PRINTED_ROWS = 200
 
@@ -77,7 +80,7 @@ class DeviationCurve(Printed):
         Number of squared differences averaged.
     ramp : ndarray, shape (n_tau,)
         Mean of all overlapping second differences of the phase, over tau²: the ramp of the rate as seen at this averaging
-        time, with its sign. [unit/s]
+        time, with its sign; where samples are missing, by least squares on the distances of the clusters. [unit/s]
     n : int
         Rate samples in the record.
     tau0 : float
@@ -88,6 +91,8 @@ class DeviationCurve(Printed):
         Equivalent degrees of freedom of each variance for the noise that was fitted; None if nothing was.
     stride : ndarray of int or None, shape (n_tau,)
         Clusters begin at every so many samples; None if they begin at each, or with `overlap` "none" after each other.
+    gaps : Gaps or None
+        Which samples are missing; None if none is.
     """
 
     channel: str
@@ -104,6 +109,7 @@ class DeviationCurve(Printed):
     counting: Counting = "standard"
     edf: NDArray[np.float64] | None = None
     stride: NDArray[np.int64] | None = None
+    gaps: Gaps | None = None
 
     def __post_init__(self) -> None:
         for name in _COLUMNS:
@@ -180,7 +186,8 @@ class DeviationCurve(Printed):
         return draw_curve(self, ax=ax, unit=unit)
 
     def __repr__(self) -> str:
-        head = f"{self.channel}: Allan deviation, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"
+        missing = "" if self.gaps is None else f" ({self.gaps.missing} missing)"
+        head = f"{self.channel}: Allan deviation, {self.n} samples{missing} at {1 / self.tau0:.6g} Hz [{self.unit}]"
         low, high = self.interval()
         columns = np.stack([self.tau, self.adev, low, high], axis=1)
         left_out = len(columns) - _PRINTED_ROWS
@@ -224,7 +231,9 @@ def allan(
     Parameters
     ----------
     record : Record
-        Static data, no sample missing.
+        Static data. Where samples are missing, clusters are averaged over those that they have, and a pair counts if both
+        of its clusters are at least half full; sizes without such a pair are left out. The variance is then not that of
+        a whole record: a fit takes account of it, see `sigmatau.gaps`, a reading by slopes does not.
     taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
         Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
         samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]
@@ -242,12 +251,11 @@ def allan(
 
     Raises
     ------
-    NonFiniteError
-        If a sample is missing.
     RecordTooShortError
         If no cluster size is left.
     OptionError
-        For a time that is not positive, below half a sample or above half the record, or an unknown grid.
+        For a time that is not positive, below half a sample or above half the record, or an unknown grid; for "all" where
+        samples of a long record are missing, which would take hours.
 
     References
     ----------
@@ -258,7 +266,6 @@ def allan(
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
-        refuse_missing(stream)
         chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
         curves.update(chosen)
     return Curves(curves)
@@ -272,7 +279,7 @@ def channel_curve(
     counting: Counting = "standard",
     threads: int | None = None,
 ) -> DeviationCurve:
-    """Overlapped Allan variance of one channel of a record without gaps; see `allan`."""
+    """Overlapped Allan variance of one channel of a record; see `allan`."""
     stream = next(stream for stream in record.streams if channel in stream.channels)
     return _of_stream(stream, (channel,), taus, overlap="full", counting=counting, threads=threads)[channel]
 
@@ -289,27 +296,76 @@ def _of_stream(
     # The paper's counting leaves one term less, and at m = n/2 none.
     terms_lost = 1 if counting == "paper" and overlap == "full" else 0
     sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
-    columns = [stream.column(channel) for channel in channels]
-    variances, ramps, pairs = _kernels.allan_variances(
-        columns, sizes, overlap=overlap, counting=counting, threads=threads, names=channels
-    )
-    return {
-        channel: DeviationCurve(
-            channel=channel,
-            quantity=stream.quantity,
-            unit=stream.unit,
-            m=sizes,
-            tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
-            avar=avar,
-            n_pairs=pairs,
-            ramp=ramp / stream.grid.tau0,
-            n=stream.grid.n,
-            tau0=stream.grid.tau0,
-            overlap=overlap,
-            counting=counting,
+    gaps = {channel: _gaps_of(stream, channel) for channel in channels}
+    whole = tuple(channel for channel in channels if gaps[channel] is None)
+    found: dict[str, DeviationCurve] = {}
+    if whole:
+        columns = [stream.column(channel) for channel in whole]
+        variances, ramps, pairs = _kernels.allan_variances(
+            columns, sizes, overlap=overlap, counting=counting, threads=threads, names=whole
         )
-        for channel, avar, ramp in zip(channels, variances, ramps, strict=True)
-    }
+        for channel, avar, ramp in zip(whole, variances, ramps, strict=True):
+            found[channel] = _curve(stream, channel, sizes, avar, ramp, pairs, overlap=overlap, counting=counting)
+    for channel, missing in gaps.items():
+        if missing is None:
+            continue
+        if isinstance(taus, str) and taus == "all" and stream.grid.n > _MOST_ALL_WITH_GAPS:
+            raise OptionError(
+                f"`taus` 'all' is for at most {_MOST_ALL_WITH_GAPS} samples where some are missing; take a grid",
+                option="taus",
+            )
+        avar, ramp, pairs = _kernels.masked_variances(
+            stream.column(channel), sizes, overlap=overlap, counting=counting, threads=threads, name=channel
+        )
+        kept = pairs > 0
+        if not kept.any():
+            raise RecordTooShortError(
+                f"`{channel}` misses {int(missing.sum())} of {stream.grid.n} samples: no two neighbouring clusters of"
+                f" {sizes[0]} or more are half full",
+                need=2 * int(sizes[0]),
+                got=stream.grid.n - int(missing.sum()),
+            )
+        used = missing[:-1] if terms_lost else missing
+        curve = _curve(
+            stream, channel, sizes[kept], avar[kept], ramp[kept], pairs[kept], overlap=overlap, counting=counting
+        )
+        found[channel] = replace(curve, gaps=Gaps.of(used) if used.any() else None)
+    return {channel: found[channel] for channel in channels}
+
+
+def _gaps_of(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
+    """Where samples of a channel are missing; None if none is."""
+    if stream.mask is None:
+        return None
+    missing = stream.mask[:, stream.channels.index(channel)]
+    return missing if missing.any() else None
+
+
+def _curve(
+    stream: Stream,
+    channel: str,
+    sizes: NDArray[np.int64],
+    avar: NDArray[np.float64],
+    ramp: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    *,
+    overlap: Overlap,
+    counting: Counting,
+) -> DeviationCurve:
+    return DeviationCurve(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        m=sizes,
+        tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
+        avar=avar,
+        n_pairs=pairs,
+        ramp=ramp / stream.grid.tau0,
+        n=stream.grid.n,
+        tau0=stream.grid.tau0,
+        overlap=overlap,
+        counting=counting,
+    )
 
 
 def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[np.int64]:
@@ -347,15 +403,16 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
     return np.unique(sizes_of).astype(np.int64)
 
 
-def refuse_missing(stream: Stream) -> None:
-    """Raise `NonFiniteError` if a sample of a stream is missing."""
+def refuse_missing(stream: Stream, what: str) -> None:
+    """Raise `NonFiniteError` if a sample of a stream is missing; `what` begins the sentence that says what needs it."""
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])
     missing = int(stream.mask.any(axis=1).sum())
     raise NonFiniteError(
         f"`{stream.channels[column]}` has missing samples ({missing} rows, the first at index {row},"
-        f" t = {row * stream.grid.tau0:.6g} s); gaps are not supported yet: cut them out, see `Record.longest_run`",
+        f" t = {row * stream.grid.tau0:.6g} s); {what} needs every one: take the Allan deviation, or the longest run"
+        " without a gap, `Record.longest_run`",
         channel=stream.channels[column],
         index=row,
     )

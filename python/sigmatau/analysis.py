@@ -13,13 +13,23 @@ from numpy.typing import ArrayLike
 from sigmatau import memory
 from sigmatau._version import __version__
 from sigmatau.accumulate import accumulate, strided_sizes
-from sigmatau.allan import Counting, Curves, DeviationCurve, Overlap, TauGrid, allan, channel_curve, cluster_sizes
+from sigmatau.allan import (
+    Counting,
+    Curves,
+    DeviationCurve,
+    Overlap,
+    TauGrid,
+    allan,
+    channel_curve,
+    cluster_sizes,
+    refuse_missing,
+)
 from sigmatau.anglenoise import angle_noise, untold
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
-from sigmatau.results import Finding, Printed, seconds
+from sigmatau.results import Finding, Printed, seconds, two_digits
 from sigmatau.streams import Stream
 from sigmatau.tables import fit_table, read_off_table
 from sigmatau.terms import avar
@@ -138,13 +148,14 @@ def analyze(
     Raises
     ------
     DataError
-        If a sample is missing, the record is too short, or no channel is left.
+        If the record is too short, no channel is left, or samples are missing where `long` is "strided".
     OptionError
         For times or grids that cannot be.
 
     Notes
     -----
-    A channel that never changes is left out with a finding; the others are analysed.
+    A channel that never changes is left out with a finding; the others are analysed. Where samples are missing, the curve is
+    that of clusters at least half full, and the fit takes account of it; what is read off does not.
     """
     if method not in ("gls", "read-off"):
         raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")
@@ -164,7 +175,9 @@ def analyze(
     for stream in record.streams:
         if stream.quantity == "temperature":  # it says why the sensors drift; its own noise is nobody's question
             continue
-        if long == "strided" or (long == "auto" and not memory.fits(stream, threads)):
+        if stream.mask is not None and long == "strided":
+            refuse_missing(stream, "an analysis in bounded memory")
+        if long == "strided" or (long == "auto" and stream.mask is None and not memory.fits(stream, threads)):
             if (overlap, counting) != ("full", "standard"):
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
             found, for_fit = _strided(stream, taus)
@@ -172,7 +185,8 @@ def analyze(
             why = "" if long == "strided" else f"{stream.grid.n} samples do not fit in memory: "
             findings += _strides(found, stream.name, why)
         else:
-            found = allan(Record(streams=(stream,)), taus=taus, overlap=overlap, counting=counting, threads=threads)
+            found, none_left = _curves(stream, taus, overlap, counting, threads)
+            findings += none_left
         for channel, curve in found.items():
             if not _LEAST < curve.avar.max() < _MOST and curve.avar.max() > 0:
                 findings.append(_beyond(curve))
@@ -242,6 +256,23 @@ def of_curves(
         read_off={channel: read_off(curve) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
+
+
+def _curves(
+    stream: Stream, taus: TauGrid | ArrayLike, overlap: Overlap, counting: Counting, threads: int | None
+) -> tuple[Mapping[str, DeviationCurve], list[Finding]]:
+    """The curves, and what is to be said of channels with so many missing samples that there is none."""
+    options: dict[str, Any] = {"taus": taus, "overlap": overlap, "counting": counting, "threads": threads}
+    if stream.mask is None:
+        return allan(Record(streams=(stream,)), **options), []
+    found: dict[str, DeviationCurve] = {}
+    said = []
+    for channel in stream.channels:
+        try:
+            found.update(allan(Record(streams=(stream.only(channel),)), **options))
+        except RecordTooShortError as error:
+            said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=str(error)))
+    return found, said
 
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
@@ -318,7 +349,10 @@ def _rounding(stream: Stream, channel: str) -> float:
     """A deviation that rounding alone may leave of a channel that never changes, or only grows evenly."""
     k = stream.channels.index(channel)
     raw, t = stream.samples.raw[k], stream.samples.transforms[k]
-    largest = max(abs(float(raw[0])), abs(float(raw[-1]))) * abs(t.scale * t.factor)
+    first, last = 0, -1
+    if stream.mask is not None:
+        first, last = np.flatnonzero(~stream.mask[:, k])[[0, -1]]
+    largest = max(abs(float(raw[first])), abs(float(raw[last]))) * abs(t.scale * t.factor)
     if t.kind != "rate":
         largest /= stream.grid.tau0
     return 4 * sys.float_info.epsilon * largest
@@ -340,7 +374,9 @@ def _beyond(curve: DeviationCurve) -> Finding:
 
 
 def _constant(stream: Stream, channel: str) -> Finding:
-    value = stream.samples.read(stream.channels.index(channel), 0, 1)[0]
+    k = stream.channels.index(channel)
+    first = 0 if stream.mask is None else int(np.flatnonzero(~stream.mask[:, k])[0])
+    value = stream.samples.read(k, first, first + 1)[0]
     return Finding(
         code="constant_channel",
         severity="error",
@@ -353,7 +389,18 @@ def _constant(stream: Stream, channel: str) -> Finding:
 def _grid_text(stream: Stream) -> str:
     grid = stream.grid
     length = f"{grid.duration / 3600:.4g} h" if grid.duration >= 3600 else f"{grid.duration:.4g} s"
+    missing = "" if stream.mask is None else f", {_missing_text(stream)} of samples missing"
     return (
         f"{stream.name}: {len(stream.channels)} channel{'s' if len(stream.channels) > 1 else ''},"
-        f" {grid.n} samples at {grid.rate:.6g} Hz ({grid.source}), {length}"
+        f" {grid.n} samples at {grid.rate:.6g} Hz ({grid.source}), {length}{missing}"
     )
+
+
+def _missing_text(stream: Stream) -> str:
+    """The share of all samples that is missing; by channel where it differs."""
+    if stream.mask is None:
+        return "none"
+    texts = [f"{two_digits(100 * share)} %" if share else "none" for share in stream.mask.mean(axis=0)]
+    if len(set(texts)) == 1:
+        return texts[0]
+    return ", ".join(f"{text} ({channel})" for channel, text in zip(stream.channels, texts, strict=True))

@@ -47,7 +47,7 @@ def angle_noise(record: Record, fitted: NoiseFit, *, threads: int | None = None)
     Parameters
     ----------
     record : Record
-        The one that was fitted, no sample missing.
+        The one that was fitted; where samples are missing, its longest run without a gap is looked at.
     fitted : NoiseFit
     threads : int, optional
 
@@ -56,11 +56,11 @@ def angle_noise(record: Record, fitted: NoiseFit, *, threads: int | None = None)
     Finding or None
         ``"white_angle_noise"``, an info, or ``"flicker_angle_noise"``, a warning.
     """
-    sizes = _SIZES[fitted.n >= _LEAST_CLUSTERS * _SIZES]
+    stream = record.stream_of(fitted.channel).only(fitted.channel).longest_run()
+    sizes = _SIZES[stream.grid.n >= _LEAST_CLUSTERS * _SIZES]
     if len(sizes) < 3:
         return None
-    stream = next(stream for stream in record.streams if fitted.channel in stream.channels)
-    rates = stream.samples.read(stream.channels.index(fitted.channel), 0, min(fitted.n, _ENOUGH))
+    rates = stream.samples.read(0, 0, min(stream.grid.n, _ENOUGH))
     one = Record.from_arrays(rate=1.0, x=rates)
     plain = allan(one, taus=sizes, threads=threads)["x"].avar
     if plain[0] < _STEEP * plain[2]:

@@ -15,6 +15,7 @@ pub mod error;
 mod every_size;
 pub mod finite;
 mod flicker;
+pub mod gaps;
 pub mod generate;
 mod kernel;
 pub mod phase;

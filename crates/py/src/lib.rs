@@ -10,6 +10,7 @@ mod cholesky;
 mod covariance;
 mod deviations;
 mod flight;
+mod gaps;
 mod generate;
 mod pool;
 mod ros;
@@ -32,6 +33,8 @@ mod _core {
     };
     #[pymodule_export]
     use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
+    #[pymodule_export]
+    use crate::gaps::{masked_covariance, masked_expectations, masked_variances};
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]

@@ -235,7 +235,7 @@ def deviation(
             option="overlap",
         )
     for stream in record.streams:
-        refuse_missing(stream)
+        refuse_missing(stream, f"the {KINDS[kind].label}")
     sizes = [sizes_for(kind, taus, n=stream.grid.n, tau0=stream.grid.tau0) for stream in record.streams]
     bar = _Bar(progress, sum(_work(kind, stream, m) for stream, m in zip(record.streams, sizes, strict=True)))
     found: dict[str, Deviation] = {}

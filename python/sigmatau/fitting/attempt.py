@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.fitting import extension
-from sigmatau.fitting.components import LINEAR, Components, components
+from sigmatau.fitting.components import LINEAR, Components
 from sigmatau.fitting.extension import Extension
 from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.masked import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
+from sigmatau.gaps import Gaps
 from sigmatau.results import two_digits
 
 __all__ = [
@@ -70,6 +72,8 @@ class Data:
         Whether a ramp may be there.
     first : int or None
         The averaging time to begin with, if that was asked for.
+    gaps : Gaps or None
+        What is missing.
     """
 
     n: int
@@ -79,10 +83,11 @@ class Data:
     candidates: tuple[int, ...]
     with_ramp: bool
     first: int | None = None
+    gaps: Gaps | None = None
 
     def parts(self, extra: Extension | None = None) -> Components:
         """Components at all averaging times."""
-        return components(self.n, self.m, **({} if extra is None else extra.arguments()))
+        return components_with_gaps(self.n, self.m, self.gaps, **({} if extra is None else extra.arguments()))
 
     def gls(self, first: int, extra: Extension | None = None) -> Gls:
         """The problem from one averaging time on."""
@@ -121,7 +126,8 @@ class Attempt:
     def expected(self, data: Data) -> Floats:
         """Allan variances of the model at all averaging times, those left out too."""
         slope = 0.0 if self.ramp is None else self.ramp.used
-        return data.parts(self.extra).design @ self.theta + 0.5 * slope**2 * np.array(data.m, dtype=float) ** 2
+        parts = data.parts(self.extra)
+        return np.asarray(parts.design @ self.theta + 0.5 * slope**2 * parts.squares)
 
     def reason(self, data: Data) -> str:
         """Why the shortest averaging times were left out, if they were."""
@@ -169,7 +175,7 @@ def _with_candidates(data: Data, first: int, level: float, extra: Extension | No
     try:
         gls = data.gls(first, extra)
         theta = gls.fit()
-        tangent = None if extra is None else theta[-1] * extra.tangent(gls.parts.m)
+        tangent = None if extra is None else theta[-1] * extra.tangent(gls.parts.m, data.gaps)
         gls = Gls(gls.parts, gls.avar, gls.candidates, tangent)
         if not data.with_ramp:
             return Attempt(first, gls, theta, gls.p_value(theta), None, None, extra)

@@ -9,6 +9,8 @@ The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p
 if the discrete cosine transform made its modes independent, which is exact for white noise plus a random walk: with the
 spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
 2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
+
+Where samples are missing, `sigmatau.fitting.masked` makes of these what the gaps leave.
 """
 
 from __future__ import annotations
@@ -22,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _kernels
+from sigmatau.gaps import Gaps
 
-__all__ = ["LINEAR", "Components", "components", "power_of_interval"]
+__all__ = ["LINEAR", "Components", "components", "pairs_of_terms", "power_of_interval", "with_sinusoid"]
 
 Floats = NDArray[np.float64]
 
@@ -63,8 +66,14 @@ class Components:
     gains : ndarray, shape (n_tau, n_modes)
     modes : ndarray, shape (n_modes,)
         How many modes each stands for.
+    squares : ndarray, shape (n_tau,)
+        Mean square of the distance of the two clusters of a pair, m² without gaps: of a ramp of 1, twice the variance.
     ramp_weights : ndarray or None, shape (n_tau,)
         Weights of the ramp that was removed, if one was.
+    gaps : Gaps or None
+        What is missing.
+    powers : ndarray or None, shape (n_terms, n_tau, n_modes)
+        With gaps, where a term's share of a mode depends on the averaging time: gain times power, for θ = 1.
     """
 
     names: tuple[str, ...]
@@ -76,7 +85,10 @@ class Components:
     spectra: Floats
     gains: Floats
     modes: Floats
+    squares: Floats
     ramp_weights: Floats | None = None
+    gaps: Gaps | None = None
+    powers: Floats | None = None
 
     def from_index(self, first: int) -> Self:
         """The same without the shortest `first` averaging times."""
@@ -87,6 +99,8 @@ class Components:
             noise=np.ascontiguousarray(self.noise[:, first:, first:]),
             slopes=self.slopes[:, first:, first:],
             gains=self.gains[first:],
+            squares=self.squares[first:],
+            powers=None if self.powers is None else self.powers[:, first:],
         )
 
     def without_ramp(self, weights: Floats) -> Self:
@@ -97,8 +111,7 @@ class Components:
         """
         c = np.einsum("pij,j->ip", self.slopes, weights)
         v = np.einsum("i,ip->p", weights, c)
-        squares = self.m.astype(float) ** 2
-        return replace(self, design=self.design - squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
+        return replace(self, design=self.design - self.squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
 
     def covariance(self, theta: Floats) -> Floats:
         """Of the Allan variances, if θ is true.
@@ -117,7 +130,7 @@ class Components:
         v = float(self.ramp_weights @ c)
         if v <= 0:
             return total
-        squares = self.m.astype(float) ** 2
+        squares = self.squares
         beta = c / v
         remainder = slopes - np.outer(c, c) / v
         for sign, share in ((-1.0, squares * beta), (1.0, squares * (beta - 1))):
@@ -128,23 +141,25 @@ class Components:
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
-        squares = self.m.astype(float) ** 2
-        return avar - ramp * squares * (ramps - 0.5 * ramp)
+        return avar - ramp * self.squares * (ramps - 0.5 * ramp)
 
     def degrees_of_freedom(self, theta: Floats, *, ramp: float) -> Floats:
         """2·AVAR²/Var of every Allan variance, for θ and a ramp per sample."""
-        squares = self.m.astype(float) ** 2
-        drift = 0.5 * ramp * ramp * squares
+        drift = 0.5 * ramp * ramp * self.squares
         diagonals = np.diagonal(self.noise, axis1=1, axis2=2)
         variances = sum(
-            theta[p] * theta[q] * diagonal for (p, q), diagonal in zip(_pairs(len(theta)), diagonals, strict=True)
+            theta[p] * theta[q] * diagonal
+            for (p, q), diagonal in zip(pairs_of_terms(len(theta)), diagonals, strict=True)
         )
-        variances = variances + (ramp * squares) ** 2 * (theta @ np.diagonal(self.slopes, axis1=1, axis2=2))
+        variances = variances + (ramp * self.squares) ** 2 * (theta @ np.diagonal(self.slopes, axis1=1, axis2=2))
         return np.asarray(2 * (self.design @ theta + drift) ** 2 / variances)
 
     def skewness(self, weights: Floats, theta: Floats) -> tuple[float, float]:
         """Skewness and variance of Σ weights·AVAR by independent modes."""
-        parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
+        if self.powers is None:
+            parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
+        else:
+            parts = np.einsum("j,jk->k", weights, np.einsum("p,pjk->jk", theta, self.powers))
         squares = self.modes * parts * parts
         variance = 2 * float(squares.sum())
         return 8 * float(squares @ parts) / variance**1.5, variance
@@ -152,7 +167,11 @@ class Components:
 
 @functools.lru_cache(maxsize=32)
 def components(
-    n: int, m: tuple[int, ...], *, correlation_time: float | None = None, frequency: float | None = None
+    n: int,
+    m: tuple[int, ...],
+    *,
+    correlation_time: float | None = None,
+    frequency: float | None = None,
 ) -> Components:
     """The four linear terms and at most one more.
 
@@ -168,7 +187,7 @@ def components(
         Of a sinusoid of random phase, given by its squared amplitude. [cycles per sample]
     """
     if frequency is not None:
-        return _with_sinusoid(components(n, m), frequency)
+        return with_sinusoid(components(n, m), frequency)
     sizes = np.array(m, dtype=np.int64)
     times = () if correlation_time is None else (correlation_time,)
     tensors, drifts = _kernels.covariance_tensors(n, sizes, 1.0, correlation_times=times)
@@ -189,19 +208,22 @@ def components(
         n=n,
         m=sizes,
         design=np.column_stack(columns),
-        noise=np.array([(1 if p == q else 2) * tensors[p, q] for p, q in _pairs(len(names))]),
+        noise=np.array([(1 if p == q else 2) * tensors[p, q] for p, q in pairs_of_terms(len(names))]),
         slopes=np.array([drifts[p] / np.outer(squares, squares) for p in order]),
         spectra=np.array(spectra) / n,
         gains=2 * np.sin(np.outer(sizes, angle) / 2) ** 4 / np.outer(squares, sine**2),
         modes=modes,
+        squares=squares,
     )
     for array in (result.design, result.noise, result.slopes, result.spectra, result.gains):
         array.setflags(write=False)
     return result
 
 
-def _with_sinusoid(linear: Components, frequency: float) -> Components:
-    """A line is no noise; it shows in the covariance only through the noise at its frequency.
+def with_sinusoid(linear: Components, frequency: float) -> Components:
+    """Beside the linear terms, a sinusoid of random phase, given by its squared amplitude; frequency in cycles per sample.
+
+    A line is no noise; it shows in the covariance only through the noise at its frequency.
 
     The squared amplitude that a record of n samples shows has the variance 8A²S(f)/n, S two-sided, and every Allan
     variance moves with it.
@@ -215,7 +237,7 @@ def _with_sinusoid(linear: Components, frequency: float) -> Components:
     terms = len(LINEAR)
     noise = [
         next(matrices) if q < terms else (8 / linear.n * densities[p] * outer if p < terms else zero)
-        for p, q in _pairs(terms + 1)
+        for p, q in pairs_of_terms(terms + 1)
     ]
     return replace(
         linear,
@@ -224,10 +246,12 @@ def _with_sinusoid(linear: Components, frequency: float) -> Components:
         noise=np.array(noise),
         slopes=np.concatenate([linear.slopes, zero[None]]),
         spectra=np.vstack([linear.spectra, np.zeros_like(linear.spectra[:1])]),
+        powers=None if linear.powers is None else np.concatenate([linear.powers, np.zeros_like(linear.powers[:1])]),
     )
 
 
-def _pairs(terms: int) -> list[tuple[int, int]]:
+def pairs_of_terms(terms: int) -> list[tuple[int, int]]:
+    """All p ≤ q, in the order of `Components.noise`."""
     return [(p, q) for p in range(terms) for q in range(p, terms)]
 
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau._kernels import Factor
-from sigmatau.fitting.components import components
 from sigmatau.fitting.gls import Gls, non_negative, relative_fit
+from sigmatau.fitting.masked import components_with_gaps
+from sigmatau.gaps import Gaps
 
 __all__ = ["GAIN_IN_REACH", "Extension", "candidates", "intervals"]
 
@@ -47,19 +48,20 @@ class Extension:
     shape: float
 
     def arguments(self) -> dict[str, float]:
-        """For `sigmatau.fitting.components.components`."""
+        """For `sigmatau.fitting.masked.components_with_gaps`."""
         return {"correlation_time" if self.kind == "gauss_markov" else "frequency": self.shape}
 
-    def column(self, m: NDArray[np.int64]) -> Floats:
-        """Expected Allan variance for a variance, or a squared amplitude, of 1."""
+    def column(self, m: NDArray[np.int64], gaps: Gaps | None = None) -> Floats:
+        """Expected Allan variance for a variance, or a squared amplitude, of 1; of a sinusoid as if nothing were missing."""
         if self.kind == "gauss_markov":
-            return _kernels.gauss_markov_avar(1.0, self.shape, m, 1.0)
+            ratio = 1.0 if gaps is None else gaps.gauss_markov_ratio(self.shape, m)
+            return np.asarray(ratio * _kernels.gauss_markov_avar(1.0, self.shape, m, 1.0))
         return _kernels.sinusoid_avar(1.0, self.shape, m, 1.0)
 
-    def tangent(self, m: NDArray[np.int64]) -> Floats:
+    def tangent(self, m: NDArray[np.int64], gaps: Gaps | None = None) -> Floats:
         """Derivative of `column` by the logarithm of the shape."""
         step = 1e-4
-        up, down = (Extension(self.kind, self.shape * math.exp(s)).column(m) for s in (step, -step))
+        up, down = (Extension(self.kind, self.shape * math.exp(s)).column(m, gaps) for s in (step, -step))
         return np.asarray((up - down) / (2 * step))
 
 
@@ -113,7 +115,7 @@ def intervals(
     from scipy.special import ndtri
 
     size = float(theta[-1])
-    columns = [gls.parts.design[:, list(gls.candidates)], size * extension.tangent(gls.parts.m)]
+    columns = [gls.parts.design[:, list(gls.candidates)], size * extension.tangent(gls.parts.m, gls.parts.gaps)]
     whitened = gls.weights(theta).whiten(np.column_stack(columns))
     scale = np.linalg.norm(whitened, axis=0)
     inverse = np.linalg.pinv(whitened / scale)
@@ -133,7 +135,8 @@ def intervals(
 
 
 def _problem(five: Gls, extension: Extension) -> Gls:
-    parts = components(five.parts.n, tuple(int(m) for m in five.parts.m), **extension.arguments())
+    sizes = tuple(int(m) for m in five.parts.m)
+    parts = components_with_gaps(five.parts.n, sizes, five.parts.gaps, **extension.arguments())
     return Gls(parts, five.avar, (*five.candidates, len(parts.names) - 1))
 
 
@@ -141,7 +144,7 @@ def _misfit(five: Gls, weights: Factor, extension: Extension | None) -> float:
     """χ² of the best non-negative combination, for a given covariance."""
     columns = [five.avar[:, None], five.parts.design[:, list(five.candidates)]]
     if extension is not None:
-        columns.append(extension.column(five.parts.m)[:, None])
+        columns.append(extension.column(five.parts.m, five.parts.gaps)[:, None])
     whitened = weights.whiten(np.hstack(columns))
     left = whitened[:, 0] - whitened[:, 1:] @ non_negative(whitened[:, 1:], whitened[:, 0])
     return float(left @ left)

@@ -19,6 +19,8 @@ from sigmatau.terms import TERMS
 __all__ = ["fit"]
 
 _PER_OCTAVE = 8
+_LEAST_PAIRS = 0.5
+"""Times the cluster size, where samples are missing; a third of a whole record has one pair for each sample of it."""
 
 
 def fit(
@@ -38,8 +40,9 @@ def fit(
     Parameters
     ----------
     curve : DeviationCurve
-        On half octaves, or up to eight averaging times an octave; of more, half octaves are used if they are among them,
-        or else eight an octave.
+        Where samples are missing, as `sigmatau.allan` makes it: it knows which, and with them what each term is expected
+        to show, see `sigmatau.gaps`; the covariance is then an approximation. On half octaves, or up to eight averaging
+        times an octave; of more, half octaves are used if they are among them, or else eight an octave.
     terms : iterable of str, optional
         Terms that may be there, keys of `sigmatau.terms.TERMS`. Default: all five. A term left out is taken to be absent;
         what it does to the curve is then laid upon the others.
@@ -75,7 +78,7 @@ def fit(
             f"`terms` must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
     n = curve.n if curve.counting == "standard" else curve.n - 1
-    chosen = _thinned(curve.m, n)
+    chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:
         times = f"{len(chosen)} averaging times up to a third of the record's {curve.n} samples"
         return no_fit(curve, level, f"{times}; at least {LEAST_TIMES} are needed")
@@ -96,6 +99,7 @@ def fit(
         candidates=tuple(p for p, name in enumerate(LINEAR) if name in wanted),
         with_ramp="rate_ramp" in wanted,
         first=first,
+        gaps=curve.gaps,
     )
     # A division by nothing is a failed attempt like any other, and not a warning.
     with np.errstate(divide="raise", invalid="raise"):
@@ -110,16 +114,23 @@ def fit(
             return descriptive(curve, data, found, scale, level, reason=why)
 
 
-def _thinned(m: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """Indices of at most eight cluster sizes an octave, up to a third of the record; of more, half octaves if there."""
+def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
+    """Indices of at most eight cluster sizes an octave, up to a third of the record; of more, half octaves if there.
+
+    Where samples are missing, up to the size from which on too few pairs are left.
+    """
     chosen: list[int] = []
-    usable = m[m <= n // LONGEST_SHARE]
+    longest = n // LONGEST_SHARE
+    if curve.gaps is not None:
+        few = curve.m[curve.n_pairs < curve.m * _LEAST_PAIRS]
+        longest = min(longest, int(few[0]) - 1) if len(few) else longest
+    usable = curve.m[curve.m <= longest]
     for k, size in enumerate(usable):
-        if not chosen or size >= m[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):
+        if not chosen or size >= usable[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):
             chosen.append(k)
     if len(chosen) < len(usable):
         # More sizes tell nothing more, and half octaves share their work with all the other curves of that length.
-        chain = np.array(half_octaves(int(usable[0]), n // LONGEST_SHARE))
+        chain = np.array(half_octaves(int(usable[0]), longest))
         if np.isin(chain, usable).all():
             return np.searchsorted(usable, chain)
     return np.array(chosen, dtype=np.int64)

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels, terms
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.masked import components_with_gaps
+from sigmatau.gaps import Gaps
 from sigmatau.results import Printed, duration_text, interval_texts, seconds, two_digits
 from sigmatau.terms import TERMS, display_units
 from sigmatau.units import find
@@ -155,6 +157,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     level : float
         Of the intervals and limits.
     method : str
+    gaps : Gaps or None
+        What is missing of the record; `avar` and `degrees_of_freedom` are for such records.
     """
 
     channel: str
@@ -175,6 +179,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
     level: float = 0.95
     method: str = "gls"
+    gaps: Gaps | None = None
 
     def __getitem__(self, term: str) -> FittedTerm:
         try:
@@ -194,13 +199,16 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         return {name: term.value for name, term in self.terms.items() if term.observed and term.value is not None}
 
     def avar(self, *, m: ArrayLike) -> NDArray[np.float64]:
-        """Allan variance that the fitted model is expected to show at cluster sizes `m`. [(rate unit)²]"""
+        """Allan variance that the fitted model is expected to show at cluster sizes `m` of this record. [(rate unit)²]"""
         sizes = np.atleast_1d(np.asarray(m))
         total = np.zeros(sizes.shape)
         for name, value in self.model.items():
-            total += terms.avar(name, value, m=sizes, tau0=self.tau0)
+            ratio = 1.0 if self.gaps is None else self.gaps.ratio(name, sizes)
+            total += ratio * terms.avar(name, value, m=sizes, tau0=self.tau0)
         for process in self.gauss_markov:
-            total += _kernels.gauss_markov_avar(process.sigma.value, process.time.value, sizes, self.tau0)
+            sigma, time = process.sigma.value, process.time.value
+            ratio = 1.0 if self.gaps is None else self.gaps.gauss_markov_ratio(time / self.tau0, sizes)
+            total += ratio * _kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
         for line in self.sinusoid:
             total += _kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
         return total
@@ -223,9 +231,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         grid = np.unique(sizes)
         if len(grid) > _MOST_EXACT:
             grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
-        parts = components(
+        parts = components_with_gaps(
             self.n,
             tuple(int(size) for size in grid),
+            self.gaps,
             correlation_time=None if process is None else process.time.value / self.tau0,
             frequency=None if line is None else line.frequency.value * self.tau0,
         )

@@ -88,7 +88,7 @@ def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95
 
     parts = gls.parts
     # A strong ramp makes a fit without one useless; one that follows the curve with a ramp is good enough for weights.
-    drift = 0.5 * parts.m.astype(float) ** 2
+    drift = 0.5 * parts.squares
     begin = relative_fit(np.column_stack([parts.design, drift]), gls.avar, np.full(len(drift), 0.1))[:-1]
     absent = [p for p in range(len(begin)) if p not in gls.candidates]
     begin[absent] = 0

@@ -98,6 +98,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         p_value=best.p_value,
         covariance=_covariance(gls, selected, [p for p in observed if selected[p] > 0], scale, tau0),
         level=level,
+        gaps=curve.gaps,
     )
 
 
@@ -108,7 +109,7 @@ def descriptive(
     first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else 0
     parts, avar = data.parts().from_index(first), data.avar[first:]
     sizes = parts.m.astype(float)
-    columns = np.column_stack([parts.design, 0.5 * sizes**2])
+    columns = np.column_stack([parts.design, 0.5 * parts.squares])
     allowed = [*data.candidates, *([len(LINEAR)] if data.with_ramp else [])]
     theta, errors = _followed(parts, columns, avar, allowed)
     left_out = theta[QUANTIZATION] * data.parts().design[:first, QUANTIZATION]
@@ -156,6 +157,7 @@ def descriptive(
         tau_min=data.m[first] * curve.tau0,
         tau_max=data.m[-1] * curve.tau0,
         level=level,
+        gaps=curve.gaps,
     )
 
 
@@ -188,6 +190,7 @@ def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:
         verdict="too_short",
         reason=reason,
         level=level,
+        gaps=curve.gaps,
     )
 
 

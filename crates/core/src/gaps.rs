@@ -1,0 +1,214 @@
+//! The Allan variance of a record with missing samples, from clusters that are at least half full.
+//!
+//! A cluster of n samples of which m are there is averaged over those m, and a pair of neighbouring clusters counts if both
+//! are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples stay where they are in time; none is made up.
+//! What each kind of noise is expected to show in the pairs of a given mask is in [`expected`]: a cluster with fewer
+//! samples has more white noise, and of quantization noise it loses the telescoping of its differences.
+
+pub mod covariance;
+pub mod expected;
+mod exponential;
+
+use crate::allan::{Counting, Estimate, Overlap, check_sizes};
+use crate::compensated::Sum;
+use crate::error::Error;
+use crate::phase::LARGEST_RATE;
+use crate::threads::on_threads;
+use rayon::prelude::*;
+
+/// Starts whose squares are added plainly; the sums of such blocks are carried with their rounding errors.
+const BLOCK: usize = 1024;
+
+/// Running sums over the samples before a point that are there.
+#[derive(Clone, Copy, Default)]
+struct Point {
+    /// Of the samples, their mean removed, in two parts: the first alone would lose the digits of a rate that wanders.
+    high: f64,
+    low: f64,
+    /// Of ones.
+    count: f64,
+    /// Of their indices: whole numbers, exact up to records of 10⁸ samples.
+    index: f64,
+}
+
+/// Sums over starts.
+#[derive(Clone, Copy, Default)]
+struct Block {
+    pairs: f64,
+    /// Of z².
+    squares: f64,
+    /// Of z times the distance d of the two mean times, and of d².
+    products: f64,
+    distances: f64,
+}
+
+/// Allan variance of one rate record whose missing samples are NaN, at the cluster sizes `m`, in any order.
+///
+/// The ramp of an [`Estimate`] is Σ z·d / Σ d², with d the distance of the mean times of the two clusters: the slope that
+/// the pairs show, the mean of z/n where nothing is missing. A size without a pair has `pairs` 0, and NaN.
+///
+/// Runs on the current rayon pool, or on a pool of so many `threads`; the results are the same to the last bit.
+///
+/// # Errors
+///
+/// [`Error::NonFinite`] for a sample that is infinite or exceeds [`LARGEST_RATE`]; those of
+/// [`crate::allan::allan_variance`].
+pub fn allan_variance(
+    rate: &[f64],
+    m: &[usize],
+    overlap: Overlap,
+    counting: Counting,
+    threads: Option<usize>,
+) -> Result<Vec<Estimate>, Error> {
+    check_sizes(rate.len(), m, overlap, counting)?;
+    let points = running_sums(rate)?;
+    let used = match (overlap, counting) {
+        (Overlap::Full, Counting::Paper) => rate.len() - 1,
+        _ => rate.len(),
+    };
+    let of_size = |&m: &usize| {
+        let step = if overlap == Overlap::Full { 1 } else { m };
+        estimate(&points[..=used], m, step)
+    };
+    on_threads(threads, || m.par_iter().map(of_size).collect())
+}
+
+fn running_sums(rate: &[f64]) -> Result<Vec<Point>, Error> {
+    if let Some(index) = rate.iter().position(|y| !(y.is_nan() || y.abs() <= LARGEST_RATE)) {
+        return Err(Error::NonFinite { index });
+    }
+    let mut total = Sum::default();
+    let mut valid = 0.0;
+    for &y in rate.iter().filter(|y| !y.is_nan()) {
+        total.add(y);
+        valid += 1.0;
+    }
+    // The variance does not see a constant, the rounding does.
+    let mean = if valid > 0.0 { total.value() / valid } else { 0.0 };
+    let mut points = Vec::with_capacity(rate.len() + 1);
+    let mut sum = Sum::default();
+    let mut point = Point::default();
+    points.push(point);
+    for (k, &y) in rate.iter().enumerate() {
+        if !y.is_nan() {
+            sum.add(y - mean);
+            point =
+                Point { high: sum.hi, low: sum.lo, count: point.count + 1.0, index: point.index + k as f64 };
+        }
+        points.push(point);
+    }
+    Ok(points)
+}
+
+/// Averages over the pairs of clusters of `m` samples that begin at every `step`-th sample.
+fn estimate(points: &[Point], m: usize, step: usize) -> Estimate {
+    let starts = points.len() - 2 * m;
+    let mut pairs = 0.0;
+    let (mut squares, mut products, mut distances) = (Sum::default(), Sum::default(), Sum::default());
+    for first in (0..starts).step_by(BLOCK * step) {
+        let last = starts.min(first + BLOCK * step);
+        let block = block_of(points, m, step, first, last);
+        pairs += block.pairs;
+        squares.add(block.squares);
+        products.add(block.products);
+        distances.add(block.distances);
+    }
+    // Without a pair both are 0 / 0.
+    let avar = squares.value() / (2.0 * pairs);
+    Estimate { m, avar, pairs: pairs as usize, ramp: products.value() / distances.value() }
+}
+
+fn block_of(points: &[Point], m: usize, step: usize, first: usize, last: usize) -> Block {
+    let least = 0.5 * m as f64;
+    let length = last - first;
+    let three = [0, m, 2 * m].map(|shift| &points[first + shift..first + shift + length]);
+    let mut sums = Block::default();
+    for k in (0..length).step_by(step) {
+        let [a, b, c] = three.map(|points| points[k]);
+        let (m1, m2) = (b.count - a.count, c.count - b.count);
+        let counts = m1 >= least && m2 >= least;
+        // Without a branch, which random gaps would make costly.
+        let (r1, r2) = if counts { (1.0 / m1, 1.0 / m2) } else { (0.0, 0.0) };
+        let s1 = (b.high - a.high) + (b.low - a.low);
+        let s2 = (c.high - b.high) + (c.low - b.low);
+        let start = (first + k) as f64;
+        let (t1, t2) = (b.index - a.index - start * m1, c.index - b.index - start * m2);
+        let (z, d) = (s2 * r2 - s1 * r1, t2 * r2 - t1 * r1);
+        sums.pairs += f64::from(u8::from(counts));
+        sums.squares += z * z;
+        sums.products += z * d;
+        sums.distances += d * d;
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::allan;
+
+    fn noise(n: usize) -> Vec<f64> {
+        let mut state = 0x2545_F491_4F6C_DD1D_u64;
+        let mut random = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        // Four of them: a walk beside white noise, on an offset.
+        let mut walk = 9.8;
+        (0..n)
+            .map(|_| {
+                walk += 0.1 * random();
+                walk + random()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn without_a_gap_it_is_the_allan_variance() {
+        let y = noise(5000);
+        let sizes = [1, 2, 3, 17, 256, 1000, 2500];
+        for overlap in [Overlap::Full, Overlap::None] {
+            for counting in [Counting::Standard, Counting::Paper] {
+                let sizes = if counting == Counting::Paper { &sizes[..6] } else { &sizes[..] };
+                let got = allan_variance(&y, sizes, overlap, counting, None).unwrap();
+                let expected = &allan::allan_variances(&[&y], sizes, overlap, counting, None).unwrap()[0];
+                for (got, expected) in got.iter().zip(expected) {
+                    assert_eq!((got.m, got.pairs), (expected.m, expected.pairs));
+                    assert!((got.avar / expected.avar - 1.0).abs() < 1e-12, "{got:?} {expected:?}");
+                    // The ramp of disjoint clusters is that of all there; here it is that of the pairs.
+                    if overlap == Overlap::Full && counting == Counting::Standard {
+                        assert!((got.ramp - expected.ramp).abs() < 1e-11, "{got:?} {expected:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ramp_is_found_whatever_is_missing() {
+        let y: Vec<f64> = (0..3000)
+            .map(|k| if k % 7 == 3 || (900..1300).contains(&k) { f64::NAN } else { 1e-3 * f64::from(k) })
+            .collect();
+        for estimate in
+            allan_variance(&y, &[1, 5, 64, 700, 1000], Overlap::Full, Counting::Standard, Some(2)).unwrap()
+        {
+            assert!((estimate.ramp / 1e-3 - 1.0).abs() < 1e-11, "{estimate:?}");
+            assert!(estimate.pairs > 0);
+            // Clusters of 1000 are half full everywhere.
+            assert_eq!(estimate.pairs < 3001 - 2 * estimate.m, estimate.m < 1000, "{estimate:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_there_leaves_no_pair() {
+        let mut y = vec![f64::NAN; 100];
+        y[50] = 1.0;
+        let estimates = allan_variance(&y, &[1, 10], Overlap::Full, Counting::Standard, None).unwrap();
+        assert!(estimates.iter().all(|e| e.pairs == 0 && e.avar.is_nan()));
+        y[3] = f64::INFINITY;
+        let error = allan_variance(&y, &[1], Overlap::Full, Counting::Standard, None);
+        assert_eq!(error, Err(Error::NonFinite { index: 3 }));
+    }
+}

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.record import Record
 from sigmatau.results import ByChannel, Printed, seconds
 from sigmatau.streams import Stream

@@ -151,6 +151,20 @@ def find_lines(stream: Stream) -> dict[str, tuple[Line, ...]]:
     return found
 
 
+def strongest_line(y: Floats) -> tuple[float, float] | None:
+    """Of a series without a mean, frequency and amplitude of the line that stands out most; None if there is none.
+
+    The frequency is in sampling rates.
+    """
+    spectrum = _periodogram(y, 1.0)
+    clusters = _clusters(spectrum)
+    if not clusters:
+        return None
+    cluster = max(clusters, key=lambda each: each.ratio * each.noise * (each.last - each.first + 1))
+    line = _measured(spectrum, cluster, "")
+    return line.frequency, line.amplitude
+
+
 def _filled(stream: Stream, channel: str) -> Floats | None:
     """Samples with 0 for mean, slope and what is missing; None if too few are there, or they never change."""
     y = np.ascontiguousarray(stream.column(channel))
@@ -199,7 +213,7 @@ def _lines_of(spectrum: _Periodogram, stream: Stream) -> tuple[Line, ...]:
     clusters = _clusters(spectrum)
     if not clusters:
         return ()
-    found = [_measured(spectrum, cluster, stream) for cluster in clusters]
+    found = [_measured(spectrum, cluster, stream.unit) for cluster in clusters]
     return _grouped(_distinct(found, spectrum.step), stream.grid.rate, spectrum.step)
 
 
@@ -292,7 +306,7 @@ def _merged(hits: list[tuple[int, int, float, float]]) -> list[_Cluster]:
     return merged
 
 
-def _measured(spectrum: _Periodogram, cluster: _Cluster, stream: Stream) -> Line:
+def _measured(spectrum: _Periodogram, cluster: _Cluster, unit: str) -> Line:
     first, last = max(cluster.first - 3, 1), min(cluster.last + 3, len(spectrum.density) - 1)
     excess = spectrum.density[first : last + 1] - cluster.noise
     power = max(2 * float(excess.sum()) * spectrum.step, 0.0)  # both signs of the frequency
@@ -312,7 +326,7 @@ def _measured(spectrum: _Periodogram, cluster: _Cluster, stream: Stream) -> Line
         ratio=cluster.ratio,
         low=first * spectrum.step,
         high=last * spectrum.step,
-        unit=stream.unit,
+        unit=unit,
     )
 
 

@@ -4,9 +4,9 @@ A filtered sensor that is sampled has the folded spectrum S_y(f) = Σ_k S(f + k�
 whole sample intervals. Both are here in closed form for each shape, for white noise of unit density in front of the filter.
 
 Butterworth filters of order n: with the poles p_j of the left half-plane the residues of H(s)·H(−s) are −p_j/(2n), so that
-r(t) = −Σ_j p_j/(2n)·exp(p_j|t|), of which the folded spectrum is a sum of geometric series. Order 1 is the RC filter. Running
-means over a time L have a triangle as autocovariance, two such means in a row (Bartlett's window) its convolution with itself,
-the cubic B-spline.
+r(t) = −Σ_j p_j/(2n)·exp(p_j|t|), of which the folded spectrum is a sum of geometric series. Order 1 is the RC filter.
+Running means over a time L have a triangle as autocovariance, two such means in a row (Bartlett's window) its convolution
+with itself, the cubic B-spline.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def mean_corner(shape: str, length: float) -> float:
 @functools.lru_cache(maxsize=16)
 def _poles(order: int) -> NDArray[np.complex128]:
     """Of the Butterworth filter with corner at 1 rad/s."""
-    return np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order))
+    return np.asarray(np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order)))
 
 
 def _order(shape: str) -> int:

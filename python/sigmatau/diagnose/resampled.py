@@ -1,8 +1,9 @@
 """Records that were interpolated to a higher rate, by the marks that this leaves.
 
 Interpolation between samples of another rate weights them by where it falls between them, so that the power of differences
-of the record goes up and down at the true rate: a line in the spectrum of the squared differences, which no stationary noise
-has, filtered or not. An interpolation so good that it leaves no such line leaves the spectrum empty above half the true rate.
+of the record goes up and down at the true rate: a line in the spectrum of the squared differences, which no stationary
+noise has, filtered or not. An interpolation so good that it leaves no such line leaves the spectrum empty above half the
+true rate.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.diagnose import filters
-from sigmatau.diagnose.lines import strongest_line
+from sigmatau.diagnose.peaks import strongest_line
 from sigmatau.errors import DataError
 from sigmatau.results import Finding, Printed, seconds
 from sigmatau.spectrum import Spectrum, good_length, welch
@@ -239,10 +240,10 @@ def _source(frequency: float, held: float, straight: float, spectrum: Spectrum) 
 
 
 def _short(spectrum: Spectrum, rate: float) -> float:
-    """σ at one sample over what white noise at the plateau of the spectrum makes, by eq. (11) for samples: 4·∫S·sin²(πf)df."""
+    """σ at one sample over what white noise at the plateau makes; eq. (11) for samples is 4·∫S·sin²(πf)df there."""
     f, density = spectrum.frequency * spectrum.tau0, spectrum.density
     plateau = float(np.median(density[(f > 0.02 * rate) & (f < 0.15 * rate)]))
-    return math.sqrt(4 * float(density @ np.sin(np.pi * f) ** 2) * float(f[0]) / plateau)
+    return math.sqrt(4 * float(density @ np.sin(np.pi * f) ** 2) * float(f[1] - f[0]) / plateau)
 
 
 def _empty(spectrum: Spectrum) -> Resampled | None:

@@ -1,36 +1,20 @@
-"""Power spectral densities of a record, two-sided.
-
-Welch's average of tapered segments for all frequencies, and the multitaper estimate with sine tapers for the low ones, where
-a record has few segments to average.
-
-References
-----------
-.. [1] P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra," IEEE Trans. Audio
-   Electroacoust., vol. 15, no. 2, 1967, :doi:`10.1109/TAU.1967.1161901`.
-.. [2] K. S. Riedel, A. Sidorenko, "Minimum bias multiple taper spectral estimation," IEEE Trans. Signal Process., vol. 43,
-   no. 1, 1995, :doi:`10.1109/78.365298`.
-"""
+"""From samples to spectra; see `psd`."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.record import Record
-from sigmatau.results import ByChannel, Printed, seconds
+from sigmatau.results import seconds
+from sigmatau.spectrum.result import Method, Spectra, Spectrum
+from sigmatau.spectrum.tapers import good_length, hann, without_line
 from sigmatau.streams import Stream
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-__all__ = ["MOST_SAMPLES", "SHORTEST", "Method", "Spectra", "Spectrum", "psd", "welch"]
+__all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
 
 Floats = NDArray[np.float64]
-Method = Literal["welch", "multitaper"]
 
 MOST_SAMPLES = 1 << 22
 """Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's."""
@@ -43,146 +27,6 @@ _LEAST_SEGMENTS = 15
 _BATCH = 1 << 16  # samples transformed together: what stays in a core's cache
 # Sum of the squared correlations of Hann-tapered segments that overlap by half, (1/6)², twice: Welch 1967.
 _OVERLAP = 2 / 36
-# Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
-_NEIGHBOURS = (4 / 9, 1 / 36)
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Spectrum(Printed):
-    """Two-sided power spectral density of one channel.
-
-    Attributes
-    ----------
-    channel : str
-    quantity, unit : str
-        Of the rate; SI.
-    frequency : ndarray, shape (n_f,)
-        Positive, up to half the sampling rate. [Hz]
-    density : ndarray, shape (n_f,)
-        Two-sided: white noise of random walk N has N² at every frequency. [unit²/Hz]
-    dof : ndarray, shape (n_f,)
-        Degrees of freedom of each density, of which dof·density/truth has a χ² law.
-    resolution : float
-        Width of what one frequency sees. [Hz]
-    segments : int
-        Segments averaged, or tapers.
-    n, tau0 : int, float
-        Samples in the record, and their interval. [s]
-    method : {"welch", "multitaper"}
-    """
-
-    channel: str
-    quantity: str
-    unit: str
-    frequency: Floats
-    density: Floats
-    dof: Floats
-    resolution: float
-    segments: int
-    n: int
-    tau0: float
-    method: Method = "welch"
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "density", "dof"):
-            array = np.asarray(getattr(self, name), dtype=np.float64).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
-    @property
-    def density_unit(self) -> str:
-        """Unit of the density, two-sided."""
-        return f"({self.unit})^2/Hz" if "/" in self.unit else f"{self.unit}^2/Hz"
-
-    def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Between which densities the true one lies, by χ².
-
-        Returns
-        -------
-        low, high : ndarray, shape (n_f,)
-            [unit²/Hz]
-        """
-        from scipy.special import chdtri
-
-        # chdtri(v, p) is the x that χ² exceeds with probability p.
-        low, high = chdtri(self.dof, (1 - level) / 2), chdtri(self.dof, (1 + level) / 2)
-        return self.density * self.dof / low, self.density * self.dof / high
-
-    def binned(self, *, per_octave: int = 8) -> Spectrum:
-        """The same with neighbouring frequencies averaged, as many bins an octave: what a figure or a fit needs.
-
-        The density of a bin is the mean of its densities, its frequency the mean of their frequencies.
-        """
-        edges = self.frequency[0] * 2.0 ** (
-            np.arange(int(np.log2(self.frequency[-1] / self.frequency[0]) * per_octave) + 2) / per_octave
-        )
-        starts = np.unique(np.searchsorted(self.frequency, edges * (1 - 1e-9)))
-        starts = starts[starts < len(self.frequency)]
-        count = np.diff(np.append(starts, len(self.frequency)))
-        if self.method == "welch":
-            shared = 2 * sum(c * np.maximum(1 - k / count, 0) for k, c in enumerate(_NEIGHBOURS, 1))
-        else:  # tapers of one record see about `segments` + 1 half-bins in common
-            shared = (self.resolution / (self.frequency[1] - self.frequency[0]) - 1) * (1 - 1 / count)
-        dof = np.add.reduceat(self.dof, starts) / (1 + np.maximum(shared, 0))
-        return replace(
-            self,
-            frequency=np.add.reduceat(self.frequency, starts) / count,
-            density=np.add.reduceat(self.density, starts) / count,
-            dof=dof,
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain columns, for JSON or any data-frame library."""
-        low, high = self.interval()
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "density": self.density.tolist(),
-            "low": low.tolist(),
-            "high": high.tolist(),
-            "dof": self.dof.tolist(),
-            "sided": "two",
-            "method": self.method,
-            "segments": self.segments,
-            "resolution_hz": self.resolution,
-            "unit": self.density_unit,
-        }
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the density, two-sided, with its 95 % band; returns the axes."""
-        from matplotlib.figure import Figure
-
-        if ax is None:
-            ax = Figure(figsize=(7, 4.6), layout="constrained").subplots()
-        binned = self.binned()
-        low, high = binned.interval()
-        ax.fill_between(binned.frequency, low, high, alpha=0.25, linewidth=0)
-        ax.loglog(binned.frequency, binned.density, linewidth=1, label=self.channel)
-        ax.set_xlabel("frequency [Hz]")
-        ax.set_ylabel(f"two-sided power spectral density [{self.density_unit}]")
-        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-        return ax
-
-    def __repr__(self) -> str:
-        kind = "sine tapers" if self.method == "multitaper" else "segments"
-        head = (
-            f"{self.channel}: two-sided power spectral density, {self.segments} {kind}, resolution "
-            f"{self.resolution:.3g} Hz [{self.density_unit}]"
-        )
-        octaves = self.binned(per_octave=1)
-        low, high = octaves.interval()
-        rows = zip(octaves.frequency, octaves.density, low, high, strict=True)
-        return "\n".join([head, *(f"  {f:10.4g} Hz  {p:.4g}  [{a:.4g}, {b:.4g}]" for f, p, a, b in rows)])
-
-
-class Spectra(ByChannel[Spectrum]):
-    """Spectra by channel: an immutable mapping in the record's order."""
-
-    __slots__ = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Each spectrum as plain columns, by channel."""
-        return {channel: spectrum.to_dict() for channel, spectrum in self.items()}
 
 
 def psd(
@@ -201,8 +45,8 @@ def psd(
         Static data. Where samples are missing, Welch's segments with a missing sample are left out, and are made shorter
         if that leaves too few; the multitaper estimate takes the longest run without one.
     method : {"welch", "multitaper"}
-        Welch's average of Hann-tapered segments that overlap by half, each without its own mean [1]_; or the mean over
-        sine tapers of the whole record without its mean and slope [2]_, for low frequencies.
+        Welch's average of Hann-tapered segments that overlap by half, each without its own mean and the record's
+        slope [1]_; or the mean over sine tapers of the whole record without its mean and slope [2]_, for low frequencies.
     segment : float, optional
         Length of Welch's segments. Default: a power of two of samples, 4096 at most, of which 15 at least fit in. [s]
     tapers : int
@@ -255,10 +99,11 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
         raise RecordTooShortError(
             f"{channel} has no {length} samples in a row, which a spectrum needs", need=length, got=n
         )
-    density, taper_power = _average(y, starts, length)
+    density, taper_power = _average(y, starts, length, _slope(y, gaps=stream.mask is not None))
     overlapping = float(np.mean(np.diff(starts) < length)) if len(starts) > 1 else 0.0
     dof = 2 * len(starts) / (1 + _OVERLAP * overlapping)
-    frequency = np.arange(1, length // 2 + 1) / (length * tau0)
+    # A mean that is taken off takes a sixth of white noise with it from the first frequency, and nothing from the others.
+    frequency = np.arange(2, length // 2 + 1) / (length * tau0)
     dofs = np.full(len(frequency), dof)
     if length % 2 == 0:
         dofs[-1] /= 2  # half the sampling rate has no imaginary part
@@ -267,7 +112,7 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
         quantity=stream.quantity,
         unit=stream.unit,
         frequency=frequency,
-        density=density[1:] * (tau0 / taper_power),
+        density=density[2:] * (tau0 / taper_power),
         dof=dofs,
         resolution=1.5 / (length * tau0),  # the noise bandwidth of Hann's taper
         segments=len(starts),
@@ -280,24 +125,6 @@ def default_size(n: int) -> int:
     """Samples in a segment for a record of `n`: a power of two, so that 15 that overlap by half fit in."""
     fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
     return min(1 << (fits.bit_length() - 1), _LONGEST)
-
-
-def hann(n: int) -> Floats:
-    """Hann's taper, periodic; shape (n,)."""
-    return 0.5 - 0.5 * np.cos(2 * np.pi / n * np.arange(n))
-
-
-def good_length(n: int) -> int:
-    """The largest length up to `n` without a prime factor above 5: a fast transform."""
-    best = 1
-    five = 1
-    while five <= n:
-        three = five
-        while three <= n:
-            best = max(best, three << ((n // three).bit_length() - 1))
-            three *= 3
-        five *= 5
-    return best
 
 
 def _size(segment: float | None, stream: Stream) -> int | None:
@@ -326,9 +153,22 @@ def _starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
     return starts
 
 
-def _average(y: Floats, starts: NDArray[np.int64], length: int) -> tuple[Floats, float]:
+def _slope(y: Floats, *, gaps: bool) -> float:
+    """Of the whole record, per sample: a ramp would leak into all frequencies, and a segment is too short to tell it."""
+    t = np.arange(len(y), dtype=np.float64)
+    t -= (len(y) - 1) / 2
+    if gaps:
+        there = np.isfinite(y)
+        t, y = t[there], y[there]
+        t -= t.mean()
+    power = float(t @ t)
+    return float(t @ y - t.sum() * y.mean()) / power if power > 0 else 0.0
+
+
+def _average(y: Floats, starts: NDArray[np.int64], length: int, slope: float) -> tuple[Floats, float]:
     """Sum of the tapered segments' squared transforms over their number, and the taper's power."""
     taper = hann(length)
+    ramp = slope * (np.arange(length) - (length - 1) / 2) * taper
     views = np.lib.stride_tricks.sliding_window_view(y, length)
     total = np.zeros(length // 2 + 1)
     batch = max(1, _BATCH // length)
@@ -336,8 +176,10 @@ def _average(y: Floats, starts: NDArray[np.int64], length: int) -> tuple[Floats,
         rows = views[starts[first : first + batch]]
         rows -= rows.mean(axis=1, keepdims=True)
         rows *= taper
+        rows -= ramp
         parts = np.fft.rfft(rows, axis=1).view(np.float64)
-        total += np.einsum("ij,ij->j", parts, parts).reshape(-1, 2).sum(axis=1)
+        squares = np.einsum("ij,ij->j", parts, parts)
+        total += squares[::2] + squares[1::2]
     return total / len(starts), float(taper @ taper)
 
 
@@ -360,7 +202,7 @@ def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: 
     if bins < 1:
         raise OptionError(f"`f_max` is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
     centres = 2 * np.arange(1, bins + 1)
-    density = np.zeros(bins)
+    density: Floats = np.zeros(bins)
     for k in range(1, tapers + 1):
         difference = _at(transform, centres - k, used) - _at(transform, centres + k, used)
         density += np.abs(difference) ** 2
@@ -389,18 +231,8 @@ def _at(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -
     return np.where((bins < 0) ^ over, values.conj(), values)
 
 
-def without_line(y: Floats) -> Floats:
-    """Samples without their mean and slope, by least squares: what leaks most from below the lowest frequency."""
-    n = len(y)
-    t = np.arange(n, dtype=np.float64)
-    t -= (n - 1) / 2
-    rest = y - y.mean()
-    t *= float(t @ rest) / (n * (n * n - 1) / 12)  # Σ t²
-    rest -= t
-    return rest
-
-
 def _longest_run(y: Floats) -> Floats:
     edges = np.concatenate(([-1], np.flatnonzero(np.isnan(y)), [len(y)]))
     k = int(np.argmax(np.diff(edges)))
-    return y[edges[k] + 1 : edges[k + 1]]
+    run: Floats = y[edges[k] + 1 : edges[k + 1]]
+    return run

@@ -195,8 +195,8 @@ def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: 
         )
     used = good_length(n + 1) - 1  # at most a few in a thousand samples fewer, for a fast transform
     y = without_line(y[:used])
-    # All tapers from one transform of twice the length: a sine taper shifts it by half-bins either way.
-    transform = np.fft.rfft(y, 2 * (used + 1))
+    # All tapers from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
+    transform = np.fft.rfft(np.concatenate(([0.0], y)), 2 * (used + 1))
     bins = used // 2 if f_max is None else min(int(f_max * (used + 1) * tau0), used // 2)
     bins = min(bins, 4096) if f_max is None else bins
     if bins < 1:

@@ -4,10 +4,10 @@ import json
 import math
 import time
 
-import known
 import numpy as np
 import pytest
 
+import known
 import sigmatau as st
 from sigmatau import terms
 from sigmatau.errors import OptionError, RecordTooShortError
@@ -111,7 +111,9 @@ def test_segments_are_made_shorter_where_gaps_leave_too_few():
     y[rng.choice(len(y), 500, replace=False)] = np.nan
     spectrum = psd(gyro(y))["gyro_x"]
     assert spectrum.segments >= 15
-    assert spectrum.density.mean() == pytest.approx(1.0, abs=4 * math.sqrt(4 / (spectrum.dof[0] * len(spectrum.density))))
+    assert spectrum.density.mean() == pytest.approx(
+        1.0, abs=4 * math.sqrt(4 / (spectrum.dof[0] * len(spectrum.density)))
+    )
     y[::50] = np.nan
     with pytest.raises(RecordTooShortError, match="gyro_x"):
         psd(gyro(y))

@@ -109,8 +109,9 @@ _HEAD = f"""# Bandwidth and sampling rate
 Made by `make study` (studies/bandwidth.py): Fig. 12 of the paper. White noise of random walk N behind a low-pass filter of
 {BANDWIDTH:g} Hz, sampled without an anti-alias filter; {RECORDS} records a cell of {DURATION:g} s, exact sampled
 processes, seeds from the cells' names. N_eff/N is the random walk that `sigmatau.fit` finds from τ = {TAU_MIN:g} s on, as
-the mean of the records with its standard error; the law is the folded spectrum at frequency 0, `sigmatau.terms.aliasing_inflation`; z is the distance from
-the stated value (3.070, 1.405, 1.131, 1.006 and 2.58, 1.118, 1.009; beyond these the law) in standard errors.
+the mean of the records with its standard error; the law is the folded spectrum at frequency 0,
+`sigmatau.terms.aliasing_inflation`; z is the distance from the stated value (3.070, 1.405, 1.131, 1.006 and 2.58, 1.118,
+1.009; beyond these the law) in standard errors.
 
 | rate [Hz] | over bandwidth | first order | law | z | second-order Butterworth | law | z |
 |---|---|---|---|---|---|---|---|"""

@@ -35,8 +35,12 @@ _OCTAVE_SHARE = 1 / 16  # of its frequency, the width of a block: 1/11 octave
 # A power under Hann's taper has the correlation (2/3)² with its neighbour, (1/6)² with the next.
 _NEIGHBOURS = (4 / 9, 1 / 36)
 _ENOUGH = 1024  # bins for a median, evenly taken: its error is then 5 %, less than that of any bin it is held against
-_LEAST_RATIO = 1.5  # what stands out by less at any width is a curved spectrum as likely as a line
-_STEADY = 3.0  # bins
+# What stands out by less is a curved spectrum as likely as a line: between the nulls of one running mean the top is twice the
+# median, of two in a row four times.
+_LEAST_RATIO = 2.5
+_LEAST_WIDE = 4.2
+_WIDE = 64  # bins; from this width on blocks are twice as long, so that a resonance is not half of its own block
+_CORE = 3  # bins either side that hold a steady line: all but 1e-4 of its power
 _MOST_LISTED = 4
 
 
@@ -190,9 +194,10 @@ def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int6
     freedom = dof * width / (1 + shared)
     # Neighbours are correlated, 4/9 at width 1 and less at larger ones: a block has fewer independent bins.
     correlated = 1 + 2 * sum(_NEIGHBOURS) / width
+    wide = width >= _WIDE
     edges = [4]
     while edges[-1] < count:
-        edges.append(edges[-1] + max(_BLOCK, int(edges[-1] * _OCTAVE_SHARE)))
+        edges.append(edges[-1] + max(_BLOCK * (1 + wide), int(edges[-1] * _OCTAVE_SHARE)))
     if len(edges) > 2 and count - edges[-2] < _BLOCK:
         edges.pop()
     edges[-1] = count
@@ -209,16 +214,16 @@ def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int6
     )
     variance = 1 / (4 * sizes * math.exp(2 * log_density) * median**2)
     probability = FALSE_ALARM * (1 - 1 / _FACTOR) / bins
-    thresholds = np.maximum(fdtri(freedom, 2 / variance, 1 - probability), _LEAST_RATIO)
+    thresholds = np.maximum(fdtri(freedom, 2 / variance, 1 - probability), _LEAST_WIDE if wide else _LEAST_RATIO)
     thresholds[0] = np.inf
     return blocks, steps, thresholds, 1 / median
 
 
 def _merged(hits: list[tuple[int, int, float, float]]) -> list[_Cluster]:
-    """Bins of all widths that touch, or nearly, as one."""
+    """Bins of all widths that touch, or nearly, as one: an unsteady line has gaps."""
     merged: list[_Cluster] = []
     for first, last, noise, ratio in sorted(hits):
-        apart = max(last - first + 1, 8)
+        apart = max(last - first + 1, 8, first // 50)
         if merged and first <= merged[-1].last + apart:
             old = merged[-1]
             best = (noise, ratio) if ratio > old.ratio else (old.noise, old.ratio)
@@ -238,21 +243,27 @@ def _refined(density: Floats, k: int) -> float:
 
 
 def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
+    """Power, frequency and width of what stands out; of a steady line in the bins that Hann's taper spreads it on."""
     first, last = max(cluster.first - 3, 1), min(cluster.last + 3, len(spectrum.density) - 1)
     excess = spectrum.density[first : last + 1] - cluster.noise
-    power = max(2 * float(excess.sum()) * spectrum.step, 0.0)  # both signs of the frequency
-    held = np.cumsum(np.maximum(excess, 0))
-    low, high = np.searchsorted(held, [0.1 * held[-1], 0.9 * held[-1]])
-    wide = float(high - low)
-    k = first + int(np.argmax(excess))
-    if wide <= _STEADY:
-        frequency, wide = _refined(spectrum.density, k), 0.0
+    top = int(np.argmax(excess))
+    core = slice(max(top - _CORE, 0), top + _CORE + 1)
+    whole, held = float(excess.sum()), float(excess[core].sum())
+    # A mean of n bins of noise has the variance 1.94·2/dof/n.
+    error = cluster.noise * math.sqrt(1.94 * 2 / spectrum.dof * len(excess))
+    steady = held > 0.8 * (whole - 2 * error)
+    if steady:
+        peak = first + top
+        frequency, wide, whole = _refined(spectrum.density, peak), 0.0, held
+        first, last = max(peak - _CORE, first), min(peak + _CORE, last)
     else:
         above = np.maximum(excess, 0)
-        frequency = float(above @ np.arange(first, last + 1)) / float(above.sum())
+        shares = np.cumsum(above) / above.sum()
+        low, high = np.searchsorted(shares, [0.1, 0.9])
+        frequency, wide = float(above @ np.arange(first, last + 1)) / float(above.sum()), float(high - low)
     return Line(
         frequency=frequency * spectrum.step,
-        amplitude=math.sqrt(2 * power),
+        amplitude=math.sqrt(4 * max(whole, 0.0) * spectrum.step),  # half its square is the power, of both signs of f
         width=wide * spectrum.step,
         ratio=cluster.ratio,
         low=first * spectrum.step,

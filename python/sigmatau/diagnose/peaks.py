@@ -35,8 +35,8 @@ _OCTAVE_SHARE = 1 / 16  # of its frequency, the width of a block: 1/11 octave
 # A power under Hann's taper has the correlation (2/3)² with its neighbour, (1/6)² with the next.
 _NEIGHBOURS = (4 / 9, 1 / 36)
 _ENOUGH = 1024  # bins for a median, evenly taken: its error is then 5 %, less than that of any bin it is held against
-# What stands out by less is a curved spectrum as likely as a line: between the nulls of one running mean the top is twice the
-# median, of two in a row four times.
+# What stands out by less is a curved spectrum as likely as a line: between the nulls of one running mean the top is twice
+# the median, of two in a row four times.
 _LEAST_RATIO = 2.5
 _LEAST_WIDE = 4.2
 _WIDE = 64  # bins; from this width on blocks are twice as long, so that a resonance is not half of its own block

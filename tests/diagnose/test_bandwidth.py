@@ -26,9 +26,9 @@ def planted(order, rate, corner, n=2**19):
     return filtered_white(n, rate=rate, bandwidth=corner, order=order, rng=rng)
 
 
-def measured_share(y, rate):
-    """σ at one sample over what the random walk makes there, the random walk from 256 to 512 samples."""
-    curve = st.allan(st.Record.from_arrays(rate=rate, gyro_x=y), taus=np.array([1, 256, 362, 512]) / rate)["gyro_x"]
+def measured_share(y, rate, sizes=(256, 362, 512)):
+    """σ at one sample over what the random walk makes there, the random walk from the cluster sizes that are given."""
+    curve = st.allan(st.Record.from_arrays(rate=rate, gyro_x=y), taus=np.array([1, *sizes]) / rate)["gyro_x"]
     walk = np.sqrt(curve.avar * curve.tau)
     return walk[0] / walk[1:].mean()
 
@@ -165,7 +165,7 @@ class TestAliasing:
         assert aliasing(stream_of(planted(1, 400.0, 10.0), 400.0)) == []
 
     def test_not_where_other_filters_do_the_same(self):
-        """At 50 Hz a first-order filter of 30 Hz has a spectrum that is flat to 10 %: nothing tells how much is folded in."""
+        """At 50 Hz a first-order filter of 30 Hz has a spectrum that is flat to 10 %: it does not tell what is folded in."""
         assert aliasing(stream_of(planted(1, 50.0, 30.0), 50.0)) == []
 
     @pytest.mark.parametrize(("rate", "severity"), [(10.0, "warning"), (100.0, "warning"), (500.0, "info")])
@@ -214,13 +214,14 @@ def test_speed():
 
 
 def test_adis(field_data):
-    """All gyros are filtered: 0.79 of the random walk at one sample, on z σ(τ₀) is about σ(2τ₀) by the filter and a resonance."""
+    """All gyros are filtered: 0.79 of the random walk at one sample; z has a resonance as well."""
     record = st.read(field_data / "adis16405_static.csv.gz", rate=100)
     stream = record.stream_of("gyro_x")
     fitted = low_passes(stream)
     assert set(fitted) == {"gyro_x", "gyro_y", "gyro_z"}
     for channel in ("gyro_x", "gyro_y"):
         y = np.array(stream.column(channel))
-        assert fitted[channel].short == pytest.approx(measured_share(y, 100.0), rel=0.03)
+        # From 0.32 to 0.64 s the filter is over and the flicker noise not yet 2 % of the deviation.
+        assert fitted[channel].short == pytest.approx(measured_share(y, 100.0, (32, 45, 64)), rel=0.03)
         assert {"mean", "bartlett"} & {fitted[channel].shape, *fitted[channel].alike}
     assert {f.channel for f in low_pass(stream, fits=fitted)} == set(fitted)

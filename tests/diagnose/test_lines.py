@@ -49,7 +49,7 @@ def test_frequency_and_amplitude(frequency):
 
 
 def test_unsteady_line():
-    """Its frequency drifts by 0.04 Hz in the record, as a fan's does: 105 bins, of which none alone has a hundredth of it."""
+    """Its frequency drifts by 0.04 Hz in the record, as a fan's does: over 105 bins."""
     frequency = np.linspace(0.53, 0.57, N)
     amplitude = 5e-3
     clean = noise("unsteady noise", random_walk=5e-3)

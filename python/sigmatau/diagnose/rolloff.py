@@ -37,6 +37,7 @@ _MOST_FREEDOM = (
 _CORNERS = 2.0 ** np.arange(-7.5, -0.4, 0.5)  # in sampling rates
 _ALIKE = 10.0  # deviance by which another shape may be worse and still be possible
 _LARGEST_FLOOR = 0.5
+_LEAST_POINTS = 24
 _FLATTEST = 0.95
 # What may come after the filter beside a rate random walk: nothing, quantization, a white floor; by its column. Each
 # flattens a roll-off, so that it must be worth a price.
@@ -193,7 +194,7 @@ class _Points:
         if deviance < 2 * len(self.density):
             return None
         kept = (self.density / (columns @ theta) - 1) * np.sqrt(self.freedom / 2) < _OUTLIER
-        if kept.all() or kept.sum() < max(0.6 * len(kept), 24):
+        if kept.all() or kept.sum() < max(0.6 * len(kept), _LEAST_POINTS):
             return None
         return _Points(self.density[kept], self.freedom[kept], tuple(np.array(self.frequency)[kept]))
 
@@ -238,9 +239,9 @@ def _points(spectrum: Spectrum, without: Sequence[tuple[float, float]]) -> _Poin
     density, freedom, centres = _binned(
         frequency * spectrum.tau0, spectrum.density[above], kept, float(spectrum.dof[0])
     )
-    scale = float(np.median(density))
-    if not scale > 0 or not density.min() > 0:
+    if len(density) < _LEAST_POINTS or not density.min() > 0:
         return None
+    scale = float(np.median(density))
     return _Points(density / scale, freedom, centres)
 
 

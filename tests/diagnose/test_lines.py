@@ -55,7 +55,7 @@ def test_unsteady_line():
     clean = noise("unsteady noise", random_walk=5e-3)
     line = only_line(clean + amplitude * np.sin(2 * np.pi * np.cumsum(frequency) / RATE))
     assert line.frequency == pytest.approx(0.55, abs=0.005)
-    assert 0.02 < line.width < 0.04  # Hann's taper takes the ends off: 80 % of its power is in 0.4 of the record
+    assert 0.01 < line.width < 0.03  # Hann's taper takes the ends off: 80 % of its power is in 0.4 of the record
     assert line.amplitude == pytest.approx(amplitude, rel=0.15)
 
 

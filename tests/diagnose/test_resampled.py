@@ -89,7 +89,7 @@ def test_with_gaps_and_flicker_and_offset():
     y = made("linear", 63.0, 200.0) + 9.8
     model = st.NoiseModel(channels={"gyro_x": {"bias_instability": 0.5}})
     slow = st.simulate(model, duration=N / 63.0, rate=63.0, rng=known.seed_of("slow")).streams[0].column("gyro_x")
-    y = y + np.interp(np.arange(N) * 63 / 200, np.arange(N), slow)
+    y = y + np.interp(np.arange(N) * 63 / 200 + 0.3, np.arange(N), slow)
     y[::7919] = np.nan
     (finding,) = upsampled(stream_of(y, 200.0))
     assert finding.size == pytest.approx(63, rel=0.02)

@@ -226,7 +226,8 @@ def _source(frequency: float, held: float, straight: float, spectrum: Spectrum) 
         if share > _LEAST_NOTHING:
             guess = (1 - share) / count
             nearest = min(rates, key=lambda rate: abs(rate - guess))
-            return kind, nearest if abs(nearest - guess) < 0.02 else guess
+            if abs(nearest - guess) < 0.02:
+                return kind, nearest
     f, density = spectrum.frequency * spectrum.tau0, spectrum.density
     plateau = float(np.median(density[(f > 0.02) & (f < 0.08)]))
     half = float(f[np.flatnonzero(density > 0.5 * plateau)[-1]])

@@ -2,12 +2,38 @@
 
 from __future__ import annotations
 
-from studies import adis16405, coverage, efficiency, gaps, intervals, read_off, robustness
+from studies import (
+    adis16405,
+    bandwidth,
+    coverage,
+    efficiency,
+    false_alarms,
+    gaps,
+    intervals,
+    read_off,
+    robustness,
+    selection,
+    stability,
+)
+
+STUDIES = (
+    read_off,
+    intervals,
+    robustness,
+    efficiency,
+    coverage,
+    gaps,
+    bandwidth,
+    stability,
+    selection,
+    false_alarms,
+    adis16405,
+)
 
 
 def main() -> None:
     """Run all studies."""
-    for study in (read_off, intervals, robustness, efficiency, coverage, gaps, adis16405):
+    for study in STUDIES:
         study.main()
 
 

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels
 from sigmatau.units import find
 
-__all__ = ["BIAS_LEVEL", "TERMS", "Term", "avar", "coefficient_unit", "display_units", "psd"]
+__all__ = ["BIAS_LEVEL", "TERMS", "Term", "aliasing_inflation", "avar", "coefficient_unit", "display_units", "psd"]
 
 BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
 """Height of the flicker plateau over the bias instability, √(2 ln 2/π) = 0.664 (eq. 19 for T much longer than 1/f₀)."""
@@ -266,3 +266,55 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
     if term not in TERMS:
         raise ValueError(f"unknown term {term!r}; terms: {', '.join(TERMS)}")
     return _kernels.term_psd(term, float(coefficient), np.atleast_1d(np.asarray(f, dtype=float)), tau0)
+
+
+def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> float:
+    """By which factor sampling without an anti-alias filter makes the random walk of a sensor larger.
+
+    A sensor whose white noise ends at its own bandwidth, a Butterworth filter, folds onto the low frequencies what it lets
+    pass at the multiples of the sampling rate.
+
+    Parameters
+    ----------
+    rate : float
+        Sampling rate. [Hz]
+    bandwidth : float
+        Frequency of -3 dB. [Hz]
+    order : int
+        1 (an RC filter) … 8.
+
+    Returns
+    -------
+    float
+        N_eff/N, 1 or more.
+
+    Raises
+    ------
+    ValueError
+        For a rate or bandwidth that is not positive, an order outside 1 … 8.
+
+    Notes
+    -----
+    N_eff²/N² = Σ_k |H(k·rate)|² = Re Σ_j a_j·coth(a_j)/order, with a_j = -p_j/(2·rate) over its poles p_j;
+    for order 1 it is x·coth(x), with x = π·bandwidth/rate. See :doc:`/study/bandwidth` for Fig. 12 of [1]_.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`
+
+    Examples
+    --------
+    >>> round(aliasing_inflation(rate=100, bandwidth=30), 3)
+    1.131
+    """
+    for name, value in (("rate", rate), ("bandwidth", bandwidth)):
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f"`{name}` must be a positive number of hertz, not {value!r}")
+    if order not in range(1, 9):
+        raise ValueError(f"`order` must be 1 to 8, not {order!r}")
+    x = math.pi * bandwidth / rate
+    # Half a sample interval times the poles, from the residues of |H|² (see `sigmatau.diagnose.filters`).
+    angles = np.pi * (2 * np.arange(order) + order + 1) / (2 * order)
+    a = -x * np.exp(1j * angles)
+    decay = np.exp(-2 * a)
+    return math.sqrt(float((a / order * (1 + decay) / (1 - decay)).real.sum()))

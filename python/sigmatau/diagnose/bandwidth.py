@@ -1,0 +1,199 @@
+"""Internal low-pass filters, and aliasing: bandwidth against sampling rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from sigmatau.diagnose.lines import find_lines
+from sigmatau.diagnose.resampled import resampled
+from sigmatau.diagnose.rolloff import LowPass, fit_low_pass, promising
+from sigmatau.errors import DataError, OptionError
+from sigmatau.results import Finding, seconds
+from sigmatau.spectrum import Spectrum, welch
+from sigmatau.streams import Stream
+from sigmatau.terms import aliasing_inflation
+
+__all__ = ["aliasing", "low_pass", "low_passes"]
+
+ALIASING = 1.05
+"""Inflation of the random walk above which aliasing is a warning."""
+
+NOTICEABLE = 0.90
+"""A filter is a warning where σ at one sample is below this share of what the random walk makes."""
+
+_LATE = 1.0  # [s] where the field reads the random walk
+
+
+def low_passes(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> dict[str, LowPass]:
+    """The filters that the spectra of a stream's channels show, by channel; see `low_pass`."""
+    found = {channel: _fitted(stream, channel, spectra) for channel in stream.channels}
+    return {channel: fitted for channel, fitted in found.items() if fitted is not None}
+
+
+def low_pass(
+    stream: Stream,
+    *,
+    spectra: Mapping[str, Spectrum] | None = None,
+    fits: Mapping[str, LowPass] | None = None,
+) -> list[Finding]:
+    """Findings ``low_pass_filter``: one a channel whose spectrum shows a filter.
+
+    Parameters
+    ----------
+    stream : Stream
+        Static data.
+    spectra : mapping of str to Spectrum, optional
+        As of `sigmatau.spectrum.psd`, where they are at hand. Default: computed.
+    fits : mapping of str to LowPass, optional
+        As of `low_passes`, where they are at hand. Default: computed.
+
+    Returns
+    -------
+    list of Finding
+        A warning where σ at one sample is low by a tenth or more, or where the curve is right only beyond τ = 1 s; else an
+        info. `changes` holds the random walk read at one sample over the sensor's own.
+    """
+    found = []
+    for channel, fitted in (low_passes(stream, spectra=spectra) if fits is None else fits).items():
+        low = fitted.short < NOTICEABLE
+        tau = fitted.right_from
+        found.append(
+            Finding(
+                code="low_pass_filter",
+                severity="warning" if low or tau > _LATE else "info",
+                channel=channel,
+                message=f"the spectrum falls as behind a low-pass filter: {fitted!r}",
+                where=f"f = {fitted.corner:.4g} Hz",
+                size=fitted.corner,
+                unit="Hz",
+                effect=(
+                    f"σ at one sample, τ = {seconds(stream.grid.tau0)} s, is {fitted.short:.2f} of what the random walk"
+                    f" makes, and so is a random walk read there; within 1 % from τ = {seconds(tau)} s on"
+                ),
+                changes=(("random_walk", fitted.short),),
+                remedy=f"read or fit the random walk from τ = {seconds(tau)} s on, and model the filter if that is too late",
+            )
+        )
+    return found
+
+
+def aliasing(
+    stream: Stream,
+    *,
+    bandwidth: tuple[float, int | None] | None = None,
+    spectra: Mapping[str, Spectrum] | None = None,
+    fits: Mapping[str, LowPass] | None = None,
+) -> list[Finding]:
+    """Findings ``aliasing``: what sampling without an anti-alias filter adds to the random walk.
+
+    Parameters
+    ----------
+    stream : Stream
+    bandwidth : (float, int or None), optional
+        The sensor's own, by its data sheet, and the order of its filter if that is known: one finding for the stream, a
+        warning above 5 %, otherwise an info. Without an order both the first and the second are named, and the first
+        decides. Default: the filter that is seen in the spectrum, where that is one of the two and makes more than 5 %.
+        [Hz]
+    spectra, fits : optional
+        See `low_pass`.
+
+    Raises
+    ------
+    OptionError
+        For a bandwidth that is not positive, an order outside 1 … 8.
+    """
+    rate = stream.grid.rate
+    if bandwidth is not None:
+        return [_stated(stream, *bandwidth)]
+    found = []
+    orders = {"first_order": 1, "butterworth2": 2}
+    for channel, fitted in (low_passes(stream, spectra=spectra) if fits is None else fits).items():
+        if fitted.shape not in orders:
+            continue
+        order = orders[fitted.shape]
+        least = aliasing_inflation(rate=rate, bandwidth=max(fitted.corner - 3 * fitted.error, 1e-3 * rate), order=order)
+        if least <= ALIASING or fitted.alike:
+            continue  # a spectrum that other filters make as well does not tell how much is folded in
+        inflation = aliasing_inflation(rate=rate, bandwidth=fitted.corner, order=order)
+        found.append(
+            Finding(
+                code="aliasing",
+                severity="warning",
+                channel=channel,
+                message=(
+                    f"sampled at {rate:.4g} Hz, {rate / fitted.corner:.2g} times the bandwidth seen in the spectrum"
+                    f" ({fitted!r}): if that filter is an analog one, noise from beyond {rate / 2:.4g} Hz is folded in"
+                ),
+                size=inflation,
+                effect=f"the random walk is {inflation:.3f} times the sensor's own, at all averaging times",
+                changes=(("random_walk", inflation),),
+                remedy=_remedy(fitted.corner, order),
+            )
+        )
+    return found
+
+
+def _stated(stream: Stream, hertz: float, order: int | None) -> Finding:
+    rate = stream.grid.rate
+    if not (math.isfinite(hertz) and hertz > 0):
+        raise OptionError(f"the bandwidth must be a positive number of hertz, not {hertz!r}", option="bandwidth")
+    if order is not None and order not in range(1, 9):
+        raise OptionError(f"the order of a filter must be 1 to 8, not {order!r}", option="bandwidth")
+    inflation = aliasing_inflation(rate=rate, bandwidth=hertz, order=order or 1)
+    if order is None:
+        second = aliasing_inflation(rate=rate, bandwidth=hertz, order=2)
+        effect = (
+            f"the random walk is {inflation:.3f} times the sensor's own behind a first-order filter, {second:.3f} times"
+        )
+        effect += " behind a second-order one, at all averaging times"
+    else:
+        effect = f"the random walk is {inflation:.3f} times the sensor's own, at all averaging times"
+    return Finding(
+        code="aliasing",
+        severity="warning" if inflation > ALIASING else "info",
+        message=(
+            f"{stream.name}: sampled at {rate:.4g} Hz, {rate / hertz:.2g} times the stated bandwidth of {hertz:g} Hz"
+            f"{'' if order is None else f' of order {order}'}; the rule of thumb is 3 to 5 times"
+        ),
+        size=inflation,
+        effect=effect,
+        changes=(("random_walk", inflation),),
+        remedy=_remedy(hertz, order or 1) if inflation > ALIASING else "",
+    )
+
+
+def _remedy(corner: float, order: int) -> str:
+    low, high = 0.5 * corner, 64 * corner
+    for _ in range(40):
+        middle = math.sqrt(low * high)
+        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > 1.02:
+            low = middle
+        else:
+            high = middle
+    return (
+        f"sample at {high:.3g} Hz or faster (2 % then), or filter before sampling; a navigation filter at this rate needs"
+        " the value as it is"
+    )
+
+
+def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None) -> LowPass | None:
+    y = None
+    if spectra is not None and channel in spectra:
+        spectrum = spectra[channel]
+    else:
+        y = np.ascontiguousarray(stream.column(channel))
+        try:
+            spectrum = welch(y, stream, channel)
+        except DataError:
+            return None
+    if not promising(spectrum):
+        return None
+    # A record resampled to a higher rate has the spectrum of a running mean, and is no filtered sensor.
+    if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:
+        return None
+    found = find_lines(stream.only(channel))[channel]
+    bands = [(each.low, each.high) for line in found for each in (line, *line.harmonics)]
+    return fit_low_pass(spectrum, without=bands)

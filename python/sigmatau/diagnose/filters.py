@@ -1,0 +1,175 @@
+"""Low-pass filters before a sampler: what is left of white and flicker noise, frequency by frequency and τ by τ.
+
+A filtered sensor that is sampled has the folded spectrum S_y(f) = Σ_k S(f + k·fs), or in time the filter's autocovariance at
+whole sample intervals. Both are here in closed form for each shape, for white noise of unit density in front of the filter.
+
+Butterworth filters of order n: with the poles p_j of the left half-plane the residues of H(s)·H(−s) are −p_j/(2n), so that
+r(t) = −Σ_j p_j/(2n)·exp(p_j|t|), of which the folded spectrum is a sum of geometric series. Order 1 is the RC filter.
+Running means over a time L have a triangle as autocovariance, two such means in a row (Bartlett's window) its convolution
+with itself, the cubic B-spline.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "SHAPES",
+    "autocovariance",
+    "folded_flicker",
+    "folded_white",
+    "mean_corner",
+    "names",
+    "relative_avar",
+    "response",
+    "right_from",
+]
+
+Floats = NDArray[np.float64]
+
+SHAPES = ("first_order", "butterworth2", "butterworth3", "butterworth4", "mean", "bartlett")
+"""Filters that are told apart."""
+
+_WORDS = {
+    "first_order": "first order",
+    "butterworth2": "second-order Butterworth",
+    "butterworth3": "third-order Butterworth",
+    "butterworth4": "fourth-order Butterworth",
+    "mean": "running mean",
+    "bartlett": "two running means in a row",
+}
+
+# Length of a running mean with −3 dB at 1 Hz: sinc²(L) = 1/2; of one of two in a row: sinc⁴(L) = 1/2.
+_MEAN_LENGTH = 0.4429464707
+_BARTLETT_LENGTH = 0.3189166987
+_IMAGES = 8  # flicker noise at the eighth image is (1/16)^3 of that at half the sampling rate
+
+
+def names(shape: str) -> str:
+    """What a shape is called."""
+    return _WORDS[shape]
+
+
+def autocovariance(shape: str, corner: float, lag: ArrayLike) -> Floats:
+    """Autocovariance of white noise of unit two-sided density behind a filter.
+
+    Parameters
+    ----------
+    shape : str
+        One of `SHAPES`.
+    corner : float
+        Frequency of −3 dB. [Hz]
+    lag : array_like, shape (n_lag,)
+        [s]
+
+    Returns
+    -------
+    ndarray, shape (n_lag,)
+        [1/s]
+    """
+    t: Floats = np.abs(np.atleast_1d(np.asarray(lag, dtype=float)))
+    if shape == "mean":
+        length = _MEAN_LENGTH / corner
+        return np.asarray(np.maximum(1 - t / length, 0) / length)
+    if shape == "bartlett":
+        length = _BARTLETT_LENGTH / corner
+        u = t / length
+        inner = 2 / 3 - u * u + u**3 / 2
+        return np.where(u < 1, inner, np.maximum(2 - u, 0) ** 3 / 6) / length
+    poles = _poles(_order(shape)) * (2 * math.pi * corner)
+    return np.asarray((-poles / (2 * len(poles)) * np.exp(np.outer(t, poles))).real.sum(axis=1))
+
+
+def folded_white(shape: str, corner: float, frequency: ArrayLike, tau0: float) -> Floats:
+    """Two-sided density of sampled white noise of unit density behind a filter, images folded in; shape (n_f,)."""
+    f: Floats = np.atleast_1d(np.asarray(frequency, dtype=float))
+    cosine = np.cos(2 * np.pi * f * tau0)
+    if shape in ("mean", "bartlett"):
+        length = _MEAN_LENGTH if shape == "mean" else 2 * _BARTLETT_LENGTH
+        lags = np.arange(1, math.ceil(length / (corner * tau0)) + 1)
+        r = autocovariance(shape, corner, lags * tau0)
+        zero = float(autocovariance(shape, corner, 0.0)[0])
+        return np.asarray(tau0 * (zero + 2 * np.cos(2 * np.pi * tau0 * np.outer(f, lags)) @ r))
+    poles = _poles(_order(shape)) * (2 * math.pi * corner)
+    z = np.exp(poles * tau0)
+    weights = -poles * tau0 / (2 * len(poles)) * (1 - z * z)
+    return np.asarray((weights / (1 - 2 * np.outer(cosine, z) + z * z)).real.sum(axis=1))
+
+
+def folded_flicker(shape: str, corner: float, frequency: ArrayLike, tau0: float) -> Floats:
+    """The same of flicker noise 1/(2π|f|), eq. (18) with B = 1."""
+    f: Floats = np.atleast_1d(np.asarray(frequency, dtype=float))
+    images = np.abs(f[:, None] + np.arange(-_IMAGES, _IMAGES + 1) / tau0)
+    return np.asarray((response(shape, corner, images) / (2 * np.pi * images)).sum(axis=1))
+
+
+def response(shape: str, corner: float, frequency: ArrayLike) -> Floats:
+    """|H(f)|², not folded."""
+    f = np.asarray(frequency, dtype=float)
+    if shape == "mean":
+        return np.asarray(np.sinc(f * (_MEAN_LENGTH / corner)) ** 2)
+    if shape == "bartlett":
+        return np.asarray(np.sinc(f * (_BARTLETT_LENGTH / corner)) ** 4)
+    return np.asarray(1 / (1 + (f / corner) ** (2 * _order(shape))))
+
+
+def relative_avar(shape: str, corner: float, m: ArrayLike, tau0: float) -> Floats:
+    """Allan variance of sampled, filtered white noise over that of the white noise which it is at long times.
+
+    Parameters
+    ----------
+    shape : str
+    corner : float
+        [Hz]
+    m : array_like of int, shape (n_tau,)
+        Cluster sizes; small ones, since all lags up to twice the largest are summed.
+    tau0 : float
+        [s]
+
+    Returns
+    -------
+    ndarray, shape (n_tau,)
+        AVAR(m)·τ/N², with N the random walk of the sampled record, folding included. Tends to 1.
+    """
+    sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
+    r = autocovariance(shape, corner, np.arange(2 * int(sizes.max())) * tau0)
+    # Variance of the sum of l samples: l·r(0) + 2·Σ_{k<l} (l − k) r(k).
+    sums = np.concatenate(([0.0], np.cumsum(r)))
+    totals = np.concatenate(([0.0], np.cumsum(r * np.arange(len(r)))))
+
+    def variance(count: NDArray[np.int64]) -> Floats:
+        return np.asarray(2 * (count * sums[count] - totals[count]) - count * r[0])
+
+    avar = (4 * variance(sizes) - variance(2 * sizes)) / (2 * sizes.astype(float) ** 2)
+    plateau = float(folded_white(shape, corner, 0.0, tau0)[0])
+    return np.asarray(avar * sizes * tau0 / plateau)
+
+
+def right_from(shape: str, corner: float, tau0: float, *, share: float = 0.02) -> float:
+    """Averaging time from which the Allan variance is within `share` of that of unfiltered noise. [s]
+
+    The deficit falls as 1/τ once the autocovariance is over: for a first-order filter with time constant τ_f, sampled fast,
+    it is 1.5·τ_f/τ.
+    """
+    m = max(math.ceil(4 / (corner * tau0)), 2)
+    deficit = abs(1 - float(relative_avar(shape, corner, m, tau0)[0]))
+    return max(deficit * m * tau0 / share, tau0)
+
+
+def mean_corner(shape: str, length: float) -> float:
+    """Corner of running means over `length` seconds. [Hz]"""
+    return (_MEAN_LENGTH if shape == "mean" else _BARTLETT_LENGTH) / length
+
+
+@functools.lru_cache(maxsize=16)
+def _poles(order: int) -> NDArray[np.complex128]:
+    """Of the Butterworth filter with corner at 1 rad/s."""
+    return np.asarray(np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order)))
+
+
+def _order(shape: str) -> int:
+    return 1 if shape == "first_order" else int(shape.removeprefix("butterworth"))

@@ -1,0 +1,282 @@
+"""Peaks of a spectrum: what stands out, at which width, and how likely by chance.
+
+One transform of the whole record, with Hann's taper, is looked at bin by bin for steady lines, and averaged over 4, 16, 64 …
+bins for unsteady ones. At each width a bin is held against the median of its block of the spectrum and of the blocks on
+either side, whichever is largest: so slopes, roll-offs and nulls of the spectrum are no lines.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.results import Printed, two_digits
+from sigmatau.spectrum import good_length, hann
+
+__all__ = ["Line", "Periodogram", "hertz", "measured_lines", "periodogram", "strongest_line"]
+
+Floats = NDArray[np.float64]
+
+FALSE_ALARM = 1e-4
+"""Probability of any line in a clean channel, all bins and widths together."""
+
+_LONGEST = 1 << 22  # samples in a transform; of longer records four such stretches are averaged
+_STRETCHES = 4
+_WIDEST = 1 << 12
+_FACTOR = 4  # from one width to the next
+_BLOCK = 32  # least bins of a width in a block: their median has an error of 1/4 of a bin's
+_OCTAVE_SHARE = 1 / 16  # of its frequency, the width of a block: 1/11 octave
+# A power under Hann's taper has the correlation (2/3)² with its neighbour, (1/6)² with the next.
+_NEIGHBOURS = (4 / 9, 1 / 36)
+_ENOUGH = 1024  # bins for a median, evenly taken: its error is then 5 %, less than that of any bin it is held against
+# What stands out by less is a curved spectrum as likely as a line: between the nulls of one running mean the top is twice
+# the median, of two in a row four times.
+_LEAST_RATIO = 2.5
+_LEAST_WIDE = 4.2
+_WIDE = 64  # bins; from this width on blocks are twice as long, so that a resonance is not half of its own block
+_CORE = 3  # bins either side that hold a steady line: all but 1e-4 of its power
+_MOST_LISTED = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line(Printed):
+    """A line in a channel's spectrum.
+
+    Attributes
+    ----------
+    frequency : float
+        [Hz]
+    amplitude : float
+        Of the sinusoid; of an unsteady line, of a steady one with the same power. [unit]
+    width : float
+        Of the band that holds 80 % of its power; 0 if that is the record's resolution. [Hz]
+    ratio : float
+        Density over that of the noise beside it, at the width that shows the line best.
+    harmonics : tuple of Line
+        Lines at whole multiples of its frequency, folded at half the sampling rate.
+    mains : str
+        Which multiple of the mains' frequency may be behind it, in words; empty if none.
+    low, high : float
+        The band that was taken as the line. [Hz]
+    unit : str
+    """
+
+    frequency: float
+    amplitude: float
+    width: float
+    ratio: float
+    low: float
+    high: float
+    unit: str
+    harmonics: tuple[Line, ...] = ()
+    mains: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "frequency_hz": self.frequency,
+            "amplitude": self.amplitude,
+            "width_hz": self.width,
+            "ratio": self.ratio,
+            "unit": self.unit,
+            "mains": self.mains,
+            "harmonics": [line.to_dict() for line in self.harmonics],
+        }
+
+    def __repr__(self) -> str:
+        width = f", {two_digits(self.width)} Hz wide" if self.width else ""
+        more = f", harmonics at {_listed(self.harmonics)}" if self.harmonics else ""
+        mains = f", perhaps {self.mains}" if self.mains else ""
+        return f"{hertz(self.frequency)} Hz, amplitude {self.amplitude:.3g} {self.unit}{width}{more}{mains}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Periodogram:
+    """Two-sided density at whole multiples of `step`, from bin 0; `dof` degrees of freedom each."""
+
+    density: Floats
+    step: float
+    dof: float
+
+
+def measured_lines(spectrum: Periodogram, *, unit: str) -> list[Line]:
+    """All that stands out."""
+    return [_measured(spectrum, cluster, unit) for cluster in _clusters(spectrum)]
+
+
+def strongest_line(y: Floats) -> tuple[float, float] | None:
+    """Of a series without a mean, frequency and amplitude of the line that stands out most; None if there is none.
+
+    The frequency is in sampling rates.
+    """
+    spectrum = periodogram(y, 1.0)
+    clusters = _clusters(spectrum)
+    if not clusters:
+        return None
+    cluster = max(clusters, key=lambda each: each.ratio * each.noise * (each.last - each.first + 1))
+    line = _measured(spectrum, cluster, "")
+    return line.frequency, line.amplitude
+
+
+def periodogram(y: Floats, tau0: float) -> Periodogram:
+    """Of samples without a mean or slope; of more than 2^22 the mean of that of four stretches, evenly spread."""
+    count = 1 if len(y) <= _LONGEST else _STRETCHES
+    length = good_length(len(y) if count == 1 else _LONGEST // 2)
+    taper = _taper(length)
+    density = np.zeros(length // 2 + 1)
+    for start in np.linspace(0, len(y) - length, count).astype(int):
+        parts = np.fft.rfft(y[start : start + length] * taper).view(np.float64)
+        parts *= parts
+        density += parts[::2] + parts[1::2]
+    density *= tau0 / (float(taper @ taper) * count)
+    return Periodogram(density, 1 / (length * tau0), 2.0 * count)
+
+
+@functools.lru_cache(maxsize=2)
+def _taper(length: int) -> Floats:
+    """Kept for the other axes of a record."""
+    return hann(length)
+
+
+@dataclass(frozen=True, slots=True)
+class _Cluster:
+    """Bins that stand out together, `first` to `last`; the noise below them, and by how much they do at best."""
+
+    first: int
+    last: int
+    noise: float
+    ratio: float
+
+
+def _clusters(spectrum: Periodogram) -> list[_Cluster]:
+    """Where the spectrum stands out at any width."""
+    bins = len(spectrum.density) - 1  # the last bin, half the sampling rate, has half the degrees of freedom
+    averaged, width, hits = spectrum.density[:bins], 1, []
+    while width <= _WIDEST and bins >= 256 * width:
+        blocks, steps, thresholds, mean_over_median = _law(len(averaged), width, spectrum.dof, bins)
+        spans = list(zip(blocks[:-1], blocks[1:], steps, strict=True))
+        medians = np.array([_median(averaged[a:b:step]) for a, b, step in spans]) * mean_over_median
+        beside = np.concatenate(([medians[0]], medians, [medians[-1]]))
+        noise = np.maximum(np.maximum(beside[:-2], beside[2:]), medians)
+        largest = np.maximum.reduceat(averaged, blocks[:-1])
+        for block in np.flatnonzero(largest > noise * thresholds):
+            inside = averaged[blocks[block] : blocks[block + 1]]
+            for k in np.flatnonzero(inside > noise[block] * thresholds[block]):
+                first = int(blocks[block] + k) * width
+                hits.append((first, first + width - 1, float(noise[block]), float(inside[k] / noise[block])))
+        rest = len(averaged) // _FACTOR * _FACTOR
+        averaged = sum(averaged[k:rest:_FACTOR] for k in range(1, _FACTOR)) + averaged[:rest:_FACTOR]
+        averaged /= _FACTOR
+        width *= _FACTOR
+    return _merged(hits)
+
+
+def _median(values: Floats) -> float:
+    """Of an odd number of values: the last of an even number is left out. numpy.median takes four times as long."""
+    middle = (len(values) - 1) // 2
+    return float(np.partition(values[: 2 * middle + 1], middle)[middle])
+
+
+@functools.lru_cache(maxsize=64)
+def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, float]:
+    """Edges of the blocks, every which bin the median is of, by which factor bins must stand out, mean over median.
+
+    The first block is too low for a test: it is only held against the second.
+    """
+    from scipy.special import chdtri, fdtri
+
+    shared = 2 * sum(c * max(1 - k / width, 0) for k, c in enumerate(_NEIGHBOURS, 1))
+    freedom = dof * width / (1 + shared)
+    # Neighbours are correlated, 4/9 at width 1 and less at larger ones: a block has fewer independent bins.
+    correlated = 1 + 2 * sum(_NEIGHBOURS) / width
+    wide = width >= _WIDE
+    edges = [4]
+    while edges[-1] < count:
+        edges.append(edges[-1] + max(_BLOCK * (1 + wide), int(edges[-1] * _OCTAVE_SHARE)))
+    if len(edges) > 2 and count - edges[-2] < _BLOCK:
+        edges.pop()
+    edges[-1] = count
+    blocks = np.array(edges, dtype=np.int64)
+    steps = np.diff(blocks) // _ENOUGH + 1
+    sizes = np.diff(blocks) / (steps * correlated)
+    median = float(chdtri(freedom, 0.5)) / freedom
+    # Variance of a median: 1/(4 n f²), with f the density of the law at its median.
+    log_density = (
+        freedom / 2 * math.log(freedom / 2)
+        - math.lgamma(freedom / 2)
+        + (freedom / 2 - 1) * math.log(median)
+        - freedom * median / 2
+    )
+    variance = 1 / (4 * sizes * math.exp(2 * log_density) * median**2)
+    probability = FALSE_ALARM * (1 - 1 / _FACTOR) / bins
+    thresholds = np.maximum(fdtri(freedom, 2 / variance, 1 - probability), _LEAST_WIDE if wide else _LEAST_RATIO)
+    thresholds[0] = np.inf
+    return blocks, steps, thresholds, 1 / median
+
+
+def _merged(hits: list[tuple[int, int, float, float]]) -> list[_Cluster]:
+    """Bins of all widths that touch, or nearly, as one: an unsteady line has gaps."""
+    merged: list[_Cluster] = []
+    for first, last, noise, ratio in sorted(hits):
+        apart = max(last - first + 1, 8, first // 50)
+        if merged and first <= merged[-1].last + apart:
+            old = merged[-1]
+            best = (noise, ratio) if ratio > old.ratio else (old.noise, old.ratio)
+            merged[-1] = _Cluster(old.first, max(old.last, last), *best)
+        else:
+            merged.append(_Cluster(first, last, noise, ratio))
+    return merged
+
+
+def _refined(density: Floats, k: int) -> float:
+    """Where between bins a steady line is: Hann's taper gives neighbours at distance δ the amplitudes (1 + δ)/(2 − δ)."""
+    if not 0 < k < len(density) - 1:
+        return float(k)
+    side = 1 if density[k + 1] >= density[k - 1] else -1
+    ratio = math.sqrt(density[k + side] / density[k])
+    return k + side * min(max((2 * ratio - 1) / (ratio + 1), 0.0), 0.5)
+
+
+def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
+    """Power, frequency and width of what stands out; of a steady line in the bins that Hann's taper spreads it on."""
+    first, last = max(cluster.first - 3, 1), min(cluster.last + 3, len(spectrum.density) - 1)
+    excess = spectrum.density[first : last + 1] - cluster.noise
+    top = int(np.argmax(excess))
+    core = slice(max(top - _CORE, 0), top + _CORE + 1)
+    whole, held = float(excess.sum()), float(excess[core].sum())
+    # A mean of n bins of noise has the variance 1.94·2/dof/n.
+    error = cluster.noise * math.sqrt(1.94 * 2 / spectrum.dof * len(excess))
+    steady = held > 0.8 * (whole - 2 * error)
+    if steady:
+        peak = first + top
+        frequency, wide, whole = _refined(spectrum.density, peak), 0.0, held
+        first, last = max(peak - _CORE, first), min(peak + _CORE, last)
+    else:
+        above = np.maximum(excess, 0)
+        shares = np.cumsum(above) / above.sum()
+        low, high = np.searchsorted(shares, [0.1, 0.9])
+        frequency, wide = float(above @ np.arange(first, last + 1)) / float(above.sum()), float(high - low)
+    return Line(
+        frequency=frequency * spectrum.step,
+        amplitude=math.sqrt(4 * max(whole, 0.0) * spectrum.step),  # half its square is the power, of both signs of f
+        width=wide * spectrum.step,
+        ratio=cluster.ratio,
+        low=first * spectrum.step,
+        high=last * spectrum.step,
+        unit=unit,
+    )
+
+
+def hertz(frequency: float) -> str:
+    """A frequency in words, without its unit."""
+    return f"{frequency:.4g}"
+
+
+def _listed(found: Sequence[Line]) -> str:
+    texts = [hertz(line.frequency) for line in found[:_MOST_LISTED]]
+    return ", ".join(texts) + (" …" if len(found) > _MOST_LISTED else "") + " Hz"

@@ -1,1 +1,0 @@
-"""Power spectral densities of a record, and lines in them."""

@@ -1,0 +1,238 @@
+"""From samples to spectra; see `psd`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.record import Record
+from sigmatau.results import seconds
+from sigmatau.spectrum.result import Method, Spectra, Spectrum
+from sigmatau.spectrum.tapers import good_length, hann, without_line
+from sigmatau.streams import Stream
+
+__all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
+
+Floats = NDArray[np.float64]
+
+MOST_SAMPLES = 1 << 22
+"""Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's."""
+
+SHORTEST = 64
+"""Samples in the shortest segment that a spectrum is made of."""
+
+_LONGEST = 1 << 12  # segments by default: of 1e6 samples 480, so that each of the 2048 bins has an error of 4.6 %
+_LEAST_SEGMENTS = 15
+_BATCH = 1 << 16  # samples transformed together: what stays in a core's cache
+# Sum of the squared correlations of Hann-tapered segments that overlap by half, (1/6)², twice: Welch 1967.
+_OVERLAP = 2 / 36
+
+
+def psd(
+    record: Record | Stream,
+    *,
+    method: Method = "welch",
+    segment: float | None = None,
+    tapers: int = 8,
+    f_max: float | None = None,
+) -> Spectra:
+    """Two-sided power spectral density of every channel of a record.
+
+    Parameters
+    ----------
+    record : Record or Stream
+        Static data. Where samples are missing, Welch's segments with a missing sample are left out, and are made shorter
+        if that leaves too few; the multitaper estimate takes the longest run without one.
+    method : {"welch", "multitaper"}
+        Welch's average of Hann-tapered segments that overlap by half, each without its own mean and the record's
+        slope [1]_; or the mean over sine tapers of the whole record without its mean and slope [2]_, for low frequencies.
+    segment : float, optional
+        Length of Welch's segments. Default: a power of two of samples, 4096 at most, of which 15 at least fit in. [s]
+    tapers : int
+        Of the multitaper estimate, which has 2·tapers degrees of freedom, and a resolution of (tapers + 1)/(2·record).
+    f_max : float, optional
+        Highest frequency of the multitaper estimate. Default: 4096 frequencies. [Hz]
+
+    Returns
+    -------
+    Spectra
+        A mapping from channel to `Spectrum`. [unit²/Hz, two-sided]
+
+    Raises
+    ------
+    OptionError
+        For an unknown method, a segment that is longer than the record or under 8 samples, no taper.
+    RecordTooShortError
+        If no segment, of 64 samples by default, has all its samples.
+
+    References
+    ----------
+    .. [1] P. D. Welch, :doi:`10.1109/TAU.1967.1161901`.
+    .. [2] K. S. Riedel, A. Sidorenko, :doi:`10.1109/78.365298`, eqs. (8) and (9).
+    """
+    if method not in ("welch", "multitaper"):
+        raise OptionError(f"`method` must be welch or multitaper, not {method!r}", option="method")
+    streams = record.streams if isinstance(record, Record) else (record,)
+    found: dict[str, Spectrum] = {}
+    for stream in streams:
+        size = _size(segment, stream) if method == "welch" else None
+        for channel in stream.channels:
+            y = np.ascontiguousarray(stream.column(channel))
+            if method == "welch":
+                found[channel] = welch(y, stream, channel, size=size)
+            else:
+                found[channel] = _multitaper(y, stream, channel, tapers=tapers, f_max=f_max)
+    return Spectra(found)
+
+
+def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -> Spectrum:
+    """Welch's estimate of a channel whose samples are at hand; see `psd`. `size` is the segment in samples."""
+    n, tau0 = len(y), stream.grid.tau0
+    length = size or default_size(n)
+    while True:
+        starts = _starts(y, length, gaps=stream.mask is not None)
+        if len(starts) >= min(_LEAST_SEGMENTS, 2 * n // length - 1) or size is not None or length < 2 * SHORTEST:
+            break
+        length //= 2
+    if not len(starts):
+        raise RecordTooShortError(
+            f"{channel} has no {length} samples in a row, which a spectrum needs", need=length, got=n
+        )
+    density, taper_power = _average(y, starts, length, _slope(y, gaps=stream.mask is not None))
+    overlapping = float(np.mean(np.diff(starts) < length)) if len(starts) > 1 else 0.0
+    dof = 2 * len(starts) / (1 + _OVERLAP * overlapping)
+    # A mean that is taken off takes a sixth of white noise with it from the first frequency, and nothing from the others.
+    frequency = np.arange(2, length // 2 + 1) / (length * tau0)
+    dofs = np.full(len(frequency), dof)
+    if length % 2 == 0:
+        dofs[-1] /= 2  # half the sampling rate has no imaginary part
+    return Spectrum(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        frequency=frequency,
+        density=density[2:] * (tau0 / taper_power),
+        dof=dofs,
+        resolution=1.5 / (length * tau0),  # the noise bandwidth of Hann's taper
+        segments=len(starts),
+        n=n,
+        tau0=tau0,
+    )
+
+
+def default_size(n: int) -> int:
+    """Samples in a segment for a record of `n`: a power of two, so that 15 that overlap by half fit in."""
+    fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
+    return min(1 << (fits.bit_length() - 1), _LONGEST)
+
+
+def _size(segment: float | None, stream: Stream) -> int | None:
+    if segment is None:
+        return None
+    size = round(segment / stream.grid.tau0)
+    if not 8 <= size <= stream.grid.n:
+        longest = seconds(stream.grid.duration)
+        raise OptionError(
+            f"`segment` must be of {seconds(8 * stream.grid.tau0)} s (8 samples) to {longest} s (the record),"
+            f" not {segment!r}",
+            option="segment",
+        )
+    return size
+
+
+def _starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
+    """Where segments begin: half a length apart, all samples present, evenly thinned beyond `MOST_SAMPLES`."""
+    starts = np.arange(0, len(y) - length + 1, max(length // 2, 1))
+    if gaps:
+        missing = np.concatenate(([0], np.cumsum(np.isnan(y))))
+        starts = starts[missing[starts + length] == missing[starts]]
+    most = 2 * MOST_SAMPLES // length
+    if len(starts) > most:
+        starts = starts[np.linspace(0, len(starts) - 1, most).astype(np.int64)]
+    return starts
+
+
+def _slope(y: Floats, *, gaps: bool) -> float:
+    """Of the whole record, per sample: a ramp would leak into all frequencies, and a segment is too short to tell it."""
+    t = np.arange(len(y), dtype=np.float64)
+    t -= (len(y) - 1) / 2
+    if gaps:
+        there = np.isfinite(y)
+        t, y = t[there], y[there]
+        t -= t.mean()
+    power = float(t @ t)
+    return float(t @ y - t.sum() * y.mean()) / power if power > 0 else 0.0
+
+
+def _average(y: Floats, starts: NDArray[np.int64], length: int, slope: float) -> tuple[Floats, float]:
+    """Sum of the tapered segments' squared transforms over their number, and the taper's power."""
+    taper = hann(length)
+    ramp = slope * (np.arange(length) - (length - 1) / 2) * taper
+    views = np.lib.stride_tricks.sliding_window_view(y, length)
+    total = np.zeros(length // 2 + 1)
+    batch = max(1, _BATCH // length)
+    for first in range(0, len(starts), batch):
+        rows = views[starts[first : first + batch]]
+        rows -= rows.mean(axis=1, keepdims=True)
+        rows *= taper
+        rows -= ramp
+        parts = np.fft.rfft(rows, axis=1).view(np.float64)
+        squares = np.einsum("ij,ij->j", parts, parts)
+        total += squares[::2] + squares[1::2]
+    return total / len(starts), float(taper @ taper)
+
+
+def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: float | None) -> Spectrum:
+    if tapers < 1:
+        raise OptionError(f"`tapers` must be at least 1, not {tapers!r}", option="tapers")
+    if stream.mask is not None:
+        y = _longest_run(y)
+    n, tau0 = len(y), stream.grid.tau0
+    if n < SHORTEST or n < 4 * tapers:
+        raise RecordTooShortError(
+            f"{channel} has {n} samples in a row; a spectrum needs {max(SHORTEST, 4 * tapers)}", need=SHORTEST, got=n
+        )
+    used = good_length(n + 1) - 1  # at most a few in a thousand samples fewer, for a fast transform
+    y = without_line(y[:used])
+    # All tapers from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
+    transform = np.fft.rfft(np.concatenate(([0.0], y)), 2 * (used + 1))
+    bins = used // 2 if f_max is None else min(int(f_max * (used + 1) * tau0), used // 2)
+    bins = min(bins, 4096) if f_max is None else bins
+    if bins < 1:
+        raise OptionError(f"`f_max` is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
+    centres = 2 * np.arange(1, bins + 1)
+    density: Floats = np.zeros(bins)
+    for k in range(1, tapers + 1):
+        difference = _at(transform, centres - k, used) - _at(transform, centres + k, used)
+        density += np.abs(difference) ** 2
+    density *= tau0 / (2 * (used + 1)) / tapers
+    return Spectrum(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        frequency=np.arange(1, bins + 1) / ((used + 1) * tau0),
+        density=density,
+        dof=np.full(bins, 2.0 * tapers),
+        resolution=(tapers + 1) / (2 * (used + 1) * tau0),
+        segments=tapers,
+        n=stream.grid.n,
+        tau0=tau0,
+        method="multitaper",
+    )
+
+
+def _at(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -> NDArray[np.complex128]:
+    """A real series' transform at any bin: beyond the ends it is its own mirror image."""
+    folded = np.abs(bins)
+    over = folded > used + 1
+    folded = np.where(over, 2 * (used + 1) - folded, folded)
+    values = transform[folded]
+    return np.where((bins < 0) ^ over, values.conj(), values)
+
+
+def _longest_run(y: Floats) -> Floats:
+    edges = np.concatenate(([-1], np.flatnonzero(np.isnan(y)), [len(y)]))
+    k = int(np.argmax(np.diff(edges)))
+    run: Floats = y[edges[k] + 1 : edges[k + 1]]
+    return run

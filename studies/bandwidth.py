@@ -1,0 +1,127 @@
+"""Fig. 12 of the paper: a sensor with a bandwidth of 30 Hz, sampled at 10 to 2000 Hz without an anti-alias filter.
+
+The sampled processes are exact: the first-order filter makes an AR(1) process, the second-order Butterworth filter two
+states whose transition over a sample interval and its noise are those of the continuous system.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sigmatau as st
+from sigmatau.terms import aliasing_inflation
+from studies.runner import run
+
+Floats = NDArray[np.float64]
+
+RECORDS = 100
+PARTS = 4
+BANDWIDTH = 30.0
+RATES = (10.0, 50.0, 100.0, 500.0, 1000.0, 2000.0)
+DURATION = 2000.0
+TAU_MIN = 4.0
+"""754 time constants of the first-order filter: what is still missing of N is 0.1 %, the error of a mean 0.4 %."""
+STATED = {1: (3.070, 1.405, 1.131, 1.006), 2: (2.58, 1.118, 1.009)}
+"""Of the first rates, from the folded spectrum at frequency 0."""
+
+
+def filtered_white(n: int, *, rate: float, bandwidth: float, order: int, rng: np.random.Generator) -> Floats:
+    """Samples of white noise of unit two-sided density behind a Butterworth filter of order 1 or 2; shape (n,)."""
+    from scipy.signal import lfilter
+
+    w = 2 * math.pi * bandwidth
+    if order == 1:
+        p = math.exp(-w / rate)
+        noise = rng.standard_normal(n) * math.sqrt(w / 2 * (1 - p * p))
+        first = rng.standard_normal() * math.sqrt(w / 2)
+        return np.asarray(lfilter([1.0], [1.0, -p], noise, zi=[p * first])[0])
+    transition, covariance = _two_states(w, 1 / rate)
+    noises = rng.standard_normal((n, 2)) @ np.linalg.cholesky(covariance).T
+    # Stationary: the position has the variance w/(2√2), the velocity w² times that, and the two are independent.
+    spread = math.sqrt(w / (2 * math.sqrt(2)))
+    noises[0] += transition @ (rng.standard_normal(2) * [spread, w * spread])
+    # The position alone: (1 − tr z + det z²) x = (1 − F₁₁ z) e₀ + F₀₁ z e₁, with z the delay by one sample.
+    drive = noises[:, 0].copy()
+    drive[1:] += transition[0, 1] * noises[:-1, 1] - transition[1, 1] * noises[:-1, 0]
+    return np.asarray(lfilter([1.0], [1.0, -np.trace(transition), np.linalg.det(transition)], drive))
+
+
+def _two_states(w: float, step: float) -> tuple[Floats, Floats]:
+    """Transition of position and velocity over a step, and the covariance of the noise that comes in meanwhile."""
+    from scipy.linalg import expm
+
+    system = np.array([[0.0, 1.0], [-w * w, -math.sqrt(2) * w]])
+    transition = np.asarray(expm(system * step))
+    stationary = np.diag([1.0, w * w]) * w / (2 * math.sqrt(2))
+    return transition, stationary - transition @ stationary @ transition.T
+
+
+def cell(seed: int, order: int, rate: float) -> list[float]:
+    """Random walks of a share of the records, fitted from `TAU_MIN` on."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(RECORDS // PARTS):
+        y = filtered_white(round(DURATION * rate), rate=rate, bandwidth=BANDWIDTH, order=order, rng=rng)
+        curve = st.allan(st.Record.from_arrays(rate=rate, gyro_x=y), threads=1)["gyro_x"]
+        value = st.fit(curve, terms=["random_walk"], tau_min=TAU_MIN)["random_walk"].value
+        found.append(math.nan if value is None else value)
+    return found
+
+
+def main() -> None:
+    """Run the study and write docs/study/bandwidth.md."""
+    cells = {
+        f"order {order} {rate:g} Hz {k}": (cell, (order, rate))
+        for order in (1, 2)
+        for rate in RATES
+        for k in range(PARTS)
+    }
+    results = run("bandwidth", cells, settings=repr((RECORDS, PARTS, BANDWIDTH, DURATION, TAU_MIN)))
+    lines, failures = [_HEAD], []
+    for k, rate in enumerate(RATES):
+        row = f"| {rate:g} | {rate / BANDWIDTH:.3g}"
+        for order in (1, 2):
+            values = np.array([v for part in range(PARTS) for v in results[f"order {order} {rate:g} Hz {part}"]])
+            mean, error = float(values.mean()), float(values.std(ddof=1)) / math.sqrt(len(values))
+            law = aliasing_inflation(rate=rate, bandwidth=BANDWIDTH, order=order)
+            stated = STATED[order][k] if k < len(STATED[order]) else law
+            row += f" | {mean:.4f} ± {error:.4f} | {law:.4f} | {(mean - stated) / error:+.1f}"
+            if not abs(mean - stated) <= 3 * error:
+                failures.append(f"- order {order}, {rate:g} Hz: {mean:.4f} ± {error:.4f}, not {stated}")
+        lines.append(row + " |")
+    lines += [
+        "",
+        _TAIL,
+        "",
+        "## Gates",
+        "",
+        *(failures or ["All means are within 3 standard errors of the stated values."]),
+    ]
+    Path("docs/study/bandwidth.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+_HEAD = f"""# Bandwidth and sampling rate
+
+Made by `make study` (studies/bandwidth.py): Fig. 12 of the paper. White noise of random walk N behind a low-pass filter of
+{BANDWIDTH:g} Hz, sampled without an anti-alias filter; {RECORDS} records a cell of {DURATION:g} s, exact sampled
+processes, seeds from the cells' names. N_eff/N is the random walk that `sigmatau.fit` finds from τ = {TAU_MIN:g} s on, as
+the mean of the records with its standard error; the law is the folded spectrum at frequency 0,
+`sigmatau.terms.aliasing_inflation`; z is the distance from the stated value (3.070, 1.405, 1.131, 1.006 and 2.58, 1.118,
+1.009; beyond these the law) in standard errors.
+
+| rate [Hz] | over bandwidth | first order | law | z | second-order Butterworth | law | z |
+|---|---|---|---|---|---|---|---|"""
+
+_TAIL = """![Allan deviation at six sampling rates](../figures/bandwidth.svg)
+
+The paper chooses 100 Hz for such a sensor, by the rule of 3 to 5 times the bandwidth: with a first-order filter that still
+adds 13 % to the random walk, with a second-order one 0.9 %. The curves of 10 and 50 Hz in its Fig. 12 lie higher because of
+this, not because the averaging times are long. At short times a filter takes away what it lets pass at long ones: σ(τ)
+follows the -1/2 line only from some ten time constants of the filter on."""
+
+if __name__ == "__main__":
+    main()

@@ -213,6 +213,9 @@ def _coarse(stream: Stream, channel: str) -> list[Finding]:
     # At 3 steps of white noise rounding makes 0.5 % of N; channels that are not white may bear less or more.
     if found is None or found.ratio > 3:
         return []
+    sample = sample_of(stream, channel, most=_LOOKED_AT)
+    if 2 * len(np.unique(sample)) > len(sample):
+        return []  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0
     said = f"the step is {found.step:.4g} {found.unit}, the noise of a sample {found.ratio:.2g} steps"
     if stream.samples.transforms[stream.channels.index(channel)].kind != "rate":

@@ -22,6 +22,9 @@ _FALSE = 1e-4
 # Fewer equal samples are no run, whatever the noise: logs of real sensors have triples for reasons of their own.
 _LEAST_RUN = 5
 
+# Rounded noise of 0.15 steps, which may rest for ever, shows 0 to 0.5 steps as its mean lies in a step or between two.
+_SEEN = 0.6
+
 # From so long or so large a part of the record on, a coefficient or the time base suffers.
 _LONG_S, _SHARE = 1.0, 1e-3
 
@@ -240,7 +243,8 @@ def stuck_runs(
     """First samples and lengths of the runs of equal samples that noise does not make.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
-    into the very middle of a step: the largest there can be. Noise below some 0.15 steps may rest for ever.
+    into the very middle of a step: the largest there can be. Where less than 0.6 steps of noise are seen nothing is said:
+    then the mean may be near the border of a step, and noise that shows there rests for ever in the middle of one.
 
     Parameters
     ----------
@@ -257,10 +261,11 @@ def stuck_runs(
     def limit(times: float) -> float:
         stay = 0.0
         if found is not None:
-            noise = found.noise * math.sqrt(times)
-            stay = 2 * NormalDist().cdf(found.step / (2 * noise)) - 1 if noise > 0 else 1.0
-        if stay >= 1 - 1e-9:
-            return math.inf
+            if found.ratio < _SEEN:
+                return math.inf
+            # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
+            variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
+            stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
         longest = math.log(len(x) / _FALSE) / -math.log(max(stay, 1e-12))
         # Irregular repetition has runs of twice its mean, and rarely more.
         return max(_LEAST_RUN, longest) * (1 if times <= 1 else 2 * times)

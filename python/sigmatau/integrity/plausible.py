@@ -216,8 +216,14 @@ def _by_noise(stream: Stream) -> Finding | None:
     else:
         said = f"{noise / _G * 1e6:.3g} µg/√Hz"
         factor, words, option = (
-            (1000 / _G, "mg where m/s^2 was stated", "mg") if noise > worst else (1 / _G, "g where m/s^2 was stated", "g")
+            (1000 / _G, "mg where m/s^2 was stated", "mg")
+            if noise > worst
+            else (1 / _G, "g where m/s^2 was stated", "g")
         )
-    beyond = f"{noise / worst * 10:.3g} times the worst" if noise > worst else f"{best / noise * 10:.3g} times below the best"
+    beyond = (
+        f"{noise / worst * 10:.3g} times the worst"
+        if noise > worst
+        else f"{best / noise * 10:.3g} times below the best"
+    )
     message = f"white noise of {axes} is {said}, {beyond} sensors there are: the samples may be counts, or {words}"
     return _unit(stream, message, factor, f"give --scale for counts, or --unit {stream.name}={option}", noise)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.integrity.samples import block_rms, present, sample_of, white_level
+from sigmatau.integrity.samples import affected, block_rms, present, sample_of, white_level
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import Stream
 
@@ -59,9 +59,8 @@ class Resolution(Printed):
         return {"channel": self.channel, "step": self.step, "noise": self.noise, "unit": self.unit}
 
     def __repr__(self) -> str:
-        return (
-            f"{self.channel}: step {self.step:.6g} {self.unit}, noise {self.noise:.4g} {self.unit} ({self.ratio:.3g} steps)"
-        )
+        noise = f"noise {self.noise:.4g} {self.unit} ({self.ratio:.3g} steps)"
+        return f"{self.channel}: step {self.step:.6g} {self.unit}, {noise}"
 
 
 def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | None:
@@ -259,10 +258,7 @@ def _coarse(stream: Stream, channel: str) -> list[Finding]:
             message=said,
             size=found.ratio,
             unit="steps",
-            effect=(
-                f"rounding adds white noise of {math.sqrt(added):.3g} {found.unit}·√s: random walk {factor:.4g} × the"
-                " sensor's own"
-            ),
+            effect=(f"rounding adds white noise of {math.sqrt(added):.3g} {found.unit}·√s: {affected(factor)}"),
             changes=(("random_walk", factor),),
             remedy=remedy if factor > _MATTERS else "none is needed",
         )

@@ -1,4 +1,4 @@
-"""What the checks of samples share: reading in pieces, places in words, scale and white level that a few bad samples cannot move."""
+"""What the checks of samples share: reading in pieces, places in words, a scale that a few bad samples cannot move."""
 
 from __future__ import annotations
 
@@ -153,9 +153,14 @@ def one_for_all(findings: list[Finding], stream: Stream) -> list[Finding]:
     return [replace(strongest, channel=None, message=told)]
 
 
-def affected(name: str, factor: float) -> str:
-    """``"random walk 1.41 × the sensor's own"``."""
-    return f"{name.replace('_', ' ')} {factor:.3g} × the sensor's own"
+def affected(factor: float, *, term: str = "random walk") -> str:
+    """What a factor does to a term, in words: ``"random walk 3.8 % larger than the sensor's own"``."""
+    off = abs(factor - 1)
+    if off < 5e-4:
+        return f"no change of the {term} that shows"
+    if off < 0.2:
+        return f"{term} {100 * off:.2g} % {'larger' if factor > 1 else 'smaller'} than the sensor's own"
+    return f"{term} {factor:.3g} × the sensor's own"
 
 
 def length(samples: int, stream: Stream) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import place, when
+from sigmatau.integrity.samples import affected, place, when
 from sigmatau.integrity.stuck import stuck_runs
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
@@ -118,9 +118,10 @@ def _finding(
     if everywhere:
         factor = _clipped_sd(low, high)
         changes = (("random_walk", factor),)
-        effect = f"random walk {factor:.3g} × the sensor's own if the noise is white, and the mean is biased"
+        effect = f"{affected(factor)} if the noise is white, and the mean is biased"
     else:
-        effect = f"noise and level are unknown there, up to {longest * stream.grid.tau0:.3g} s on end; all terms may be wrong"
+        stay = f", up to {longest * stream.grid.tau0:.3g} s on end" if longest else ""
+        effect = f"noise and level are unknown there{stay}; all terms may be wrong"
     return Finding(
         code="saturation",
         severity="warning",

@@ -9,7 +9,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.integrity.samples import block_rms, place, pieces, when, white_level
+from sigmatau.integrity.samples import affected, block_rms, place, when, white_level
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import CHUNK, Stream
@@ -189,7 +189,7 @@ def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArra
         unit=stream.unit,
         effect=(
             f"{'they add' if count > 1 else 'it adds'} white noise of {math.sqrt(added):.3g} {stream.unit}·√s"
-            + (f": random walk {factor:.3g} × the sensor's own" if math.isfinite(factor) else "")
+            + (f": {affected(factor)}" if math.isfinite(factor) else "")
         ),
         changes=(("random_walk", factor),) if math.isfinite(factor) else (),
         remedy="mask the spikes, see sigmatau.integrity.mask_spikes; find out whether sensor or log makes them",
@@ -201,7 +201,7 @@ def _count(count: int) -> str:
 
 
 def _multiple(n: int) -> float:
-    """How many standard deviations: six at least, as many as a long record needs, more where a short one knows its own badly."""
+    """How many standard deviations: six, as many as a long record needs, more where a short one knows its own badly."""
     needed = -NormalDist().inv_cdf(_FALSE / (2 * n))
     return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / _AROUND))
 
@@ -270,7 +270,7 @@ def _residuals(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.floa
 
 
 def _scatter(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Standard deviation of the samples about a spike by the median of their changes, the spike's own left out. 0 if unknown."""
+    """Standard deviation of the samples about a spike by the median of their changes, its own left out; 0 if unknown."""
     near = np.concatenate([_neighbours(x, at, -_AROUND, -2), _neighbours(x, at, 2, _AROUND)], axis=1)
     changes = np.abs(np.diff(near, axis=1))
     changes[:, _AROUND - 2] = np.nan  # across the spike

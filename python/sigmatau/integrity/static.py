@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import axes_text, change_of_white, length, octaves, place, present, when
+from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, octaves, place, present, when
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
@@ -324,7 +324,10 @@ def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
         code="not_static",
         severity="warning",
         channel=channel,
-        message=f"the mean rate is {math.degrees(mean):.3g} deg/s, more than a bias can be: the sensor turns, or the unit is wrong",
+        message=(
+            f"the mean rate is {math.degrees(mean):.3g} deg/s, more than a bias can be: the sensor turns, or the unit is"
+            " wrong"
+        ),
         size=mean,
         unit=stream.unit,
         effect="errors of scale and of the turning itself are in every coefficient",
@@ -356,10 +359,11 @@ def _moved(stream: Stream, moved: list[Burst]) -> Finding:
     what = f"{len(spans)} knocks" if knocks and several else "a knock" if knocks else "motion"
     if several and not knocks:
         what = f"motion {len(spans)} times"
+    on = f" on {axes_text(axes)}" if len(axes) > 1 else ""
+    times = max(b.ratio for b in strongest)
     message = (
-        f"{what} on {axes_text(axes)}, {length(total, stream)} in all: {'the strongest ' if several else ''}at"
-        f" {when(start, stream)} for {length(stop - start, stream)}, samples change {max(b.ratio for b in strongest):.3g}"
-        " times as much as usual"
+        f"{what}{on}, {length(total, stream)} in all: {'the strongest ' if several else ''}at {when(start, stream)} for"
+        f" {length(stop - start, stream)}, samples change {times:.3g} times as much as usual"
     )
     return Finding(
         code="not_static",
@@ -367,8 +371,8 @@ def _moved(stream: Stream, moved: list[Burst]) -> Finding:
         channel=axes[0] if len(axes) == 1 else None,
         message=message,
         where=place(start, stream),
-        size=max(b.ratio for b in strongest),
-        effect=f"random walk of {worst} {factor:.3g} × the sensor's own, seen at τ = {tau:.3g} s",
+        size=times,
+        effect=f"{f'{worst}: ' if len(axes) > 1 else ''}{affected(factor)} (at τ = {tau:.3g} s)",
         changes=(("random_walk", factor),) if factor > _MATTERS or factor < 1 / _MATTERS else (),
         remedy=(
             f"analyse a window without {'them' if several else 'it'} (--window), or record again where nothing moves;"
@@ -409,7 +413,7 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
         unit=stream.unit,
         effect=(
             f"as much as a rate random walk of {math.sqrt(added):.3g} {stream.unit}/√s adds to σ at long τ"
-            + (f": {factor:.3g} × the sensor's own" if math.isfinite(factor) else "")
+            + (f": {affected(factor, term='rate random walk')}" if math.isfinite(factor) else "")
         ),
         changes=(("rate_random_walk", factor),) if math.isfinite(factor) else (),
         remedy="analyse a window that ends before it or begins after it (--window)",
@@ -438,8 +442,8 @@ def earth_rate(stream: Stream, *, bias: float) -> list[Finding]:
     Returns
     -------
     list of Finding
-        None if the stream is no triad of gyros, or if bias and noise are together larger than a fifth of the Earth's rate, so
-        that nothing could be said.
+        Empty if the stream is no triad of gyros, or if bias and noise are together larger than a fifth of the Earth's
+        rate, so that nothing could be said.
     """
     if stream.quantity != "angular_rate" or len(stream.channels) != 3:
         return []

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import block_rms, change_of_white, length, one_for_all, place, present, when
+from sigmatau.integrity.samples import affected, block_rms, change_of_white, length, one_for_all, place, present, when
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
@@ -221,10 +221,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
             code="repeated_samples",
             severity="warning",
             channel=found.channels[0] if len(stream.channels) == 1 else None,
-            message=(
-                f"{pattern}{on}:"
-                f" {100 * found.share:.3g} % are copies, the sensor gives {rate / k:.4g} Hz"
-            ),
+            message=(f"{pattern}{on}: {100 * found.share:.3g} % are copies, the sensor gives {rate / k:.4g} Hz"),
             size=k,
             effect=effect,
             changes=changes,
@@ -237,9 +234,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     ]
 
 
-def stuck_runs(
-    stream: Stream, channel: str, x: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """First samples and lengths of the runs of equal samples that noise does not make.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
@@ -311,8 +306,10 @@ def _stuck(
         bad[start + 1 : start + size] = True
     share = float(bad.mean())
     factor, tau = change_of_white(x, bad, tau0)
-    many = f"{len(first)} runs of equal samples, the longest {lengths[longest]}" if len(first) > 1 else (
-        f"{lengths[longest]} samples are equal"
+    many = (
+        f"{len(first)} runs of equal samples, the longest {lengths[longest]}"
+        if len(first) > 1
+        else (f"{lengths[longest]} samples are equal")
     )
     matters = share > _SHARE or lengths[longest] * tau0 >= _LONG_S or abs(factor - 1) > 0.02
     return Finding(
@@ -326,9 +323,7 @@ def _stuck(
         where=place(int(first[longest]), stream),
         size=float(lengths[longest]) * tau0,
         unit="s",
-        effect=(
-            f"random walk {factor:.3g} × the sensor's own at τ = {tau:.3g} s, and a level held there that no term describes"
-        ),
+        effect=(f"{affected(factor)} (at τ = {tau:.3g} s), and a level held there that no term describes"),
         changes=(("random_walk", factor),),
         remedy="leave these samples out (as missing), or analyse a window without them",
     )

@@ -7,12 +7,15 @@ import math
 import numpy as np
 
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import axes_text, pieces, present, sample_of, white_level
+from sigmatau.integrity.samples import axes_text, octaves, pieces, present, sample_of, white_level
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 from sigmatau.terms import TERMS
 
-__all__ = ["gravity", "implausible_unit"]
+__all__ = ["EARTH_RATE", "earth_rate", "gravity", "implausible_unit"]
+
+EARTH_RATE = 7.292115e-5
+"""Sidereal rotation of the Earth. [rad/s]"""
 
 _G = 9.80665
 
@@ -149,6 +152,54 @@ def gravity(stream: Stream) -> list[Finding]:
     ]
 
 
+def earth_rate(stream: Stream, *, bias: float) -> list[Finding]:
+    """Whether the mean of a gyro triad can be the rotation of the Earth.
+
+    Parameters
+    ----------
+    stream : Stream
+        Three orthogonal gyros.
+    bias : float
+        What the constant bias of each gyro may be at most, by its datasheet. [rad/s]
+
+    Returns
+    -------
+    list of Finding
+        Empty if the stream is no triad of gyros, or if bias and noise are together larger than a fifth of the Earth's
+        rate, so that nothing could be said.
+    """
+    if stream.quantity != "angular_rate" or len(stream.channels) != 3:
+        return []
+    means, variance = [], 0.0
+    for channel in stream.channels:
+        x = stream.column(channel)
+        means.append(float(np.mean(present(x))) if np.isfinite(x).any() else math.nan)
+        levels = [avar for _, avar, _ in octaves(x)]
+        # σ²(τ) at the longest τ is no less than the variance of the mean, for white noise; for slower noise it is near.
+        variance += levels[-1] if levels else math.inf
+    spread = 2 * math.sqrt(variance) + math.sqrt(3) * bias
+    rate = math.sqrt(math.fsum(m * m for m in means))
+    if not spread < EARTH_RATE / 5:
+        return []
+    agrees = abs(rate - EARTH_RATE) <= spread
+    return [
+        Finding(
+            code="earth_rate",
+            severity="info" if agrees else "warning",
+            message=(
+                f"the mean rate is {math.degrees(rate) * 3600:.4g} deg/h, that of the Earth 15.04 deg/h; noise and a bias of"
+                f" {math.degrees(bias) * 3600:.3g} deg/h allow ± {math.degrees(spread) * 3600:.2g} deg/h"
+            ),
+            size=rate,
+            unit=stream.unit,
+            effect=(
+                "" if agrees else "unit or scale is wrong, the bias is larger than stated, or the sensor does not rest"
+            ),
+            remedy="" if agrees else "check --unit and --scale",
+        )
+    ]
+
+
 def _mean_length(stream: Stream) -> float:
     squares = 0.0
     for channel in stream.channels:
@@ -188,8 +239,8 @@ def _by_step(stream: Stream) -> Finding | None:
         known = [s for s in _STEPS_DPS if all(abs(step / (s * _DEG * factor) - 1) < _SAME_STEP for step in steps)]
         if known:
             message = (
-                f"the numbers go in steps of {steps[0]:.6g} rad/s, {1 / known[0]:.6g} LSB per deg/s being a known sensitivity:"
-                f" the samples look like {words}"
+                f"the numbers go in steps of {steps[0]:.6g} rad/s, and {1 / known[0]:.6g} LSB per deg/s is a known"
+                f" sensitivity: the samples look like {words}"
             )
             return _unit(stream, message, factor, f"give --unit {option}", steps[0])
     return None
@@ -197,12 +248,21 @@ def _by_step(stream: Stream) -> Finding | None:
 
 def _by_noise(stream: Stream) -> Finding | None:
     best, worst = _GRADES[stream.quantity]
-    levels = []
+    least, most = [], []
     for channel in stream.channels:
-        level, _ = white_level(sample_of(stream, channel, most=_LOOKED_AT), stream.grid.tau0)
+        x = sample_of(stream, channel, most=_LOOKED_AT)
+        # White noise is no more than the least of τσ²(τ); and is lost to see where the largest is that of a slow term.
+        level, _ = white_level(x, stream.grid.tau0)
         if level > 0:
-            levels.append(math.sqrt(level))
-    if not levels or best <= float(np.median(levels)) <= worst:
+            least.append(math.sqrt(level))
+            most.append(math.sqrt(max(m * stream.grid.tau0 * avar for m, avar, _ in octaves(x))))
+    if not least:
+        return None
+    if float(np.median(least)) > worst:
+        levels = least
+    elif float(np.median(most)) < best:
+        levels = most
+    else:
         return None
     noise = float(np.median(levels))
     axes = axes_text(stream.channels)

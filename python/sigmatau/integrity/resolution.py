@@ -25,9 +25,10 @@ _OFF, _BY_CHANCE = 0.15, 30
 # Rounding by q adds q²/12 to a sample of white noise; that 0.5 % of N shows, and 5 % is more than the usual interval of it.
 _SHOWS, _MATTERS = 1.005, 1.05
 
-# Below this, rounding errors are no longer white nor independent of the signal: how much is added depends on where between
-# two steps the mean lies (at 0.3, sd of the excess is as large as its mean).
-_BLURRED = 0.3
+# Below 0.5 steps of noise, rounding errors are no longer white nor independent of the signal: how much they add depends on
+# where between two steps the mean lies (at 0.3, sd of the excess is as large as its mean). Rounded, 0.5 steps show 0.577
+# whatever the mean; 0.2 steps show anything up to 0.5.
+_BLURRED = 0.55
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +89,7 @@ def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | Non
     gaps = np.diff(values)
     least = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
     gaps = gaps[gaps > least]
-    if len(gaps) == 0 or (len(gaps) < _BY_CHANCE and 2 * len(gaps) > len(x)):
+    if len(gaps) == 0 or (len(gaps) < _BY_CHANCE and 2 * (len(gaps) + 1) > len(x)):
         return None
     # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
     step = float(gaps.min())
@@ -193,7 +194,7 @@ def coarse_resolution(stream: Stream) -> list[Finding]:
     """Channels whose step is so coarse against their noise that rounding shows in a coefficient.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
-    noise, which belongs to increments and accumulated values alone. Below 0.3 steps of noise no number can be trusted.
+    noise, which belongs to increments and accumulated values alone. Below half a step of noise no number can be trusted.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.integrity.resolution import resolution
+from sigmatau.integrity.resolution import Resolution, resolution
 from sigmatau.integrity.samples import affected, place, when
 from sigmatau.integrity.stuck import stuck_runs
 from sigmatau.results import Finding
@@ -63,7 +63,7 @@ def saturation(stream: Stream) -> list[Finding]:
             else:
                 clipped.append(at[:0])
         if any(map(len, clipped)):
-            findings.append(_finding(stream, channel, x, clipped, (low, high), float(lengths.max(initial=0))))
+            findings.append(_finding(stream, channel, x, clipped, (low, high), found, int(lengths.max(initial=0))))
     return findings
 
 
@@ -89,13 +89,17 @@ def _visits(at: NDArray[np.int64]) -> int:
     return int(np.count_nonzero(np.diff(at) > 1)) + 1 if len(at) else 0
 
 
-def _clipped_sd(low: float, high: float) -> float:
-    """Standard deviation of unit Gaussian noise of which parts `low` and `high` are held at the ends they go beyond."""
+def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
+    """Standard deviation of unit Gaussian noise of which parts `low` and `high` are held at the ends they go beyond.
+
+    `half` is half a step of the numbers: where they are rounded, the ends are so much further out than what counts as there.
+    """
     a = _NORMAL.inv_cdf(low) if low > 0 else -40.0
     b = -_NORMAL.inv_cdf(high) if high > 0 else 40.0
     pa, pb = _NORMAL.pdf(a), _NORMAL.pdf(b)
-    mean = a * low + pa - pb + b * high
-    square = a * a * low + (1 - low - high + a * pa - b * pb) + b * b * high
+    least, most = a - half, b + half
+    mean = least * low + pa - pb + most * high
+    square = least**2 * low + (1 - low - high + a * pa - b * pb) + most**2 * high
     return math.sqrt(max(square - mean * mean, 0.0))
 
 
@@ -105,7 +109,8 @@ def _finding(
     x: NDArray[np.float64],
     clipped: list[NDArray[np.int64]],
     ends: tuple[float, float],
-    longest: float,
+    found: Resolution | None,
+    longest: int,
 ) -> Finding:
     n = int(np.count_nonzero(np.isfinite(x)))
     low, high = (len(at) / n for at in clipped)
@@ -116,7 +121,9 @@ def _finding(
     everywhere = bool(np.all(tenths > 0.3 * tenths.mean())) and share < 0.9
     changes: tuple[tuple[str, float], ...] = ()
     if everywhere:
-        factor = _clipped_sd(low, high)
+        factor = 1.0
+        for _ in range(3 if found else 1):  # the step is known in parts of the clipped noise
+            factor = _clipped_sd(low, high, half=factor / found.ratio / 2 if found else 0.0)
         changes = (("random_walk", factor),)
         effect = f"{affected(factor)} if the noise is white, and the mean is biased"
     else:

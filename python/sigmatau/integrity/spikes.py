@@ -232,13 +232,14 @@ def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
-    """Samples next to a change that a spike cannot do without: half of the threshold."""
+    """Samples within two of a change that a spike cannot do without: half of the threshold. Of three in a row, all."""
     found = []
     for start in range(0, len(x), CHUNK):
         steps = np.abs(np.diff(x[start : start + CHUNK + 1]))
         found.append(start + np.flatnonzero(~(steps <= threshold / 2)))  # beside a gap too
     edges = np.concatenate(found)
-    edges = np.unique(np.concatenate((edges, edges + 1)))
+    edges = np.unique(edges[:, None] + np.arange(-1, 3))
+    edges = edges[(edges >= 0) & (edges < len(x))]
     return edges[np.isfinite(x[edges])]
 
 
@@ -270,12 +271,15 @@ def _residuals(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.floa
 
 
 def _scatter(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Standard deviation of the samples about a spike by the median of their changes, its own left out; 0 if unknown."""
-    near = np.concatenate([_neighbours(x, at, -_AROUND, -2), _neighbours(x, at, 2, _AROUND)], axis=1)
-    changes = np.abs(np.diff(near, axis=1))
-    changes[:, _AROUND - 2] = np.nan  # across the spike
-    known = np.isfinite(changes).sum(axis=1) >= _SIDE
+    """Standard deviation of the samples before or after a spike, whichever is larger, by the median of their changes.
+
+    Whichever is larger, because a knock has a first sample. 0 if unknown.
+    """
     scatter = np.zeros(len(at))
-    if known.any():
-        scatter[known] = np.nanmedian(changes[known], axis=1) / (math.sqrt(2) * NormalDist().inv_cdf(0.75))
+    for first, last in ((-_AROUND, -2), (2, _AROUND)):
+        changes = np.abs(np.diff(_neighbours(x, at, first, last), axis=1))
+        known = np.isfinite(changes).sum(axis=1) >= _SIDE
+        if known.any():
+            deviation = np.nanmedian(changes[known], axis=1) / (math.sqrt(2) * NormalDist().inv_cdf(0.75))
+            scatter[known] = np.maximum(scatter[known], deviation)
     return scatter

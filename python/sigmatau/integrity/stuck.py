@@ -98,24 +98,24 @@ def repeats(stream: Stream) -> Repeats | None:
     used: list[str] = []
     shares: list[float] = []
     alone: dict[str, float] = {}
+    whole = True
     for channel in stream.channels:
         x = stream.column(channel)
         equal = x[1:] == x[:-1]
         count = int(np.count_nonzero(equal))
-        if count < _LEAST_EQUAL or count == n:
-            if count == n:
-                continue
-            return None if len(stream.channels) == 1 else _of_alone(stream, alone)
+        if count == n:
+            continue
+        if count < _LEAST_EQUAL:
+            whole = False
+            continue
         share = _share_alone(stream, channel, x, equal)
         if share > 0:
             alone[channel] = share
         used.append(channel)
-        shares.append(count / n)
+        shares.append(count / (n + 1))
         together = equal if together is None else together & equal
-    if together is None:
-        return None
-    if len(used) > 1:
-        share = _share_together(shares, int(np.count_nonzero(together)) / n, n)
+    if whole and together is not None and len(used) > 1:
+        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n)
         if share > 0:
             return _repeats(tuple(used), share, together)
     return _of_alone(stream, alone)
@@ -151,7 +151,7 @@ def _share_alone(stream: Stream, channel: str, x: NDArray[np.float64], equal: ND
     if scale < _STEPS * step:
         return 0.0
     chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
-    share = (count / n - chance) / (1 - chance)
+    share = (count / (n + 1) - chance) / (1 - chance)
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
     quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
     spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import Record, allan
 from sigmatau.integrity import interpolated
 from sigmatau.integrity.interpolated import upsampling
@@ -23,12 +23,14 @@ def line(name, ratio, n=N, shift=0.0):
 
 
 @pytest.mark.parametrize("write", [lambda x: x, lambda x: x * 1e-6 + 1000, lambda x: np.round(x, 3), np.float32])
-@pytest.mark.parametrize(("ratio", "aligned"), [(200 / 63, False), (2.7, False), (4.3, False), (2.0, True), (5.0, True)])
+@pytest.mark.parametrize(
+    ("ratio", "aligned"), [(200 / 63, False), (2.7, False), (4.3, False), (2.0, True), (5.0, True)]
+)
 def test_ratio_and_pattern(ratio, aligned, write):
     found = upsampling(stream_of(np.asarray(write(line(f"ratio {ratio}", ratio)), dtype=float)), "signal")
     assert found is not None
     assert found.aligned == aligned
-    assert found.factor == pytest.approx(ratio, rel=0.04)  # a knot that falls on a sample makes one straight triple more
+    assert found.factor == pytest.approx(ratio, rel=0.01)  # of 60,000 samples; what is straight by chance
 
 
 @pytest.mark.parametrize(("ratio", "aligned"), [(200 / 63, False), (4.0, True)])

@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.integrity import earth_rate, gravity, implausible_unit
 from sigmatau.terms import TERMS
 
 G = 9.80665
 # Up, tilted, and with the biases of a cheap sensor.
-ATTITUDES = [(0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (0.52, 0.61, 0.62)]
+ATTITUDES = [(0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (0.5, 0.5, 0.70710678)]
 
 
 def triad(name, mean, noise=0.01, n=5000):
@@ -27,12 +27,12 @@ def triad(name, mean, noise=0.01, n=5000):
         ("m/s^2", "g", G),
         ("mg", "m/s^2", 1000 / G),
         ("mg", "g", 1000),
-        ("Gal", "m/s^2", 100),
+        ("ft/s^2", "m/s^2", 1 / 0.3048),
     ],
 )
 def test_gravity_tells_the_unit(truth, stated, factor, attitude):
     """And the factor is that by which the Allan deviation is wrong."""
-    numbers = triad(f"gravity {truth}", attitude) * {"g": 1, "m/s^2": G, "mg": 1000, "Gal": 100 * G}[truth]
+    numbers = triad(f"gravity {truth}", attitude) * {"g": 1, "m/s^2": G, "mg": 1000, "ft/s^2": G / 0.3048}[truth]
     right = Record.from_arrays(rate=100, unit={"accel": truth}, accel=numbers)
     wrong = Record.from_arrays(rate=100, unit={"accel": stated}, accel=numbers)
     assert implausible_unit(right.streams[0]) == gravity(right.streams[0]) == []
@@ -46,6 +46,13 @@ def test_gravity_tells_the_unit(truth, stated, factor, attitude):
     measured = allan(wrong, taus=[0.1])["accel_x"].adev[0] / allan(right, taus=[0.1])["accel_x"].adev[0]
     assert changes["random_walk"] == pytest.approx(factor, rel=1e-9)
     assert float(measured) == pytest.approx(factor, rel=1e-9)
+
+
+def test_remedies_are_options_there_are():
+    """cm/s² has no unit of its own here."""
+    (finding,) = implausible_unit(Record.from_arrays(rate=100, accel=triad("cm", (0, 0, 980.0))).streams[0])
+    assert finding.remedy == "give --scale accel=0.01"
+    assert implausible_unit(Record.from_arrays(rate=100, accel=0.01 * triad("cm", (0, 0, 980.0))).streams[0]) == []
 
 
 def test_bias_is_information_and_absurd_levels_are_not():
@@ -69,7 +76,9 @@ def test_gyros_of_all_grades_are_plausible():
 
 @pytest.mark.parametrize(("noise", "words"), [(600.0, "deg/s where rad/s"), (1e-9, "rad/s where deg/s")])
 def test_gyro_noise_beyond_all_grades(noise, words):
-    (finding,) = implausible_unit(Record.from_arrays(rate=100, gyro=triad("beyond", 0.0, math.radians(noise))).streams[0])
+    (finding,) = implausible_unit(
+        Record.from_arrays(rate=100, gyro=triad("beyond", 0.0, math.radians(noise))).streams[0]
+    )
     assert words in finding.message
     assert dict(finding.changes)["random_walk"] == pytest.approx(180 / math.pi if noise > 1 else math.pi / 180)
 
@@ -105,7 +114,7 @@ def test_earth_rate_where_it_can_be_resolved():
     (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=bias)
     assert finding.severity == "info"
     assert finding.size == pytest.approx(7.292e-5, rel=0.05)
-    (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=np.rad2deg(x)).streams[0], bias=bias)
+    (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=x + earth).streams[0], bias=bias)
     assert finding.severity == "warning"
     # A bias of 100 deg/h hides it, and one gyro alone sees a part.
     assert earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=5e-4) == []

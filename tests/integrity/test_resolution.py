@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import Record, allan
 from sigmatau.integrity import coarse_resolution, quantization_mismatch, quantization_step
 from sigmatau.integrity.resolution import common_step, resolution
@@ -60,9 +60,7 @@ def test_noise_of_double_precision_has_none(n):
     assert [common_step(rng.normal(size=n)) for _ in range(200 if n < 5000 else 5)].count(None) in (200, 5)
 
 
-@pytest.mark.parametrize(
-    ("kind", "step"), [("rate", None), ("increments", 2.5e-5), ("accumulated", 2.5e-5)]
-)
+@pytest.mark.parametrize(("kind", "step"), [("rate", None), ("increments", 2.5e-5), ("accumulated", 2.5e-5)])
 def test_step_of_increments(kind, step):
     """S is that of the angle, whatever the sample interval; a log of rates has none."""
     k = counts("increments", 20)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from clean_records import mixture
-from known import seed_of
 
+from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.integrity import find_spikes, mask_spikes, spikes
 from sigmatau.streams import Columns, Transform
@@ -84,7 +84,9 @@ def test_what_spikes_add_to_the_random_walk():
     assert finding.message.startswith("300 spikes in 200000 samples")
     assert finding.where == f"t = {at[0] / RATE:.6g} s"
     stated = dict(finding.changes)["random_walk"]
-    assert stated == pytest.approx(np.sqrt(1 + 300 * 900 / N), rel=0.02)  # heights by medians of 4: 1 % of a², noise of N
+    assert stated == pytest.approx(
+        np.sqrt(1 + 300 * 900 / N), rel=0.02
+    )  # heights by medians of 4: 1 % of a², noise of N
     curves = allan(Record.from_arrays(rate=RATE, with_=y, without=x), taus=np.array([1, 4, 16]) / RATE)
     measured = curves["with_"].adev / curves["without"].adev
     # Spikes and noise mix by chance: 2·a·√n_s·σ of n_s·a² + n·σ², half of that in the root; thrice.

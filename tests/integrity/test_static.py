@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.integrity import not_static
 from sigmatau.integrity.motion import bursts, level_changes, summary

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from known import seed_of
 
+from known import seed_of
 from sigmatau import Record, allan, fit
 from sigmatau.integrity import repeated_samples, saturation, stuck_samples
 from sigmatau.integrity.saturation import _clipped_sd

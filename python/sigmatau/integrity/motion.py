@@ -218,8 +218,8 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
     seen: list[LevelChange] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
     while len(half) >= 2 * _LEAST_WINDOWS:
-        window = half[1:] + half[:-1]
-        differences = (window[2:] - window[:-2]) / 2
+        window = _halved(half[:-1], half[1:])
+        differences = window[2:] - window[:-2]
         known = int(np.count_nonzero(np.isfinite(differences)))
         if known < _LEAST_WINDOWS:
             break
@@ -242,13 +242,22 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
                     at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
                     seen.append(LevelChange(channel=channel, sample=at, size=size, window=2 * w, times=times))
         even = len(half) // 2 * 2
-        half = (half[0:even:2] + half[1:even:2]) / 2
+        half = _halved(half[0:even:2], half[1:even:2])
         w *= 2
     kept: list[LevelChange] = []
     for change in sorted(seen, key=lambda change: -change.times):
         if all(abs(change.sample - other.sample) > 3 * max(change.window, other.window) for other in kept):
             kept.append(change)
     return sorted(kept, key=lambda change: change.sample)
+
+
+def _halved(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means of two, or the one that is there."""
+    mean = (a + b) / 2
+    gaps = np.isnan(mean)
+    if gaps.any():
+        mean[gaps] = np.where(np.isnan(a[gaps]), b[gaps], a[gaps])
+    return mean
 
 
 def _where(mean: NDArray[np.float64], about: int, around: int) -> int:

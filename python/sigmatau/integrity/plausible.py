@@ -28,12 +28,12 @@ _NEAR = 0.12
 # What |mean| is if the numbers are in one unit and another was stated: value where gravity would be 9.80665, the words, and
 # the factor by which every coefficient is then larger than the sensor's own.
 _MISTAKEN: tuple[tuple[float, str, str], ...] = (
-    (1.0, "g where m/s^2 was stated", "accel=g"),
-    (_G**2, "m/s^2 where g was stated", "accel=m/s^2"),
-    (1000.0, "mg where m/s^2 was stated", "accel=mg"),
-    (100 * _G, "cm/s^2 (Gal) where m/s^2 was stated", "accel=Gal"),
-    (1000 * _G, "mg where g was stated", "accel=mg"),
-    (_G / 0.3048, "ft/s^2 where m/s^2 was stated", "accel=ft/s^2"),
+    (1.0, "g where m/s^2 was stated", "--unit accel=g"),
+    (_G**2, "m/s^2 where g was stated", "--unit accel=m/s^2"),
+    (1000.0, "mg where m/s^2 was stated", "--unit accel=mg"),
+    (100 * _G, "cm/s^2 (Gal) where m/s^2 was stated", "--scale accel=0.01"),
+    (1000 * _G, "mg where g was stated", "--unit accel=mg"),
+    (_G / 0.3048, "ft/s^2 where m/s^2 was stated", "--unit accel=ft/s^2"),
 )
 
 # Without gravity: less than any single-axis bias of a sensor that is worth an Allan variance.
@@ -84,7 +84,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
         off, value, words, option = min(near)
         if off < _NEAR:
             message = f"|mean acceleration| is {level:.4g} m/s^2: the samples look like {words}"
-            return [_unit(stream, message, value / _G, f"give --unit {option}", level)]
+            return [_unit(stream, message, value / _G, f"give {option}", level)]
     if stream.quantity not in _GRADES:
         return []
     if stream.quantity == "angular_rate" and (said := _by_step(stream)):

@@ -28,7 +28,7 @@ _SHOWS, _MATTERS = 1.005, 1.05
 # Below 0.5 steps of noise, rounding errors are no longer white nor independent of the signal: how much they add depends on
 # where between two steps the mean lies (at 0.3, sd of the excess is as large as its mean). Rounded, 0.5 steps show 0.577
 # whatever the mean; 0.2 steps show anything up to 0.5.
-_BLURRED = 0.55
+_BLURRED = 0.54
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

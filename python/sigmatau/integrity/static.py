@@ -48,7 +48,13 @@ def not_static(stream: Stream) -> list[Finding]:
         seen = summary(stream, channel)
         window = seen.window
         rates[channel] = abs(seen.first + float(np.mean(present(seen.mean)))) if np.isfinite(seen.mean).any() else 0.0
-        moved += bursts(stream, seen)
+        here = bursts(stream, seen)
+        moved += here
+        if here:  # a level can be told before and after motion, not in it
+            mean = seen.mean.copy()
+            for burst in here:
+                mean[burst.start // window : burst.stop // window] = np.nan
+            seen = replace(seen, mean=mean)
         changes = level_changes(stream, seen)
         if changes:
             changed[channel] = changes

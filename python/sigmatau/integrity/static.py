@@ -50,10 +50,14 @@ def not_static(stream: Stream) -> list[Finding]:
         rates[channel] = abs(seen.first + float(np.mean(present(seen.mean)))) if np.isfinite(seen.mean).any() else 0.0
         here = bursts(stream, seen)
         moved += here
-        if here:  # a level can be told before and after motion, not in it
+        if here:  # a level can be told before and after motion, not in it; across a knock, from one to the other
             mean = seen.mean.copy()
             for burst in here:
-                mean[burst.start // window : burst.stop // window] = np.nan
+                first, last = burst.start // window, burst.stop // window
+                short = last - first <= _KNOCK and first > 0 and last < len(mean)
+                middle = (first + last) // 2
+                mean[first:middle] = mean[first - 1] if short else np.nan
+                mean[middle:last] = mean[last] if short else np.nan
             seen = replace(seen, mean=mean)
         changes = level_changes(stream, seen)
         if changes:

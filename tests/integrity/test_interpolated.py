@@ -52,6 +52,13 @@ def test_the_finding():
     assert finding.changes == ()
 
 
+@pytest.mark.parametrize("ratio", [0.7, 1.0, 2.0, 5.0])
+def test_counts_with_a_slow_bias_taken_off(ratio):
+    """As in the log of a flight controller: no common step is left, and many second differences are nearly zero."""
+    x = np.round(np.random.default_rng(seed_of(f"bias {ratio}")).normal(size=N) * ratio)
+    assert upsampling(stream_of(x + 0.3 * np.cumsum(np.sin(np.arange(N) / 5000)) / 1000), "signal") is None
+
+
 @pytest.mark.parametrize("step", [0.0, 0.001, 0.1, 0.5, 1.0, 3.0])
 def test_what_is_not_interpolated(step):
     """White noise, a walk, noise through a low-pass, repeated samples and a line; rounded or not."""

@@ -88,6 +88,10 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     chance = 2 * tolerance / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     if chance > _TOO_COARSE:
         return None
+    # Counts to which a slow bias was added have no common step, but changes of zero as often as lines.
+    chance = max(chance, float(np.count_nonzero(np.abs(first) <= tolerance)) / count)
+    if chance > _TOO_COARSE:
+        return None
     straight = (np.abs(second) <= tolerance) & (np.abs(first[1:]) > tolerance / 2)
     share = float(np.count_nonzero(straight)) / count
     if not _LEAST_SHARE + 3 * chance + _SIGMAS * math.sqrt(chance / count) < share < _A_LINE:

@@ -1,4 +1,62 @@
 """Findings about samples: what is wrong with a record before anything is computed from it.
 
-One module a kind of fault; each takes a stream and returns findings.
+One module a kind of fault; each takes a stream and returns findings. `check` runs them all.
 """
+
+from sigmatau.integrity.interpolated import interpolated
+from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
+from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
+from sigmatau.integrity.saturation import saturation
+from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
+from sigmatau.integrity.static import not_static
+from sigmatau.integrity.stuck import repeated_samples, stuck_samples
+from sigmatau.results import Finding
+from sigmatau.streams import Stream
+
+__all__ = [
+    "CHECKS",
+    "check",
+    "coarse_resolution",
+    "earth_rate",
+    "find_spikes",
+    "gravity",
+    "implausible_unit",
+    "interpolated",
+    "mask_spikes",
+    "not_static",
+    "quantization_mismatch",
+    "quantization_step",
+    "repeated_samples",
+    "saturation",
+    "spikes",
+    "stuck_samples",
+]
+
+CHECKS = (
+    implausible_unit,
+    gravity,
+    not_static,
+    spikes,
+    saturation,
+    stuck_samples,
+    repeated_samples,
+    interpolated,
+    coarse_resolution,
+)
+"""All checks of samples, in the order in which their findings are told: the gravest mistakes first."""
+
+
+def check(stream: Stream) -> list[Finding]:
+    """Everything that the samples of a stream alone show to be wrong with it.
+
+    Parameters
+    ----------
+    stream : Stream
+        Samples may be missing.
+
+    Returns
+    -------
+    list of Finding
+        At most one a kind and channel, or one for several channels of the stream.
+    """
+    return [finding for one in CHECKS for finding in one(stream)]

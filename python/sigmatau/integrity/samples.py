@@ -1,0 +1,172 @@
+"""What the checks of samples share: reading in pieces, places in words, a scale that a few bad samples cannot move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.results import Finding, duration_text
+from sigmatau.streams import CHUNK, Stream
+
+__all__ = [
+    "LONG",
+    "affected",
+    "axes_text",
+    "block_rms",
+    "change_of_white",
+    "length",
+    "octaves",
+    "one_for_all",
+    "pieces",
+    "place",
+    "present",
+    "sample_of",
+    "when",
+    "white_level",
+]
+
+LONG = 4_000_000
+"""Records of more samples are looked at in evenly spread stretches by the checks that lose nothing by it."""
+
+_STRETCHES = 32
+
+# Samples in a block of `block_rms`: few, so that one bad sample spoils few of the values that the median is taken of.
+_BLOCK = 32
+
+
+def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """A channel in consecutive pieces that fit in a processor's cache, each with its start and `overlap` samples more."""
+    c, n = stream.channels.index(channel), stream.grid.n
+    for start in range(0, n, CHUNK):
+        yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
+
+
+def sample_of(stream: Stream, channel: str, *, most: int) -> NDArray[np.float64]:
+    """Some `most` samples of a channel, from evenly spread stretches; all of them if there are no more."""
+    c, n = stream.channels.index(channel), stream.grid.n
+    if n <= most:
+        return stream.samples.read(c, 0, n)
+    length = most // _STRETCHES
+    starts = np.linspace(0, n - length, _STRETCHES).astype(int)
+    return np.concatenate([stream.samples.read(c, int(s), int(s) + length) for s in starts])
+
+
+def present(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The samples that are there."""
+    there = np.isfinite(x)
+    return x if there.all() else x[there]
+
+
+def block_rms(x: NDArray[np.float64]) -> float:
+    """Root mean square of x by the middle half of blocks of 32: unlike a median of samples it has no steps if x has.
+
+    0 for nothing. Blocks with a missing sample are left out; a few large values spoil as many blocks and no more.
+    """
+    if len(x) < 2 * _BLOCK:
+        x = present(x)
+        return float(np.sqrt(np.mean(x * x))) if len(x) else 0.0
+    blocks = x[: len(x) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
+    power = present(np.einsum("ij,ij->i", blocks, blocks)) / _BLOCK
+    if len(power) == 0:
+        return block_rms(present(x))
+    power.sort()
+    quarter = len(power) // 4
+    return float(np.sqrt(np.mean(power[quarter : len(power) - quarter])))
+
+
+def when(index: int, stream: Stream) -> str:
+    """Time of a sample from the beginning of the record, in words: ``"40.2 min"`` or ``"12.34 s"``."""
+    t = index * stream.grid.tau0
+    return f"{t:.4g} s" if t < 1000 else f"{t:.0f} s"
+
+
+def place(index: int, stream: Stream) -> str:
+    """Time of a sample from the beginning of the record, for a program: ``"t = 2400 s"``."""
+    return f"t = {index * stream.grid.tau0:.6g} s"
+
+
+def axes_text(channels: Sequence[str]) -> str:
+    """``"gyro_x, gyro_y and gyro_z"``."""
+    return channels[0] if len(channels) == 1 else f"{', '.join(channels[:-1])} and {channels[-1]}"
+
+
+def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
+    """Cluster size, Allan variance of clusters that share no sample, and pairs; sizes 1, 2, 4, … while 8 pairs are left.
+
+    A cluster counts if half its samples are there.
+    """
+    n = len(x)
+    there = np.isfinite(x)
+    if there.all():
+        total, count = x - x[0], None
+    else:
+        first = x[int(np.argmax(there))] if there.any() else 0.0
+        total, count = np.where(there, x - first, 0.0), there.astype(np.float64)
+    m = 1
+    while n // m >= 9:
+        if count is None:
+            mean = total / m
+        else:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                mean = np.where(count >= m / 2, total / count, np.nan)
+        steps = present(np.diff(mean))
+        if len(steps) >= 8:
+            yield m, float(np.mean(steps * steps)) / 2, len(steps)
+        m *= 2
+        half = len(total) // 2 * 2
+        total = total[0:half:2] + total[1:half:2]
+        count = None if count is None else count[0:half:2] + count[1:half:2]
+
+
+# A minimum over sizes is drawn to those of few pairs; with so many, one of them is within 5 % (one sigma, in variance).
+_LEAST_PAIRS = 400
+
+
+def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
+    """The least of τ·σ²(τ), and at how many samples: N² of a record that shows white noise, else a bound on it.
+
+    Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
+    """
+    levels = [(tau0 * m * avar, m) for m, avar, pairs in octaves(x) if pairs >= _LEAST_PAIRS or m == 1]
+    return min(levels, default=(math.nan, 1))
+
+
+def change_of_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:
+    """By which factor some samples change σ where the others show white noise most clearly, and at which τ.
+
+    1 if there is too little left to tell.
+    """
+    clean = np.where(bad, np.nan, x)
+    level, m = white_level(clean, tau0)
+    with_all = next((avar for size, avar, _ in octaves(x) if size == m), math.nan)
+    factor = math.sqrt(with_all * m * tau0 / level) if level > 0 else math.nan
+    return (factor if math.isfinite(factor) else 1.0), m * tau0
+
+
+def one_for_all(findings: list[Finding], stream: Stream) -> list[Finding]:
+    """One finding of the stream in place of the same on several of its axes; the strongest one speaks for them."""
+    if len(findings) < 2:
+        return findings
+    strongest = max(findings, key=lambda f: (f.severity == "warning", max((v for _, v in f.changes), default=0.0)))
+    channels = [f.channel for f in findings if f.channel]
+    told = f"{axes_text(channels)}; most on {strongest.channel}: {strongest.message}"
+    return [replace(strongest, channel=None, message=told)]
+
+
+def affected(factor: float, *, term: str = "random walk") -> str:
+    """What a factor does to a term, in words: ``"random walk 3.8 % larger than the sensor's own"``."""
+    off = abs(factor - 1)
+    if off < 5e-4:
+        return f"no change of the {term} that shows"
+    if off < 0.2:
+        return f"{term} {100 * off:.2g} % {'larger' if factor > 1 else 'smaller'} than the sensor's own"
+    return f"{term} {factor:.3g} × the sensor's own"
+
+
+def length(samples: int, stream: Stream) -> str:
+    """How long some samples take, in words."""
+    return duration_text(samples * stream.grid.tau0)

@@ -1,0 +1,49 @@
+"""Clean records of any mixture of the five terms, on which a check has nothing to say."""
+
+import math
+
+import numpy as np
+
+from sigmatau import NoiseModel, simulate
+
+CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz")
+
+
+def mixture(rng, *, tau0, duration):
+    """Coefficients of one channel: terms that cross the white noise anywhere between a sample and ten records, or alone."""
+
+    def between(low, high):
+        return math.exp(rng.uniform(math.log(low), math.log(high)))
+
+    n = between(1e-6, 1e-3)
+    tau_b = between(1, duration)
+    terms = {
+        "quantization": n * math.sqrt(between(tau0 / 10, 100 * tau0) / 3),
+        "random_walk": n,
+        "bias_instability": n / math.sqrt(tau_b) / 0.664,
+        "rate_random_walk": n * math.sqrt(3) / between(1, 10 * duration),
+        "rate_ramp": rng.choice([-1.0, 1.0]) * n * math.sqrt(2) / between(duration / 30, 10 * duration) ** 1.5,
+    }
+    kept = [term for term in terms if rng.random() < 0.6]
+    if not kept or rng.random() < 0.2:
+        kept = [("quantization", "random_walk", "bias_instability", "rate_random_walk")[rng.integers(4)]]
+    return {term: float(terms[term]) for term in kept}
+
+
+def record(rng, *, most=150_000, shortest=600.0, longest=4 * 3600.0):
+    """Six axes, 10 min to 4 h at 10 to 400 Hz, `most` samples."""
+    rate = float(rng.choice([10, 20, 50, 100, 125, 200, 400]))
+    duration = min(math.exp(rng.uniform(math.log(shortest), math.log(longest))), most / rate)
+    duration = max(duration, 4 / rate)
+    channels = {c: mixture(rng, tau0=1 / rate, duration=duration) for c in CHANNELS}
+    return simulate(NoiseModel(channels=channels), duration=duration, rate=rate, rng=int(rng.integers(1 << 62)))
+
+
+def rounded(stream, rng):
+    """The stream in steps of 1/30 to 3 of the noise's own size; samples as arrays by channel."""
+    columns = {}
+    for channel in stream.channels:
+        x = np.asarray(stream.column(channel))
+        step = float(np.std(np.diff(x))) / math.sqrt(2) * math.exp(rng.uniform(math.log(1 / 30), math.log(3)))
+        columns[channel] = np.round(x / step + rng.uniform()) * step
+    return columns

@@ -32,11 +32,11 @@ _TIMES = 2.0 ** -np.arange(2.0, 7.01, 0.5)
 
 # Two conditions, each of which fails where the other is weak. Student's ratio with the noise estimated beside the drift has
 # the power, but heavy tails where the rate random walk is hardly known: p < 1e-5 in up to 0.5 % of clean records. With noise
-# estimated without the drift it is never too large by much: above 2.5, the largest of all time constants, in 1 %. Together
-# they hold in fewer than 0.1 % of clean channels of any mixture tried (docs/study/drift.md).
-_WARM_UP_P = 1e-5
-_TEMPERATURE_P = 1e-4
+# estimated without the drift the ratio is never too large by much. Together they hold in fewer than 0.1 % of clean channels
+# of any mixture tried (docs/study/stability.md).
+_P = 1e-5
 _LEAST_RATIO = 2.5
+_LARGEST_OF_ALL = 3.0  # over the time constants
 
 _MATTERS = 1.1
 """A coefficient that is so many times too large makes a warning of a finding."""
@@ -95,14 +95,14 @@ def _settling(data: BlockMeans) -> tuple[float, Regression] | None:
         problem = Problem(data)
         curves = np.stack([_settled(edges, time) for time in times], axis=1)
         ratios = np.abs(problem.quick(curves, problem.noise()))
-        if not ratios.max() > _LEAST_RATIO:
+        if not ratios.max() > _LARGEST_OF_ALL:
             return None
         tried = [problem.solve(curves[:, k]) for k in range(len(times))]
     except (np.linalg.LinAlgError, FloatingPointError):
         return None
     ratios = np.array([abs(one.value) / one.error for one in tried])
     k = int(np.argmax(ratios))
-    if not tried[k].p_value < _WARM_UP_P:
+    if not tried[k].p_value < _P:
         return None
     # Between the grid's times by a parabola through the squared ratios, which are differences of log likelihood.
     time = float(times[k])
@@ -189,7 +189,7 @@ def temperature(stream: Stream, thermometer: Stream, fits: Mapping[str, NoiseFit
             regression = problem.solve(filled)
         except (np.linalg.LinAlgError, FloatingPointError):
             continue
-        if not regression.p_value < _TEMPERATURE_P:
+        if not regression.p_value < _P:
             continue
         centre = (data.edges[1:] + data.edges[:-1]) / 2
         seconds = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0

@@ -74,7 +74,7 @@ class BlockMeans:
     @property
     def edges(self) -> Floats:
         """Beginnings of the blocks and the end of the last, from the stream's first sample; shape (n_blocks + 1,). [s]"""
-        return (self.first + np.arange(len(self.means) + 1) * self.length) * self.tau0
+        return np.asarray((self.first + np.arange(len(self.means) + 1) * self.length) * self.tau0, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -299,12 +299,10 @@ class Problem:
             freedom = 2 * error**4 / scatter if scatter > 0 else freedom
         freedom = min(max(freedom, 1.0), 1e9)
         p_value = 2 * float(stdtr(freedom, -abs(value) / error))
-        return Regression(
-            value=value / size, error=error / size, freedom=freedom, p_value=p_value, theta=theta
-        )
+        return Regression(value=value / size, error=error / size, freedom=freedom, p_value=p_value, theta=theta)
 
     def _reml(self, design: Floats) -> tuple[Floats, Floats]:
-        """θ by restricted likelihood, and the share 1 − leverage of each mode; repeated weighted least squares on squares."""
+        """θ by restricted likelihood, weighted least squares on squares again and again, and 1 − leverage of each mode."""
         q, _ = np.linalg.qr(design / np.linalg.norm(design, axis=0))
         residual = self._y - q @ (q.T @ self._y)
         left = np.maximum(1 - np.einsum("ij,ij->i", q, q), 1e-6)
@@ -314,7 +312,9 @@ class Problem:
         there = np.bincount(bands) > 0
         power = (np.bincount(bands, weights=residual**2) / number)[there]
         power = np.maximum(power, power.max() * 1e-12)
-        column = np.stack([np.bincount(bands, weights=left * m) for m in self._modes.T], axis=1)[there] / number[there, None]
+        column = (
+            np.stack([np.bincount(bands, weights=left * m) for m in self._modes.T], axis=1)[there] / number[there, None]
+        )
         theta = non_negative(column / power[:, None], np.ones(len(power)))
         for step in range(_STEPS):
             v = self._modes @ theta

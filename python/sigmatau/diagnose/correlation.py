@@ -86,7 +86,9 @@ def _finding(stream: Stream, found: list[tuple[float, str, tuple[str, str]]]) ->
     listed = ", ".join(f"{a} and {b} by {r:.2f} {kind}" for r, kind, (a, b) in found)
     fast = found[0][1].startswith("between neighbouring")
     cause = (
-        "a vibration, a line or a converter that they share" if fast else "a supply, a temperature or a slow motion they share"
+        "a vibration, a line or a converter that they share"
+        if fast
+        else "a supply, a temperature or a slow motion they share"
     )
     part = "" if stream.grid.n <= _MOST_SAMPLES else " (of 32 evenly spread stretches)"
     return Finding(
@@ -121,7 +123,7 @@ def _slow(column: Floats, length: int) -> Floats:
     """Differences of 1 s means, 0 where a sample is missing."""
     count = len(column) // length
     means = column[: count * length].reshape(count, length).mean(axis=1)
-    return np.nan_to_num(np.diff(means), nan=0.0)
+    return np.asarray(np.nan_to_num(np.diff(means), nan=0.0))
 
 
 def _by_stretches(a: Floats, b: Floats, level: float) -> float:
@@ -139,7 +141,7 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     if count < _STRETCHES // 2:
         return 0.0
     bound = float(stdtrit(count - 1, 1 - level / 2)) * float(np.std(each, ddof=1)) / np.sqrt(count)
-    number = np.count_nonzero((a != 0) & (b != 0)) if a.size <= 1 << 16 else a.size
+    number = int(np.count_nonzero((a != 0) & (b != 0))) if a.size <= 1 << 16 else a.size
     return r if abs(r) > max(bound, _chance(number, level)) else 0.0
 
 

@@ -19,7 +19,7 @@ from sigmatau.diagnose.blocks import BlockMeans, Problem, Regression, block_mean
 from sigmatau.errors import DataError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.record import Record
-from sigmatau.results import Finding, duration_text, two_digits
+from sigmatau.results import Finding, Severity, duration_text, two_digits
 from sigmatau.streams import Columns, Stream, Transform
 from sigmatau.terms import TERMS, display_units
 
@@ -129,14 +129,16 @@ def _warm_up_finding(
     settled = _SETTLED * time
     after = f"--window {_round_up(settled)}s: leaves it out"
     if settled > stream.grid.duration / 2:
-        after = f"record again, from {duration_text(settled)} after power-on; --window {_round_up(settled)}s: leaves little"
+        after = (
+            f"record again, from {duration_text(settled)} after power-on; --window {_round_up(settled)}s: leaves little"
+        )
     return Finding(
         code="warm_up",
         severity=_severity(changes),
         channel=channel,
         message=(
-            f"the rate settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the beginning of"
-            " the record on, beside ramp and noise"
+            f"the rate settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the beginning"
+            " on, beside ramp and noise"
         ),
         where="t = 0 s",
         size=abs(regression.value),
@@ -234,17 +236,15 @@ def _temperature_of(edges: Floats, thermometer: Stream) -> Floats:
     column = max(columns, key=lambda values: float(np.nanmax(values) - np.nanmin(values)))
     there = np.isfinite(column)
     tau0 = thermometer.grid.tau0
-    time = thermometer.grid.start + (np.arange(thermometer.grid.n)[there] + 0.5) * tau0
+    middle = thermometer.grid.start + (np.arange(thermometer.grid.n) + 0.5) * tau0
+    time = np.asarray(middle[there], dtype=np.float64)
     values = column[there]
     step = float(edges[1] - edges[0])
-    if step > 2 * tau0:
+    # With samples missing, the integral would miss them too.
+    if step > 2 * tau0 and there.all():
         integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
         at = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
-        known = np.interp(edges, at[: len(integral)], integral)
-        if there.all():
-            means = np.diff(known) / step
-        else:  # samples are missing: the integral would miss them too
-            means = _interpolated(edges, time, values)
+        means = np.diff(np.interp(edges, at, integral)) / step
     else:
         means = _interpolated(edges, time, values)
     reach = max(tau0, step)
@@ -303,7 +303,7 @@ def _fit(stream: Stream, channel: str) -> NoiseFit:
     return fit(allan(Record(streams=(stream.longest_run(),)))[channel])
 
 
-def _severity(changes: list[_Change]) -> str:
+def _severity(changes: list[_Change]) -> Severity:
     return "warning" if any(max(change.factor, 1 / change.factor) > _MATTERS for change in changes) else "info"
 
 

@@ -1,11 +1,11 @@
 """Whether the noise stays the same over the record.
 
-Two tests. Segments: the Allan variance of each of eight segments at octaves of τ, held against that of the others with the
-covariance that the fitted noise has in a segment. An Allan variance is skewed, like χ² over its degrees of freedom ν; its cube
-root is not (Wilson & Hilferty): it is normal with variance 2/(9ν) of its mean squared, to 1 % of the tail at 1e-4 from ν = 10
-on. So the statistic is a sum of squares of whitened cube roots, χ² with 7 degrees of freedom an octave. Cusum: the running
-sum of squared first differences against a straight line, whose largest distance has Kolmogorov's law; it says when a change
-was, and sees a change that is over soon.
+Two tests. Segments: the Allan variance of each of eight segments at octaves of τ, held against that of the others with
+the covariance that the fitted noise has in a segment. An Allan variance is skewed, like χ² over its degrees of freedom ν;
+its cube root is not (Wilson & Hilferty): it is nearly normal with variance 2/(9ν) of its mean squared. So the statistic is
+a sum of squares of whitened cube roots, χ² with 7 degrees of freedom an octave; its size is measured in
+docs/study/stability.md. Cusum: the running sum of squared first differences against a straight line, whose largest distance
+has Kolmogorov's law; it says when the noise changed.
 
 References
 ----------
@@ -135,7 +135,9 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
         ]
     )
     mean = avar.mean(axis=0)
-    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _FOLLOWED + 3 * np.sqrt(2 / freedom / len(starts))
+    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _FOLLOWED + 3 * np.sqrt(
+        2 / freedom / len(starts)
+    )
     use = (freedom >= _LEAST_FREEDOM) & followed & (avar.min(axis=0) > 0)
     if not use.any():
         return None
@@ -240,7 +242,10 @@ def cusum(x: Floats) -> Cusum | None:
     k = int(np.argmax(np.abs(distance[:-1])))
     largest = abs(float(distance[k])) / (scatter * np.sqrt(len(level)))
     power = squares[keep]
-    before, after = power[: k + 1].sum() / number[keep][: k + 1].sum(), power[k + 1 :].sum() / number[keep][k + 1 :].sum()
+    before, after = (
+        power[: k + 1].sum() / number[keep][: k + 1].sum(),
+        power[k + 1 :].sum() / number[keep][k + 1 :].sum(),
+    )
     return Cusum(
         at=int((keep[k] + 1) * length),
         p_value=min(2 * float(np.exp(-2 * largest**2)), 1.0),
@@ -259,7 +264,7 @@ def _finding(stream: Stream, channel: str, tested: SegmentTest | None, change: C
         spans = deviation.max(axis=0) / deviation.min(axis=0)
         k = int(np.argmax(spans))
         ratios.append(float(spans[k]))
-        size = len(tested.starts) and stream.grid.n // SEGMENTS
+        size = stream.grid.n // SEGMENTS
         high = int(tested.starts[np.argmax(deviation[:, k])]) * tau0
         low = int(tested.starts[np.argmin(deviation[:, k])]) * tau0
         taus = tested.m[worst] * tau0

@@ -7,7 +7,7 @@ knock or a vibration that comes and goes shows as a place in it. For a judgement
 References
 ----------
 .. [1] L. Galleani, P. Tavella, "The characterization of clock behavior with the dynamic Allan variance," Proc. IEEE FCS and
-   EFTF, 2003, :doi:`10.1109/FREQ.2003.1275096`.
+   EFTF, 2003, pp. 239-244.
 .. [2] L. Galleani, P. Tavella, "The dynamic Allan variance," IEEE Trans. Ultrason. Ferroelectr. Freq. Control, vol. 56,
    no. 3, 2009, :doi:`10.1109/TUFFC.2009.1064`.
 """
@@ -167,7 +167,7 @@ def dynamic_allan(
 
     References
     ----------
-    .. [1] :doi:`10.1109/FREQ.2003.1275096`
+    .. [1] Proc. IEEE FCS and EFTF, 2003.
     .. [2] :doi:`10.1109/TUFFC.2009.1064`
     """
     stream = data.stream_of(channel) if isinstance(data, Record) else data

@@ -106,16 +106,18 @@ class Regression:
         return float(stdtrit(self.freedom, 0.5 + level / 2)) * self.error
 
 
-def block_means(stream: Stream, channel: str, *, blocks: int = BLOCKS, length: int | None = None) -> BlockMeans | None:
+def block_means(
+    stream: Stream, channel: str, *, blocks: int = BLOCKS, length: int | None = None, gaps: bool = False
+) -> BlockMeans | None:
     """Means of a channel over at most `blocks` blocks, or over blocks of `length` samples.
 
     Blocks with fewer than half of their samples have none; where more than a quarter has none, only the longest stretch of
-    the others is kept. None if fewer than 64 blocks are left.
+    the others is kept. None if fewer than 64 blocks are left. With `gaps` all blocks are kept, however few they are.
     """
     n = stream.grid.n
     length = -(-n // blocks) if length is None else length
     count = n // length
-    if count < _LEAST_BLOCKS:
+    if count < (1 if gaps else _LEAST_BLOCKS):
         return None
     x = stream.column(channel)[: count * length].reshape(count, length)
     means = x.mean(axis=1)
@@ -127,13 +129,13 @@ def block_means(stream: Stream, channel: str, *, blocks: int = BLOCKS, length: i
         means[bad] = np.where(number >= _FULL_ENOUGH * length, sums / np.maximum(number, 1), np.nan)
     first = 0
     empty = np.isnan(means)
-    if empty.mean() > _MOST_EMPTY:
+    if not gaps and empty.mean() > _MOST_EMPTY:
         edges = np.concatenate([[-1], np.flatnonzero(empty), [count]])
         k = int(np.argmax(np.diff(edges)))
         first, last = int(edges[k]) + 1, int(edges[k + 1])
         means = means[first:last]
-    if len(means) < _LEAST_BLOCKS:
-        return None
+        if len(means) < _LEAST_BLOCKS:
+            return None
     return BlockMeans(means=means, length=length, first=first * length, tau0=stream.grid.tau0)
 
 

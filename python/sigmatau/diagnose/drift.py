@@ -23,7 +23,7 @@ from sigmatau.results import Finding, Severity, duration_text, two_digits
 from sigmatau.streams import Columns, Stream, Transform
 from sigmatau.terms import TERMS, display_units
 
-__all__ = ["temperature", "warm_up"]
+__all__ = ["settling", "temperature", "warm_up"]
 
 Floats = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
         data = block_means(stream, channel)
         if data is None or _constant(data):
             continue
-        found = _settling(data)
+        found = settling(data)
         if found is None:
             continue
         time, regression = found
@@ -87,7 +87,7 @@ def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
     return findings
 
 
-def _settling(data: BlockMeans) -> tuple[float, Regression] | None:
+def settling(data: BlockMeans) -> tuple[float, Regression] | None:
     """Time constant and regression of the exponential that the block means show; None if they show none."""
     edges = data.edges
     times = _TIMES * (edges[-1] - edges[0])

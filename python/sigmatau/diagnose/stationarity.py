@@ -65,14 +65,17 @@ class SegmentTest:
         [unit²]
     p_value : float
         Probability of as large a scatter in stationary noise.
+    evidence : ndarray, shape (n_tau,)
+        χ² of each octave by itself.
     p_values : ndarray, shape (n_tau,)
-        Of each octave by itself.
+        Of the same.
     """
 
     m: NDArray[np.int64]
     starts: NDArray[np.int64]
     avar: Floats
     p_value: float
+    evidence: Floats
     p_values: Floats
 
 
@@ -158,6 +161,7 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
         starts=starts,
         avar=avar[:, use],
         p_value=float(gammaincc(count / 2, float(np.sum(whitened**2)) / 2)),
+        evidence=np.sum(z**2, axis=0),
         p_values=np.asarray(gammaincc((len(starts) - 1) / 2, np.sum(z**2, axis=0) / 2)),
     )
 
@@ -255,26 +259,24 @@ def cusum(x: Floats) -> Cusum | None:
 
 def _finding(stream: Stream, channel: str, tested: SegmentTest | None, change: Cusum | None) -> Finding | None:
     tau0 = stream.grid.tau0
-    texts, ratios, where, effect = [], [1.0], "", ""
+    texts, ratios, where = [], [1.0], ""
     if tested is not None and tested.p_value < _FALSE_ALARM:
-        worst = tested.p_values < _FALSE_ALARM / len(tested.m)
-        if not worst.any():
-            worst = tested.p_values == tested.p_values.min()
-        deviation = np.sqrt(tested.avar[:, worst])
-        spans = deviation.max(axis=0) / deviation.min(axis=0)
-        k = int(np.argmax(spans))
-        ratios.append(float(spans[k]))
-        size = stream.grid.n // SEGMENTS
-        high = int(tested.starts[np.argmax(deviation[:, k])]) * tau0
-        low = int(tested.starts[np.argmin(deviation[:, k])]) * tau0
-        taus = tested.m[worst] * tau0
-        times = f"τ = {seconds(taus[0])} s" + (f" to {seconds(taus[-1])} s" if len(taus) > 1 else "")
+        # Where the evidence is strongest: long times have few degrees of freedom, and a large span by chance.
+        k = int(np.argmax(tested.evidence))
+        deviation = np.sqrt(tested.avar[:, k])
+        ratios.append(float(deviation.max() / deviation.min()))
+        beyond = tested.m[tested.p_values < _FALSE_ALARM / len(tested.m)] * tau0
+        tau = seconds(float(tested.m[k]) * tau0)
+        times = f"τ = {tau} s"
+        if len(beyond) > 1:
+            times += f" (beyond chance from τ = {seconds(beyond[0])} s to {seconds(beyond[-1])} s)"
+        high = seconds(int(tested.starts[np.argmax(deviation)]) * tau0)
+        low = seconds(int(tested.starts[np.argmin(deviation)]) * tau0)
         texts.append(
-            f"the deviations of eight segments differ by up to {spans[k]:.2f} times at {times}: largest in the"
-            f" {duration_text(size * tau0)} from t = {seconds(high)} s on, smallest from t = {seconds(low)} s on"
+            f"the deviations of eight segments differ by {ratios[-1]:.2f} times at {times}: largest in the"
+            f" {duration_text(stream.grid.n // SEGMENTS * tau0)} from t = {high} s on, smallest in those from t = {low} s on"
         )
-        where = f"t = {seconds(high)} s"
-        effect = f"; that at τ = {seconds(float(tested.m[worst][k]) * tau0)} s is a mean over both"
+        where = f"t = {high} s"
     if change is not None and change.p_value < _FALSE_ALARM:
         ratio = float(np.sqrt(change.ratio))
         size_of = max(ratio, 1 / ratio) if ratio > 0 else np.inf
@@ -295,6 +297,6 @@ def _finding(stream: Stream, channel: str, tested: SegmentTest | None, change: C
         message="; ".join(texts),
         where=where,
         size=largest,
-        effect=f"coefficients are means over the record, and their intervals too short{effect}",
+        effect="coefficients are means over the record (of squares), and their intervals too short",
         remedy="look what changed then (sigmatau.dynamic_allan shows it), and analyse a part that is even with --window",
     )

@@ -40,8 +40,10 @@ SEED = 952
 """Of the simulated records where the caller gives none."""
 
 DRAWS = 1000
-_STEPS = 3
+_STEPS = 4
 _LEAST_FACTOR = 0.2
+"""A smaller one is not told from a term that the window does not show at all."""
+
 _SHORTEST_SHARE = 3  # averaging times up to a third of the window, as in a fit
 _MATTERS = 0.95
 
@@ -197,7 +199,7 @@ def bias_finding(
     Notes
     -----
     The fitted noise is itself too small. The bias stated is that of the noise which, after the choice, shows on average what
-    was fitted; it is found by repeating the simulation three times. A term that was not seen in the window is taken as
+    was fitted; it is found by repeating the simulation four times. A term that was not seen in the window is taken as
     absent.
     """
     length = wanted_length(text)
@@ -229,7 +231,8 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
         found = selection_bias(models, n=stream.grid.n, window=window, tau0=stream.grid.tau0, rng=seed)
         for channel, model in models.items():
             for term, factor in found[channel].factors.items():
-                model[term] = seen[channel][term] / max(factor, _LEAST_FACTOR)
+                # Half a step in the logarithm: a whole one may swing.
+                model[term] = math.sqrt(model[term] * seen[channel][term] / max(factor, _LEAST_FACTOR))
     return found
 
 
@@ -239,10 +242,9 @@ def _finding(stream: Stream, bias: SelectionBias) -> Finding:
         taus = [float(tau) for tau in bias.tau[bias.tau <= bias.window / 4][-3:]]
     ratios = [bias.at(tau) for tau in taus]
     listed = ", ".join(f"{ratio:.2f} at τ = {duration_text(tau)}" for tau, ratio in zip(taus, ratios, strict=True))
-    changes = tuple((term, factor) for term, factor in bias.factors.items() if abs(factor - 1) > 1 - _MATTERS)
-    words = [
-        f"{TERMS[term].label(stream.quantity)} {two_digits(factor)} times the sensor's own" for term, factor in changes
-    ]
+    known = {term: max(factor, _LEAST_FACTOR) for term, factor in bias.factors.items()}
+    changes = tuple((term, factor) for term, factor in known.items() if abs(factor - 1) > 1 - _MATTERS)
+    words = [f"{TERMS[term].label(stream.quantity)} {_times(factor)} the sensor's own" for term, factor in changes]
     matters = min(ratios, default=1.0) < _MATTERS or bool(changes)
     return Finding(
         code="selection_bias",
@@ -257,6 +259,10 @@ def _finding(stream: Stream, bias: SelectionBias) -> Finding:
         changes=changes,
         remedy="analyse all of the record, or give a window by time (--window 600s:7800s) or a log with a temperature",
     )
+
+
+def _times(factor: float) -> str:
+    return f"{two_digits(factor)} times" + (" or less" if factor <= _LEAST_FACTOR else "")
 
 
 def _draw(

@@ -143,7 +143,7 @@ def _thermometer(celsius: Floats) -> Stream:
     return replace(stream, quantity="temperature", unit="K")
 
 
-FAULTS = ("warm-up", "temperature", "noise × 1.25 in one half", "K × 8 in one half", "axes correlated by 0.1")
+FAULTS = ("warm-up", "temperature", "noise × 1.25 in one half", "K × 20 in one half", "axes correlated by 0.1")
 SENSOR = {"random_walk": 0.005, "bias_instability": 1e-3, "rate_random_walk": 3e-5}
 """Per second, as degrees: a good MEMS gyro."""
 
@@ -166,7 +166,7 @@ def fault(seed: int, name: str) -> list[float]:
         elif name == FAULTS[2]:
             x[n // 2 :] += 0.75 * 0.005 * np.sqrt(rate) * rng.standard_normal(n // 2)
         elif name == FAULTS[3]:
-            x[n // 2 :] += np.sqrt(63) * 3e-5 / np.sqrt(rate) * np.cumsum(rng.standard_normal(n // 2))
+            x[n // 2 :] += np.sqrt(399) * 3e-5 / np.sqrt(rate) * np.cumsum(rng.standard_normal(n // 2))
         else:
             x += 0.1 * y
         stream = Record.from_arrays(rate=rate, gyro_x=x, gyro_y=y).streams[0]
@@ -256,7 +256,7 @@ _FAULTS = """
 
 {records} records each of 2 h at 20 Hz, N 0.005, B 0.001, K 3e-5 (per second, as degrees). Warm-up: 0.03 with a time
 constant of 400 s; temperature: 0.01 per kelvin, cycles of ± 2 K in 40 min; the second half of the record with other
-noise: N × 1.25, K × 8.
+noise: N × 1.25, K × 20.
 
 | fault | found [%] | size stated, mean |
 |---|---|---|"""

@@ -214,3 +214,10 @@ def test_law_of_the_correlation(name):
             y = np.cumsum(y, axis=0)
         found += len(cross_axis(Record.from_arrays(rate=10.0, gyro=y).streams[0]))
     assert found <= 1
+
+
+def test_ramps_are_not_correlated():
+    """All axes may have a ramp; that is no common noise."""
+    rng = np.random.default_rng(seed_of("ramps"))
+    y = rng.standard_normal((20_000, 3)) + 0.05 * np.arange(20_000)[:, None]
+    assert cross_axis(Record.from_arrays(rate=20.0, gyro=y).streams[0]) == []

@@ -114,16 +114,28 @@ def _differences(column: Floats) -> Floats:
     else:
         size = n // _STRETCHES
         d = np.diff(column[: size * _STRETCHES].reshape(_STRETCHES, size), axis=1)
-    if np.isnan(np.add.reduce(d, axis=None)):
-        d = np.nan_to_num(d, copy=False, nan=0.0)
-    return d
+    return _centred(d)
 
 
 def _slow(column: Floats, length: int) -> Floats:
-    """Differences of 1 s means, 0 where a sample is missing."""
+    """Differences of 1 s means, 0 where a sample is missing, without a ramp."""
     count = len(column) // length
     means = column[: count * length].reshape(count, length).mean(axis=1)
-    return np.asarray(np.nan_to_num(np.diff(means), nan=0.0))
+    return _centred(np.diff(means))
+
+
+def _centred(d: Floats) -> Floats:
+    """Without their mean, which is a ramp and would be common to all axes that have one; 0 where missing."""
+    mean = float(np.sum(d)) / max(int(d.size), 1)
+    if np.isnan(mean):
+        there = ~np.isnan(d)
+        d[~there] = 0.0
+        number = np.count_nonzero(there)
+        mean = float(d.sum()) / max(number, 1)
+        d[there] -= mean
+        return d
+    d -= mean
+    return d
 
 
 def _by_stretches(a: Floats, b: Floats, level: float) -> float:

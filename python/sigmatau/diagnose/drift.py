@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 _TIMES = 2.0 ** -np.arange(2.0, 7.01, 0.5)
 """Time constants tried, over the record's length: a longer settling is nearly a ramp, of a shorter one two blocks tell."""
 
+_FINER = 2.0 ** np.linspace(-0.75, 0.75, 31)
+
 # Two conditions, each of which fails where the other is weak. Student's ratio with the noise estimated beside the drift has
 # the power, but heavy tails where the rate random walk is hardly known: p < 1e-5 in up to 0.5 % of clean records. With noise
 # estimated without the drift the ratio is never too large by much. Together they hold in fewer than 0.1 % of clean channels
@@ -104,13 +106,10 @@ def settling(data: BlockMeans) -> tuple[float, Regression] | None:
     k = int(np.argmax(ratios))
     if not tried[k].p_value < _P:
         return None
-    # Between the grid's times by a parabola through the squared ratios, which are differences of log likelihood.
-    time = float(times[k])
-    if 0 < k < len(times) - 1:
-        left, middle, right = ratios[k - 1 : k + 2] ** 2
-        bend = left - 2 * middle + right
-        if bend < 0:
-            time *= float(2.0 ** (-0.5 * 0.5 * (left - right) / bend))
+    # Between the grid's times with the noise of the best: for one noise the squared ratio is that of the likelihoods.
+    near = times[k] * _FINER
+    closer = np.stack([_settled(edges, time) for time in near], axis=1)
+    time = float(near[int(np.argmax(np.abs(problem.quick(closer, tried[k].theta))))])
     return time, problem.solve(_settled(edges, time))
 
 
@@ -216,7 +215,7 @@ def _temperature_finding(
         channel=channel,
         message=(
             f"follows the temperature by {value:.3g} [{value - half:.3g}, {value + half:.3g}] {unit} per kelvin, over"
-            f" {two_digits(span)} K; that makes {min(share, 9.99):.0%} of the Allan variance at"
+            f" {two_digits(span)} K; that makes {min(share, 1.0):.0%} of the Allan variance at"
             f" τ = {duration_text(m * data.step)}"
         ),
         size=regression.value,

@@ -130,7 +130,7 @@ def _centred(d: Floats) -> Floats:
     if np.isnan(mean):
         there = ~np.isnan(d)
         d[~there] = 0.0
-        number = np.count_nonzero(there)
+        number = int(np.count_nonzero(there))
         mean = float(d.sum()) / max(number, 1)
         d[there] -= mean
         return d

@@ -40,6 +40,7 @@ SEED = 952
 """Of the simulated records where the caller gives none."""
 
 DRAWS = 1000
+_ROUGH_DRAWS = 250
 _STEPS = 4
 _LEAST_FACTOR = 0.2
 """A smaller one is not told from a term that the window does not show at all."""
@@ -227,8 +228,11 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
     seed = int(rng.integers(1 << 62)) if isinstance(rng, np.random.Generator) else rng
     models = {channel: dict(model) for channel, model in seen.items()}
     found: dict[str, SelectionBias] = {}
-    for _ in range(_STEPS):
-        found = selection_bias(models, n=stream.grid.n, window=window, tau0=stream.grid.tau0, rng=seed)
+    for step in range(_STEPS):
+        draws = DRAWS if step == _STEPS - 1 else _ROUGH_DRAWS
+        found = selection_bias(models, n=stream.grid.n, window=window, tau0=stream.grid.tau0, draws=draws, rng=seed)
+        if step == _STEPS - 1:
+            break
         for channel, model in models.items():
             for term, factor in found[channel].factors.items():
                 # Half a step in the logarithm: a whole one may swing.

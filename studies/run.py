@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from studies import adis16405, coverage, efficiency, intervals, read_off, robustness
+from studies import adis16405, coverage, efficiency, intervals, read_off, robustness, selection, stability
 
 
 def main() -> None:
     """Run all studies."""
-    for study in (read_off, intervals, robustness, efficiency, coverage, adis16405):
+    for study in (read_off, intervals, robustness, efficiency, coverage, adis16405, stability, selection):
         study.main()
 
 

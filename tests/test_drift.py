@@ -245,7 +245,7 @@ class TestTemperature:
         assert finding.size == pytest.approx(6e-4, rel=0.05)
 
     def test_walks_are_not_correlated(self):
-        """Two random walks are, by chance, correlated by more than 0.5 in half of all records."""
+        """Two random walks are, by chance, correlated by more than 0.3 in half of all records."""
         rng = np.random.default_rng(seed_of("two walks"))
         found, ordinary = 0, []
         for k in range(60):

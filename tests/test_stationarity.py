@@ -40,8 +40,9 @@ def test_law_of_the_segments_and_the_cusum(name):
     for level in (0.05, 0.01):
         share = (np.array(p) < level).mean(axis=0)
         # At most 1.3 times the nominal size, see the study, and three standard errors; at least half of it.
-        assert (share <= 1.3 * level + 3 * np.sqrt(level / records)).all(), (level, share)
-        assert (share >= 0.5 * level - 3 * np.sqrt(level / records)).all(), (level, share)
+        least, most = 0.5 * level, 1.3 * level
+        assert (share <= most + 3 * np.sqrt(most * (1 - most) / records)).all(), (level, share)
+        assert (share >= least - 3 * np.sqrt(least * (1 - least) / records)).all(), (level, share)
 
 
 def test_clean_records_raise_nothing():

@@ -91,6 +91,11 @@ class TestMostStable:
         assert criterion(record, record.streams[0]).kind == "own"
         assert chosen.streams[0].grid.start == 4800
         assert chosen.streams[0].grid.n == 3600
+        # Another clock is another start, and the same time in the record.
+        later = replace(record.streams[0], grid=replace(record.streams[0].grid, start=1e4))
+        again, (said,) = most_stable(replace(record, streams=(later,)), 3600.0)
+        assert again.streams[0].grid.start == 14_800
+        assert "from t = 4800 s on" in said.message == finding.message
         assert finding.code == "window_chosen"
         assert "its own 60 s means" in finding.message
         assert "less noise" in finding.effect
@@ -268,6 +273,18 @@ class TestBiasFinding:
         undone = np.array(raw) / np.array(stated)
         # K² has its scatter in the windows, 15 % of K here: 5 % of the mean of 10.
         assert np.mean(undone) == pytest.approx(1.0, abs=3 * np.std(undone) / math.sqrt(10) + 0.03)
+
+    def test_what_was_fitted_is_undone(self):
+        """Exactly what the choice leaves of a known noise, given back as a fit: the factor stated is that of the noise."""
+        truth = {"random_walk": 0.005, "rate_random_walk": 1e-5}
+        bias = selection_bias({"gyro_x": truth}, n=2880, window=1440, tau0=5.0, draws=4000)["gyro_x"]
+        left = {term: value * bias.factors[term] for term, value in truth.items()}
+        record = Record.from_arrays(rate=0.2, gyro_x=np.random.default_rng(seed_of("undo")).standard_normal(2880))
+        fitted = replace(fit(allan(record)["gyro_x"]), model=left, n=1440)
+        (finding,) = bias_finding(record, "most-stable=2h", {"gyro_x": fitted})
+        assert bias.factors["rate_random_walk"] < 0.8
+        # The ratio at the long times is known to some 2 % from 1000 draws, and four half steps leave 1/16.
+        assert dict(finding.changes)["rate_random_walk"] == pytest.approx(bias.factors["rate_random_walk"], abs=0.05)
 
     def test_only_where_the_choice_looked_at_the_noise(self):
         record = simulate(

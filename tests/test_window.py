@@ -276,14 +276,14 @@ class TestBiasFinding:
 
     def test_what_was_fitted_is_undone(self):
         """Exactly what the choice leaves of a known noise, given back as a fit: the factor stated is that of the noise."""
-        truth = {"random_walk": 0.005, "rate_random_walk": 1e-5}
+        truth = {"random_walk": 0.005, "bias_instability": 5e-4, "rate_random_walk": 2e-5}
         bias = selection_bias({"gyro_x": truth}, n=2880, window=1440, tau0=5.0, draws=4000)["gyro_x"]
         left = {term: value * bias.factors[term] for term, value in truth.items()}
         record = Record.from_arrays(rate=0.2, gyro_x=np.random.default_rng(seed_of("undo")).standard_normal(2880))
         fitted = replace(fit(allan(record)["gyro_x"]), model=left, n=1440)
         (finding,) = bias_finding(record, "most-stable=2h", {"gyro_x": fitted})
         assert bias.factors["rate_random_walk"] < 0.8
-        # The ratio at the long times is known to some 2 % from 1000 draws, and four half steps leave 1/16.
+        # The ratio at the long times is known to some 2 % from 1000 draws; three half steps leave an eighth of what is undone.
         assert dict(finding.changes)["rate_random_walk"] == pytest.approx(bias.factors["rate_random_walk"], abs=0.05)
 
     def test_only_where_the_choice_looked_at_the_noise(self):

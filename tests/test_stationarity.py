@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, _kernels, allan, simulate
+from sigmatau import NoiseModel, Record, _kernels, allan, read, simulate
 from sigmatau.diagnose.correlation import cross_axis
 from sigmatau.diagnose.stationarity import cusum, non_stationary, segment_test
 from sigmatau.fitting import fit
@@ -222,3 +222,19 @@ def test_ramps_are_not_correlated():
     rng = np.random.default_rng(seed_of("ramps"))
     y = rng.standard_normal((20_000, 3)) + 0.05 * np.arange(20_000)[:, None]
     assert cross_axis(Record.from_arrays(rate=20.0, gyro=y).streams[0]) == []
+
+
+def test_real_accelerometers_share_a_line(field_data):
+    """Six ADIS16405 axes: the accelerometers have a line at 0.53 … 0.57 Hz in common, the gyros nothing."""
+    record = read(field_data / "adis16405_static.csv.gz", rate=100)
+    gyro, accel = record.streams
+    assert cross_axis(gyro) == []
+    (finding,) = cross_axis(accel)
+    assert finding.severity == "warning"
+    assert "accel_x and accel_y" in finding.message
+    assert "between means over 1 s" in finding.message
+    fits = fits_of(accel)
+    # It is not quite steady: the deviation moves by a tenth.
+    found = non_stationary(accel, fits)
+    assert found
+    assert all(1.05 <= one.size < 1.3 for one in found)

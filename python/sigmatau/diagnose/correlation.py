@@ -88,7 +88,7 @@ def _finding(stream: Stream, found: list[tuple[float, str, tuple[str, str]]]) ->
     cause = (
         "a vibration, a line or a converter that they share"
         if fast
-        else "a supply, a temperature or a slow motion they share"
+        else "a slow line, a supply, a temperature or a motion that they share"
     )
     part = "" if stream.grid.n <= _MOST_SAMPLES else " (of 32 evenly spread stretches)"
     return Finding(
@@ -97,8 +97,8 @@ def _finding(stream: Stream, found: list[tuple[float, str, tuple[str, str]]]) ->
         message=f"{stream.name}: changes of the rate are correlated beyond chance: {listed}{part}",
         size=abs(largest),
         effect=(
-            f"{two_digits(100 * abs(largest))} % of their noise is common: coefficients of the axes and their intervals are"
-            " right for each axis, but not independent, and a mean over the axes is less sure than it seems"
+            f"up to {two_digits(100 * abs(largest))} % of the variance of these changes is common: coefficients and their"
+            " intervals are right for each axis, but not independent, and a mean over the axes is less sure than it seems"
         ),
         remedy=f"look for {cause}; a filter that takes the axes as independent needs their common part as a covariance",
     )

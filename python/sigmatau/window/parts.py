@@ -271,7 +271,8 @@ def _in_words(stream: Stream, by: Criterion, start: float, length: float, relati
     if by.kind == "temperature":
         return f"{where}, in which {by.stream.name} changes least: {relative:.2f} times the median of all windows"
     whose = "its own" if by.kind == "own" else f"{by.stream.name}'s"
-    return f"{where}, in which {whose} 60 s means scatter least: {relative:.2f} times the median of all windows"
+    block = seconds(block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0)
+    return f"{where}, in which {whose} {block} s means scatter least: {relative:.2f} times the median of all windows"
 
 
 def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:

@@ -8,10 +8,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
 
+<<<<<<< HEAD
 from sigmatau import NoiseModel, Record, allan, analyze, simulate
 from sigmatau.diagnose.filters import relative_avar
 from sigmatau.terms import TERMS, aliasing_inflation, avar
+=======
+from sigmatau import NoiseModel, Record, analyze, simulate
+from sigmatau.stability import dynamic_allan
+from sigmatau.terms import TERMS, avar
+>>>>>>> c7d562c21ca1bd12db2677b808cbff94d16a1db2
 from sigmatau.units import to_si
+from sigmatau.window import selection_bias
 
 HERE = Path(__file__).parent / "figures"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
@@ -66,6 +73,7 @@ def fit_figure() -> None:
     figure.savefig(HERE / "fit.svg", metadata={"Date": None})
 
 
+<<<<<<< HEAD
 def bandwidth_figure() -> None:
     """Fig. 12 of the paper: a sensor of 30 Hz, first order, at six sampling rates; points measured, lines exact."""
     figure = Figure(figsize=(7, 4.6), layout="constrained")
@@ -92,3 +100,42 @@ if __name__ == "__main__":
     terms_figure()
     fit_figure()
     bandwidth_figure()
+=======
+def stability_figure() -> None:
+    """A gyro whose noise doubles for half an hour and that is knocked once: the dynamic Allan deviation; and what choosing
+    the calmest two of four hours leaves of the Allan variance of stationary noise.
+    """
+    terms = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "10 deg/h", "rate_random_walk": "20 deg/h/sqrt(h)"}
+    model = NoiseModel.from_dict({"channels": {"gyro_x": terms}})
+    rates = simulate(model, duration=4 * 3600, rate=10, rng=1).streams[0].column("gyro_x").copy()
+    other = np.random.default_rng(2).standard_normal(18_000)
+    rates[72_000:90_000] += np.sqrt(3) * np.std(np.diff(rates)) / np.sqrt(2) * other
+    rates[115_000:115_040] += to_si(1500, "deg/h")
+    dynamic = dynamic_allan(Record.from_arrays(rate=10, gyro_x=rates), "gyro_x", window=900, step=225)
+    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    dynamic.plot(left)
+    for (name, noise), colour in zip(CHOSEN.items(), COLOURS, strict=False):
+        bias = selection_bias({"x": noise}, n=14_400, window=7200, tau0=1.0)["x"]
+        right.semilogx(bias.tau, bias.ratio, "o-", markersize=3, color=colour, label=name)
+    right.axhline(1.0, color="0.5", linewidth=0.8)
+    right.set_ylim(0, 1.1)
+    right.set_xlabel("averaging time τ [s]")
+    right.set_ylabel("AVAR of the calmest 2 of 4 h, over the true one")
+    right.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    right.legend(fontsize=8.5)
+    figure.savefig(HERE / "stability.svg", metadata={"Date": None})
+
+
+CHOSEN = {
+    "N, B, K": {"random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-4},
+    "K alone": {"rate_random_walk": 1e-4},
+    "B alone": {"bias_instability": 0.0028},
+    "N alone": {"random_walk": 0.005},
+}
+
+if __name__ == "__main__":
+    terms_figure()
+    fit_figure()
+    stability_figure()
+>>>>>>> c7d562c21ca1bd12db2677b808cbff94d16a1db2

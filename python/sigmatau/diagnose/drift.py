@@ -1,0 +1,332 @@
+"""Drift that has a cause: warm-up after power-on, and temperature.
+
+Both are regressions on block means with the noise estimated beside them (`sigmatau.diagnose.blocks`), because a rate random
+walk or flicker noise looks like a drift and follows any slow signal by chance: an ordinary correlation finds something in
+nearly every record. A ramp is always among the regressors: it is a term of the model, and what of a drift is straight cannot
+be told from it. What a drift does to the coefficients is found by fitting again without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.allan import allan
+from sigmatau.diagnose.blocks import BlockMeans, Problem, Regression, block_means
+from sigmatau.errors import DataError
+from sigmatau.fitting import NoiseFit, fit
+from sigmatau.record import Record
+from sigmatau.results import Finding, Severity, duration_text, two_digits
+from sigmatau.streams import Columns, Stream, Transform
+from sigmatau.terms import TERMS, display_units
+
+__all__ = ["settling", "temperature", "warm_up"]
+
+Floats = NDArray[np.float64]
+
+_TIMES = 2.0 ** -np.arange(2.0, 7.01, 0.5)
+"""Time constants tried, over the record's length: a longer settling is nearly a ramp, of a shorter one two blocks tell."""
+
+_FINER = 2.0 ** np.linspace(-0.75, 0.75, 31)
+
+# Two conditions, each of which fails where the other is weak. Student's ratio with the noise estimated beside the drift has
+# the power, but heavy tails where the rate random walk is hardly known: p < 1e-5 in up to 0.5 % of clean records. With noise
+# estimated without the drift the ratio is never too large by much. Together they hold in fewer than 0.1 % of clean channels
+# of any mixture tried (docs/study/stability.md).
+_P = 1e-5
+_LEAST_RATIO = 2.5
+_LARGEST_OF_ALL = 3.0  # over the time constants
+
+_MATTERS = 1.1
+"""A coefficient that is so many times too large makes a warning of a finding."""
+
+_SAID = 1.05
+_SETTLED = 5.0  # time constants, after which 0.7 % of a warm-up is left
+_OVERSAMPLED = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Change:
+    """By what factor a coefficient is larger with a drift than without; `at_least` if it is not seen without."""
+
+    term: str
+    factor: float
+    at_least: bool
+
+
+def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
+    """Whether the rate settles at the beginning of the record: a (1 − exp(−t/T)) beside level, ramp and noise.
+
+    Parameters
+    ----------
+    stream : Stream
+        Missing samples are NaN.
+    fits : mapping of str to NoiseFit
+        The fits of the channels to the whole record; they are used for the effect alone, and channels without one are
+        judged too.
+
+    Returns
+    -------
+    list of Finding
+        ``"warm_up"``, at most one a channel: a warning if a coefficient is more than 10 % too large because of it.
+    """
+    findings = []
+    for channel in stream.channels:
+        data = block_means(stream, channel)
+        if data is None or _constant(data):
+            continue
+        found = settling(data)
+        if found is None:
+            continue
+        time, regression = found
+        seconds = np.arange(stream.grid.n) * stream.grid.tau0
+        drift = -regression.value * np.exp(-seconds / time)
+        changes = _changes(stream, channel, drift, fits.get(channel))
+        findings.append(_warm_up_finding(stream, channel, time, regression, changes))
+    return findings
+
+
+def settling(data: BlockMeans) -> tuple[float, Regression] | None:
+    """Time constant and regression of the exponential that the block means show; None if they show none."""
+    edges = data.edges
+    times = _TIMES * (edges[-1] - edges[0])
+    try:
+        problem = Problem(data)
+        curves = np.stack([_settled(edges, time) for time in times], axis=1)
+        ratios = np.abs(problem.quick(curves, problem.noise()))
+        if not ratios.max() > _LARGEST_OF_ALL:
+            return None
+        tried = [problem.solve(curves[:, k]) for k in range(len(times))]
+    except (np.linalg.LinAlgError, FloatingPointError):
+        return None
+    ratios = np.array([abs(one.value) / one.error for one in tried])
+    k = int(np.argmax(ratios))
+    if not tried[k].p_value < _P:
+        return None
+    # Between the grid's times with the noise of the best: for one noise the squared ratio is that of the likelihoods.
+    near = times[k] * _FINER
+    closer = np.stack([_settled(edges, time) for time in near], axis=1)
+    time = float(near[int(np.argmax(np.abs(problem.quick(closer, tried[k].theta))))])
+    return time, problem.solve(_settled(edges, time))
+
+
+def _settled(edges: Floats, time: float) -> Floats:
+    """Block means of 1 − exp(−t/T), t from the first sample of the record."""
+    decay = np.exp(-edges / time)
+    return np.asarray(1 + time * np.diff(decay) / np.diff(edges))
+
+
+def _warm_up_finding(
+    stream: Stream, channel: str, time: float, regression: Regression, changes: list[_Change]
+) -> Finding:
+    unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
+    size = two_digits(abs(regression.value) / factor)
+    error = two_digits(regression.error / factor)
+    settled = _SETTLED * time
+    after = f"--window {_round_up(settled)}s: leaves it out"
+    if settled > stream.grid.duration / 2:
+        after = (
+            f"record again, from {duration_text(settled)} after power-on; --window {_round_up(settled)}s: leaves little"
+        )
+    return Finding(
+        code="warm_up",
+        severity=_severity(changes),
+        channel=channel,
+        message=(
+            f"the rate settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the beginning"
+            " on, beside ramp and noise"
+        ),
+        where="t = 0 s",
+        size=abs(regression.value),
+        unit=stream.unit,
+        effect=_effect(changes, stream.quantity, "a warm-up is no noise"),
+        changes=tuple((change.term, change.factor) for change in changes),
+        remedy=after,
+    )
+
+
+def temperature(stream: Stream, thermometer: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
+    """Whether the channels follow a temperature, beside level, ramp and noise.
+
+    Parameters
+    ----------
+    stream : Stream
+        Gyros or accelerometers; missing samples are NaN.
+    thermometer : Stream
+        Of quantity ``"temperature"``, on a grid of its own in the same clock; of several channels the one with the largest
+        range is taken. [K or °C]
+    fits : mapping of str to NoiseFit
+        The fits to the whole record, for the effect.
+
+    Returns
+    -------
+    list of Finding
+        ``"temperature_drift"``, at most one a channel: a warning if a coefficient is more than 10 % too large because of
+        it.
+
+    Notes
+    -----
+    The temperature is averaged over the sensor's blocks, or interpolated where it is sampled more slowly; the sensor's
+    samples are not touched.
+    """
+    findings = []
+    for channel in stream.channels:
+        data = block_means(stream, channel)
+        if data is None or _constant(data):
+            continue
+        degrees = _temperature_of(data.edges + stream.grid.start, thermometer)
+        unknown = np.isnan(degrees)
+        if unknown.mean() > 0.25 or not np.ptp(degrees[~unknown]) > 0:
+            continue
+        degrees = degrees - degrees[~unknown][0]
+        try:
+            problem = Problem(data, unknown)
+            filled = np.where(unknown, 0.0, degrees)
+            if not abs(problem.quick(filled[:, None], problem.noise())[0]) > _LEAST_RATIO:
+                continue
+            regression = problem.solve(filled)
+        except (np.linalg.LinAlgError, FloatingPointError):
+            continue
+        if not regression.p_value < _P:
+            continue
+        centre = (data.edges[1:] + data.edges[:-1]) / 2
+        seconds = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0
+        drift = regression.value * np.interp(seconds, centre[~unknown], degrees[~unknown])
+        changes = _changes(stream, channel, drift, fits.get(channel))
+        findings.append(_temperature_finding(stream, channel, data, degrees, regression, changes))
+    return findings
+
+
+def _temperature_finding(
+    stream: Stream, channel: str, data: BlockMeans, degrees: Floats, regression: Regression, changes: list[_Change]
+) -> Finding:
+    unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
+    value, half = regression.value / factor, regression.half_width() / factor
+    span = float(np.nanmax(degrees) - np.nanmin(degrees))
+    there = ~np.isnan(degrees) & ~np.isnan(data.means)
+    m = max(int(there.sum()) // 8, 1)
+    share = _avar(regression.value * degrees[there], m) / max(_avar(data.means[there], m), 1e-300)
+    return Finding(
+        code="temperature_drift",
+        severity=_severity(changes),
+        channel=channel,
+        message=(
+            f"follows the temperature by {value:.3g} [{value - half:.3g}, {value + half:.3g}] {unit} per kelvin, over"
+            f" {two_digits(span)} K; that makes {min(share, 1.0):.0%} of the Allan variance at"
+            f" τ = {duration_text(m * data.step)}"
+        ),
+        size=regression.value,
+        unit=f"{stream.unit}/K",
+        effect=_effect(changes, stream.quantity, "what follows the temperature is no noise"),
+        changes=tuple((change.term, change.factor) for change in changes),
+        remedy="compensate the temperature before the analysis, or record at a constant one; --window takes a calm part",
+    )
+
+
+def _temperature_of(edges: Floats, thermometer: Stream) -> Floats:
+    """Mean temperature of each block; NaN where the thermometer's time does not reach."""
+    columns = [thermometer.column(channel) for channel in thermometer.channels]
+    columns = [column for column in columns if np.isfinite(column).sum() > 1]
+    if not columns:
+        return np.full(len(edges) - 1, np.nan)
+    column = max(columns, key=lambda values: float(np.nanmax(values) - np.nanmin(values)))
+    there = np.isfinite(column)
+    tau0 = thermometer.grid.tau0
+    middle = thermometer.grid.start + (np.arange(thermometer.grid.n) + 0.5) * tau0
+    time = np.asarray(middle[there], dtype=np.float64)
+    values = column[there]
+    step = float(edges[1] - edges[0])
+    # With samples missing, the integral would miss them too.
+    if step > 2 * tau0 and there.all():
+        integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
+        at = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
+        means = np.diff(np.interp(edges, at, integral)) / step
+    else:
+        means = _interpolated(edges, time, values)
+    reach = max(tau0, step)
+    outside = (edges[1:] > time[-1] + reach) | (edges[:-1] < time[0] - reach)
+    return np.asarray(np.where(outside, np.nan, means))
+
+
+def _interpolated(edges: Floats, time: Floats, values: Floats) -> Floats:
+    inside = (np.arange(_OVERSAMPLED) + 0.5) / _OVERSAMPLED
+    points = edges[:-1, None] + np.diff(edges)[:, None] * inside
+    return np.asarray(np.interp(points, time, values).mean(axis=1))
+
+
+def _avar(levels: Floats, m: int) -> float:
+    """Overlapped Allan variance of block means over m of them."""
+    total = np.concatenate([[0.0], np.cumsum(levels - levels[0])])
+    z = total[2 * m :] - 2 * total[m:-m] + total[: -2 * m]
+    return float(np.mean(z * z)) / (2 * m * m)
+
+
+def _changes(stream: Stream, channel: str, drift: Floats, fitted: NoiseFit | None) -> list[_Change]:
+    """What a drift, shape (n,), does to the coefficients: the fit with it against the fit without."""
+    one = stream.only(channel)
+    without = one.column(channel) - drift
+    grid_samples = Columns((without,), (Transform(),), stream.grid.tau0)
+    still = replace(one, samples=grid_samples)
+    try:
+        if one.mask is not None or fitted is None:
+            fitted = _fit(one, channel)
+        after = _fit(still, channel)
+    except DataError:
+        return []
+    changes = []
+    for term in TERMS:
+        if term not in fitted or term not in after:
+            continue
+        before, now = fitted[term].value, after[term].value
+        limit = after[term].upper_limit
+        if before is None:
+            continue
+        if now:
+            changes.append(_Change(term=term, factor=abs(before / now), at_least=False))
+        elif limit:
+            changes.append(_Change(term=term, factor=abs(before) / limit, at_least=True))
+    return [change for change in changes if _worth_saying(change)]
+
+
+def _worth_saying(change: _Change) -> bool:
+    if change.at_least:
+        return change.factor > _SAID
+    return max(change.factor, 1 / change.factor) > _SAID
+
+
+def _fit(stream: Stream, channel: str) -> NoiseFit:
+    """Of the longest stretch without a missing sample."""
+    return fit(allan(Record(streams=(stream.longest_run(),)))[channel])
+
+
+def _severity(changes: list[_Change]) -> Severity:
+    return "warning" if any(max(change.factor, 1 / change.factor) > _MATTERS for change in changes) else "info"
+
+
+def _effect(changes: list[_Change], quantity: str, otherwise: str) -> str:
+    if not changes:
+        return f"{otherwise}, but changes no coefficient by more than 5 %"
+    texts = []
+    for change in changes:
+        label = TERMS[change.term].label(quantity)
+        if change.at_least:
+            texts.append(f"{label} at least {two_digits(change.factor)} times too large: not seen without it")
+        elif change.factor > 1:
+            texts.append(f"{label} {two_digits(change.factor)} times too large")
+        else:
+            texts.append(f"{label} {two_digits(1 / change.factor)} times too small")
+    return "; ".join(texts)
+
+
+def _constant(data: BlockMeans) -> bool:
+    spread = np.nanmax(data.means) - np.nanmin(data.means)
+    return not spread > 1e-12 * np.nanmax(np.abs(data.means))
+
+
+def _round_up(seconds: float) -> int:
+    """To two digits: a window is no number to be exact about."""
+    unit = 10 ** max(int(np.floor(np.log10(seconds))) - 1, 0)
+    return int(np.ceil(seconds / unit) * unit)

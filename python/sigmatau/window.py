@@ -1,1 +1,0 @@
-"""The part of a record that is analysed."""

@@ -8,15 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
 
-<<<<<<< HEAD
 from sigmatau import NoiseModel, Record, allan, analyze, simulate
 from sigmatau.diagnose.filters import relative_avar
-from sigmatau.terms import TERMS, aliasing_inflation, avar
-=======
-from sigmatau import NoiseModel, Record, analyze, simulate
 from sigmatau.stability import dynamic_allan
-from sigmatau.terms import TERMS, avar
->>>>>>> c7d562c21ca1bd12db2677b808cbff94d16a1db2
+from sigmatau.terms import TERMS, aliasing_inflation, avar
 from sigmatau.units import to_si
 from sigmatau.window import selection_bias
 
@@ -73,7 +68,6 @@ def fit_figure() -> None:
     figure.savefig(HERE / "fit.svg", metadata={"Date": None})
 
 
-<<<<<<< HEAD
 def bandwidth_figure() -> None:
     """Fig. 12 of the paper: a sensor of 30 Hz, first order, at six sampling rates; points measured, lines exact."""
     figure = Figure(figsize=(7, 4.6), layout="constrained")
@@ -96,11 +90,6 @@ def bandwidth_figure() -> None:
     figure.savefig(HERE / "bandwidth.svg", metadata={"Date": None})
 
 
-if __name__ == "__main__":
-    terms_figure()
-    fit_figure()
-    bandwidth_figure()
-=======
 def stability_figure() -> None:
     """A gyro whose noise doubles for half an hour and that is knocked once: the dynamic Allan deviation; and what choosing
     the calmest two of four hours leaves of the Allan variance of stationary noise.
@@ -137,5 +126,5 @@ CHOSEN = {
 if __name__ == "__main__":
     terms_figure()
     fit_figure()
+    bandwidth_figure()
     stability_figure()
->>>>>>> c7d562c21ca1bd12db2677b808cbff94d16a1db2

@@ -5,15 +5,18 @@ from sigmatau.accumulate import Accumulator
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.deviations import Deviation, Deviations, deviation
+from sigmatau.diagnose import check
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
+from sigmatau.inspection import inspect
 from sigmatau.io import from_frame, read
-from sigmatau.io.read.inspection import inspect
 from sigmatau.model import NoiseModel, simulate
 from sigmatau.planning import detectable
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Record
 from sigmatau.results import Finding
+from sigmatau.spectrum import psd
+from sigmatau.stability import dynamic_allan
 from sigmatau.streams import Stream
 from sigmatau.uncertainty import percentage_error
 
@@ -37,12 +40,15 @@ __all__ = [
     "__version__",
     "allan",
     "analyze",
+    "check",
     "detectable",
     "deviation",
+    "dynamic_allan",
     "fit",
     "from_frame",
     "inspect",
     "percentage_error",
+    "psd",
     "read",
     "read_off",
     "simulate",

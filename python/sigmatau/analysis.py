@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -25,22 +24,28 @@ from sigmatau.allan import (
     refuse_missing,
 )
 from sigmatau.anglenoise import angle_noise, untold
+from sigmatau.diagnose import Bandwidth, check, check_fits
+from sigmatau.diagnose import curves as curve_findings
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
+from sigmatau.integrity import mask_spikes
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
-from sigmatau.results import Finding, Printed, seconds, two_digits
+from sigmatau.results import Finding, Printed, by_severity, two_digits
+from sigmatau.stability import DynamicAllan, dynamic_allan
 from sigmatau.streams import Stream
 from sigmatau.tables import fit_table, read_off_table
 from sigmatau.terms import avar
+from sigmatau.window import bias_finding, choose
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Analysis", "Long", "Method", "analyze", "of_curves"]
+__all__ = ["Analysis", "Long", "Method", "Spikes", "analyze", "of_curves"]
 
 Method = Literal["gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
+Spikes = Literal["keep", "mask"]
 
 SCHEMA = 1
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
@@ -68,6 +73,8 @@ class Analysis(Printed):
         Coefficients by the paper's method, by channel.
     grids : mapping of str to str
         Samples, rate and length of each channel, in words.
+    stability : mapping of str to DynamicAllan
+        How the Allan deviation changes over the record, by channel; empty if it was not asked for.
     """
 
     source: Provenance
@@ -76,6 +83,7 @@ class Analysis(Printed):
     fits: Mapping[str, NoiseFit]
     read_off: Mapping[str, ReadOff]
     grids: Mapping[str, str]
+    stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form, schema 1: plain values, no NaN."""
@@ -92,6 +100,7 @@ class Analysis(Printed):
                     "curve": curve.to_dict(),
                     "read_off": self.read_off[channel].to_dict(),
                     **({"fit": self.fits[channel].to_dict()} if channel in self.fits else {}),
+                    **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
                 }
                 for channel, curve in self.curves.items()
             },
@@ -102,6 +111,22 @@ class Analysis(Printed):
         from sigmatau.plot.curves import draw_analysis
 
         return draw_analysis(self.curves, self.read_off, self.fits)
+
+    def plot_stability(self) -> Figure:
+        """Draw how the deviation of each channel changes over the record; it must have been asked for.
+
+        Raises
+        ------
+        OptionError
+            If it was not.
+        """
+        if not self.stability:
+            raise OptionError(
+                "no dynamic Allan deviation was asked for: analyze(…, stability=True)", option="stability"
+            )
+        from sigmatau.plot.stability import draw_all
+
+        return draw_all(self.stability)
 
     def summary(self) -> str:
         """The grids and the table of coefficients, as the command line prints them."""
@@ -123,6 +148,10 @@ def analyze(
     counting: Counting = "standard",
     method: Method = "gls",
     long: Long = "auto",
+    window: str | None = None,
+    spikes: Spikes = "keep",
+    bandwidth: Bandwidth | None = None,
+    stability: bool = False,
     threads: int | None = None,
 ) -> Analysis:
     """Analyse a static record: Allan curves of every channel, and the coefficients with their intervals.
@@ -140,6 +169,14 @@ def analyze(
     long : {"auto", "exact", "strided"}
         Clusters of more than 4096 samples: every pair, or in bounded memory those that begin at every 64th sample or
         less often, see `sigmatau.Accumulator`. "auto" takes every pair if memory is enough, and says so if it is not.
+    window : str, optional
+        Which part of the record: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
+    spikes : {"keep", "mask"}
+        Take single samples that no noise makes for missing.
+    bandwidth : mapping, optional
+        The sensors' own bandwidth, see `sigmatau.check`.
+    stability : bool
+        Dynamic Allan deviation of every channel too, see `sigmatau.dynamic_allan`.
 
     Returns
     -------
@@ -168,7 +205,17 @@ def analyze(
         raise OptionError(f"`long` must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
     if long == "strided" and (overlap, counting) != ("full", "standard"):
         raise OptionError("`long` 'strided' is for overlapping clusters in the standard counting", option="long")
+    if spikes not in get_args(Spikes):
+        raise OptionError(f"`spikes` must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
     findings: list[Finding] = list(record.findings)
+    whole = record
+    if window is not None:
+        record, chosen = choose(record, window)
+        findings += chosen
+    if spikes == "mask":
+        record, masked = mask_spikes(record)
+        findings += masked
+    findings += check(record, bandwidth=bandwidth)
     curves: dict[str, DeviationCurve] = {}
     found: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}
@@ -183,17 +230,17 @@ def analyze(
             found, for_fit = _strided(stream, taus)
             fitted_on |= for_fit
             why = "" if long == "strided" else f"{stream.grid.n} samples do not fit in memory: "
-            findings += _strides(found, stream.name, why)
+            findings += curve_findings.strided(found, stream.name, why)
         else:
             found, none_left = _curves(stream, taus, overlap, counting, threads)
             findings += none_left
         for channel, curve in found.items():
-            if not _LEAST < curve.avar.max() < _MOST and curve.avar.max() > 0:
-                findings.append(_beyond(curve))
-            elif curve.adev.max() > _rounding(stream, channel):
+            if not curve_findings.LEAST < curve.avar.max() < curve_findings.LARGEST and curve.avar.max() > 0:
+                findings.append(curve_findings.beyond(curve))
+            elif curve.adev.max() > curve_findings.rounding(stream, channel):
                 curves[channel] = curve
             else:
-                findings.append(_constant(stream, channel))
+                findings.append(curve_findings.constant(stream, channel))
     if not curves:
         raise DataError("no channel is left to analyse: " + "; ".join(f"{f.channel}: {f.message}" for f in findings))
     fits: dict[str, NoiseFit] = {}
@@ -202,16 +249,20 @@ def analyze(
             fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            findings += _findings(fits[channel])
+            findings += curve_findings.of_fit(fits[channel])
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
+        findings += check_fits(record, fits)
+        if window is not None:
+            findings += bias_finding(whole, window, fits)
     return Analysis(
         source=record.provenance,
-        findings=tuple(findings),
+        findings=by_severity(findings),
         curves=Curves(curves),
         fits=fits,
         read_off={channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: _grid_text(stream) for stream in record.streams},
+        stability={channel: dynamic_allan(record, channel, threads=threads) for channel in curves} if stability else {},
     )
 
 
@@ -242,15 +293,15 @@ def of_curves(
         if method == "gls":
             fits[channel] = fit(curve)
             kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            said += _findings(fits[channel])
+            said += curve_findings.of_fit(fits[channel])
         said += filter(None, [untold(curve)])
     if kept:
-        said += _strides(kept, None)
+        said += curve_findings.strided(kept, None)
     if not kept:
         raise DataError("no channel is left to analyse: every one of them never changes")
     return Analysis(
         source=source,
-        findings=tuple(said),
+        findings=by_severity(said),
         curves=Curves(kept),
         fits=fits,
         read_off={channel: read_off(curve) for channel, curve in kept.items()},
@@ -287,22 +338,6 @@ def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, Devia
     return only[0], only[1]
 
 
-def _strides(curves: Mapping[str, DeviationCurve], name: str | None, why: str = "") -> list[Finding]:
-    curve = next(iter(curves.values()))
-    if curve.stride is None:
-        return []
-    first = seconds(float(curve.tau[curve.stride > 1][0]))
-    return [
-        Finding(
-            code="strided",
-            severity="info",
-            channel=name,
-            message=f"{why}from τ = {first} s on, clusters begin at every 64th sample or less often",
-            effect="spread grows by less than 0.1 % for white noise and slower, by a multiple for quantization noise",
-        )
-    ]
-
-
 def _fit(record: Record, curve: DeviationCurve, threads: int | None) -> NoiseFit:
     """On half octaves with overlap, whatever the curve has; on eighths where quantization rules."""
     half = cluster_sizes("half", n=curve.n - (curve.counting == "paper"), tau0=curve.tau0)
@@ -316,74 +351,6 @@ def _fit(record: Record, curve: DeviationCurve, threads: int | None) -> NoiseFit
     if float(share[0]) < _RULES:
         return fitted
     return fit(channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads))
-
-
-def _findings(fitted: NoiseFit) -> list[Finding]:
-    if fitted.verdict == "too_short":
-        return [
-            Finding(
-                code="too_short", severity="warning", channel=fitted.channel, message=f"not fitted: {fitted.reason}"
-            )
-        ]
-    if fitted.verdict == "descriptive":
-        message = f"no adequate model: {fitted.reason}"
-        effect = "coefficients without intervals"
-        return [
-            Finding(
-                code="no_adequate_model", severity="warning", channel=fitted.channel, message=message, effect=effect
-            )
-        ]
-    if fitted.tau_min is not None and fitted.tau_min > 1.5 * fitted.tau0:
-        return [
-            Finding(
-                code="short_times_left_out",
-                severity="info",
-                channel=fitted.channel,
-                message=f"the model holds from τ = {seconds(fitted.tau_min)} s on: {fitted.reason}",
-            )
-        ]
-    return []
-
-
-def _rounding(stream: Stream, channel: str) -> float:
-    """A deviation that rounding alone may leave of a channel that never changes, or only grows evenly."""
-    k = stream.channels.index(channel)
-    raw, t = stream.samples.raw[k], stream.samples.transforms[k]
-    first, last = 0, -1
-    if stream.mask is not None:
-        first, last = np.flatnonzero(~stream.mask[:, k])[[0, -1]]
-    largest = max(abs(float(raw[first])), abs(float(raw[last]))) * abs(t.scale * t.factor)
-    if t.kind != "rate":
-        largest /= stream.grid.tau0
-    return 4 * sys.float_info.epsilon * largest
-
-
-# A fit squares variances.
-_LEAST, _MOST = 1e-120, 1e120
-
-
-def _beyond(curve: DeviationCurve) -> Finding:
-    largest = curve.adev.max()
-    return Finding(
-        code="out_of_range",
-        severity="error",
-        channel=curve.channel,
-        message=f"deviations up to {largest:.3g} {curve.unit} are too {'large' if largest > 1 else 'small'}",
-        effect="not analysed; check unit and scale",
-    )
-
-
-def _constant(stream: Stream, channel: str) -> Finding:
-    k = stream.channels.index(channel)
-    first = 0 if stream.mask is None else int(np.flatnonzero(~stream.mask[:, k])[0])
-    value = stream.samples.read(k, first, first + 1)[0]
-    return Finding(
-        code="constant_channel",
-        severity="error",
-        channel=channel,
-        message=f"{stream.grid.n} samples of {value:.6g} {stream.unit} differ by no more than rounding",
-        effect="not analysed; check the wiring, the resolution or the column",
-    )
 
 
 def _grid_text(stream: Stream) -> str:

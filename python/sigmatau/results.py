@@ -13,6 +13,7 @@ __all__ = [
     "Finding",
     "Printed",
     "Severity",
+    "by_severity",
     "damaged",
     "duration_text",
     "interval_texts",
@@ -115,6 +116,13 @@ class Finding:
         channel = f"{self.channel}: " if self.channel else ""
         more = "; ".join(text for text in (self.effect, self.remedy) if text)
         return f"{self.severity}: {channel}{self.message}" + (f" ({more})" if more else "")
+
+
+def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Errors first, then warnings; each once, in the order found."""
+    return tuple(
+        sorted(dict.fromkeys(findings), key=lambda finding: ("error", "warning", "info").index(finding.severity))
+    )
 
 
 def damaged(findings: Iterable[Finding]) -> int:

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,8 +17,10 @@ from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli import many
 from sigmatau.cli.options import (
     averaging_times,
+    bandwidths,
     check_folder,
     check_output,
+    finding_lines,
     refuse_same,
     say,
     working,
@@ -40,7 +43,11 @@ def analyze_command(
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
     long: Literal["auto", "exact", "strided"] = "auto",
+    window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    spikes: Literal["keep", "mask"] = "keep",
+    bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
+    stability: Path | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     jobs: int | None = None,
     threads: int | None = None,
@@ -63,8 +70,18 @@ def analyze_command(
     long
         Clusters of more than 4096 samples: every pair (exact), or in bounded memory those that begin at every 64th sample or
         less often (strided); auto does that, and says so, if the record does not fit in memory.
+    window
+        Which part of the record: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
+    spikes
+        Take single samples that no noise makes for missing (mask), or as they are (keep).
+    bandwidth
+        The sensor's own bandwidth by its data sheet: gyro=30Hz, or gyro=30Hz/2 for a filter of second order. Then it is said
+        what sampling without an anti-alias filter adds to the random walk.
     plot
         Draw all axes: .png, .svg or .pdf. Of several logs, the folder for a .png of each.
+    stability
+        Draw how the deviations change over the record: .png, .svg or .pdf; of several logs, the folder for a .png of each.
+        Then the JSON has it too.
     json
         Write the result; - for standard output, in place of the table. Of several logs, the folder for a .json of each.
     jobs
@@ -83,35 +100,60 @@ def analyze_command(
         "counting": counting,
         "method": method,
         "long": long,
+        "window": window,
+        "spikes": spikes,
+        "bandwidth": bandwidths(bandwidth or []),
+        "stability": stability is not None,
         "threads": threads,
     }
+    outputs = Outputs(plot=plot, stability=stability, json=json)
     # A pattern of the shell may happen to match one log.
-    meant_as_several = jobs is not None or any(place is not None and place.is_dir() for place in (*logs, plot, json))
+    places = (*logs, plot, stability, json)
+    meant_as_several = jobs is not None or any(place is not None and place.is_dir() for place in places)
     if len(logs) == 1 and not meant_as_several:
-        return _one(logs[0], reading, settings, plot=plot, json=json, quiet=quiet)
-    return _many(logs, reading, settings, plots=plot, results=json, jobs=jobs, quiet=quiet)
+        return _one(logs[0], reading, settings, outputs, quiet=quiet)
+    return _many(logs, reading, settings, outputs, jobs=jobs, quiet=quiet)
 
 
-def _one(
-    log: Path, reading: Reading | None, settings: dict[str, Any], *, plot: Path | None, json: Path | None, quiet: bool
-) -> int:
-    as_text = json is not None and str(json) == "-"
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(None if as_text else json, (), "json")
-    refuse_same(log, plot=plot, json=None if as_text else json)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """Files to write, or folders for those of several logs."""
+
+    plot: Path | None
+    stability: Path | None
+    json: Path | None
+
+    @property
+    def as_text(self) -> bool:
+        """Whether the JSON goes to standard output."""
+        return self.json is not None and str(self.json) == "-"
+
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """By option; none for what goes to standard output."""
+        return {"plot": self.plot, "stability": self.stability, "json": None if self.as_text else self.json}
+
+
+def _one(log: Path, reading: Reading | None, settings: dict[str, Any], outputs: Outputs, *, quiet: bool) -> int:
+    for option, path in outputs.files.items():
+        check_output(path, () if option == "json" else FIGURE_ENDINGS, option)
+    refuse_same(log, **outputs.files)
     record = read_log(log, reading, quiet=quiet)
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record, **settings)
-    for finding in analysis.findings:
-        say(str(finding), quiet=quiet)
-    if plot is not None:
-        with working(f"drawing {plot}", quiet=quiet):
-            write_figure(analysis, plot)
-    if as_text:
+    for line in finding_lines(analysis.findings):
+        say(line, quiet=quiet)
+    if outputs.plot is not None:
+        with working(f"drawing {outputs.plot}", quiet=quiet):
+            write_figure(analysis, outputs.plot)
+    if outputs.stability is not None:
+        with working(f"drawing {outputs.stability}", quiet=quiet):
+            write_stability(analysis, outputs.stability)
+    if outputs.as_text:
         sys.stdout.write(_json_text(analysis))
         return damaged(analysis.findings)
-    if json is not None:
-        write_json(analysis, json)
+    if outputs.json is not None:
+        write_json(analysis, outputs.json)
     sys.stdout.write(f"{analysis.summary()}\n")
     return damaged(analysis.findings)
 
@@ -120,16 +162,15 @@ def _many(
     places: Sequence[Path],
     reading: Reading | None,
     settings: dict[str, Any],
+    outputs: Outputs,
     *,
-    plots: Path | None,
-    results: Path | None,
     jobs: int | None,
     quiet: bool,
 ) -> int:
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: want a number of processes, 1 or more", option="jobs")
     logs, left_out = many.gather(places)
-    for option, folder in (("plot", plots), ("json", results)):
+    for option, folder in (("plot", outputs.plot), ("stability", outputs.stability), ("json", outputs.json)):
         check_folder(folder, option)
     if left_out:
         say(f"no logs, left out: {', '.join(file.name for file in left_out)}", quiet=quiet)
@@ -137,7 +178,7 @@ def _many(
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     work = partial(
         _in_a_process, names=dict(zip(logs, many.names(logs), strict=True)), reading=reading, settings=settings,
-        plots=plots, results=results,
+        outputs=outputs,
     )  # fmt: skip
     outcomes: dict[Path, many.Outcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
@@ -160,14 +201,15 @@ def _in_a_process(
     names: dict[Path, str],
     reading: Reading | None,
     settings: dict[str, Any],
-    plots: Path | None,
-    results: Path | None,
+    outputs: Outputs,
 ) -> Analysis:
     analysis = analyze(read_log(log, reading, quiet=True), **settings)
-    if plots is not None:
-        write_figure(analysis, plots / f"{names[log]}.png")
-    if results is not None:
-        write_json(analysis, results / f"{names[log]}.json")
+    if outputs.plot is not None:
+        write_figure(analysis, outputs.plot / f"{names[log]}.png")
+    if outputs.stability is not None:
+        write_stability(analysis, outputs.stability / f"{names[log]}.png")
+    if outputs.json is not None:
+        write_json(analysis, outputs.json / f"{names[log]}.json")
     return analysis
 
 
@@ -176,6 +218,15 @@ def write_figure(analysis: Analysis, path: Path) -> None:
     from sigmatau.plot.curves import save
 
     figure = analysis.plot()
+    with atomic(path) as temporary:
+        save(figure, str(temporary))
+
+
+def write_stability(analysis: Analysis, path: Path) -> None:
+    """Draw how the deviations change over the record, and write, or leave no file."""
+    from sigmatau.plot.curves import save
+
+    figure = analysis.plot_stability()
     with atomic(path) as temporary:
         save(figure, str(temporary))
 

@@ -9,10 +9,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import check_output, refuse_same
+from sigmatau.cli.options import bandwidths, check_output, finding_lines, refuse_same
 from sigmatau.cli.options import reading as showing
 from sigmatau.cli.reading import Reading
-from sigmatau.io.read.inspection import inspect
+from sigmatau.inspection import inspect
 from sigmatau.io.write import atomic
 from sigmatau.results import damaged
 
@@ -24,15 +24,18 @@ def inspect_command(
     /,
     *,
     reading: Reading | None = None,
+    bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """What is in a log, and what is wrong with it: topics, columns, rates, damage.
+    """What is in a log, and what is wrong with it: topics, columns, rates, damage; motion, spikes, filters, lines, units.
 
     Parameters
     ----------
     log
         Any file that is read.
+    bandwidth
+        The sensor's own bandwidth by its data sheet: gyro=30Hz, or gyro=30Hz/2 for a filter of second order.
     json
         Write it as JSON; - for standard output, in place of the list.
     quiet
@@ -40,10 +43,10 @@ def inspect_command(
     """
     as_text = json is not None and str(json) == "-"
     check_output(None if as_text else json, (), "json")
-    refuse_same(log, plot=None, json=None if as_text else json)
+    refuse_same(log, json=None if as_text else json)
     options = (reading or Reading()).options()
     with showing(log, quiet=quiet):
-        found = inspect(log, **options)
+        found = inspect(log, bandwidth=bandwidths(bandwidth or []), **options)
     text = json_module.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     if as_text:
         sys.stdout.write(text)
@@ -51,5 +54,6 @@ def inspect_command(
         if json is not None:
             with atomic(json) as temporary:
                 temporary.write_text(text, encoding="utf-8")
-        sys.stdout.write(f"{found}\n")
+        lines = [*found.contents(), *finding_lines(found.findings), *found.wants()]
+        sys.stdout.write("\n".join(lines) + "\n")
     return damaged(found.findings)

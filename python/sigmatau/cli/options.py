@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import get_args
 
 from sigmatau.allan import TauGrid
 from sigmatau.errors import DataError, OptionError
+from sigmatau.results import Finding
 
 __all__ = [
     "averaging_times",
+    "bandwidths",
     "check_folder",
     "check_output",
+    "finding_lines",
     "key_numbers",
     "key_values",
     "reading",
@@ -85,13 +90,16 @@ def check_folder(path: Path | None, option: str) -> None:
         raise DataError(f"{path}: cannot be made: {error.strerror or error}") from None
 
 
-def refuse_same(log: Path, *, plot: Path | None, json: Path | None) -> None:
-    """No output may take the place of the log or of another output."""
-    for option, path in (("plot", plot), ("json", json)):
-        if path is not None and path.exists() and log.exists() and path.samefile(log):
+def refuse_same(log: Path, **outputs: Path | None) -> None:
+    """No output may take the place of the log or of another output; by option."""
+    seen: dict[Path, str] = {}
+    for option, path in outputs.items():
+        if path is None:
+            continue
+        if path.exists() and log.exists() and path.samefile(log):
             raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
-    if plot is not None and plot == json:
-        raise OptionError(f"--plot and --json both name {plot}; name two files", option="json")
+        if seen.setdefault(path, option) != option:
+            raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
 
 
 def averaging_times(text: str) -> str | list[float]:
@@ -105,6 +113,41 @@ def averaging_times(text: str) -> str | list[float]:
         raise OptionError(
             f"--taus {text!r}: want {', '.join(grids)}, or times in s such as 0.1,1,10", option="taus"
         ) from None
+
+
+_BANDWIDTH = re.compile(r"([0-9.eE+-]+) *(?:Hz)?(?: */ *([1-8]))?")
+
+
+def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
+    """The option ``--bandwidth``: ``["gyro=30Hz/2"]`` as ``{"gyro": (30.0, 2)}``."""
+    found: dict[str, tuple[float, int | None]] = {}
+    for name, text in key_values(values, "bandwidth", "gyro=30Hz").items():
+        match = _BANDWIDTH.fullmatch(text)
+        try:
+            hertz = float(match[1]) if match else math.nan
+        except ValueError:
+            hertz = math.nan
+        if match is None or not (math.isfinite(hertz) and hertz > 0):
+            raise OptionError(
+                f"--bandwidth {name}={text}: want hertz, and the order of the filter if it is known, e.g. gyro=30Hz or"
+                " gyro=30Hz/2",
+                option="bandwidth",
+            )
+        found[name] = (hertz, int(match[2]) if match[2] else None)
+    return found
+
+
+def finding_lines(findings: Sequence[Finding]) -> list[str]:
+    """Findings for a terminal, those of one kind together, with what to do said once for all of them."""
+    lines = []
+    kinds: dict[tuple[str, str], list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault((finding.severity, finding.code), []).append(finding)
+    for alike in kinds.values():
+        lines += [str(replace(finding, remedy="")) for finding in alike]
+        remedies = list(dict.fromkeys(finding.remedy for finding in alike if finding.remedy))
+        lines += [f"  -> {remedies[0]}"] if remedies else []
+    return lines
 
 
 def say(message: str, *, quiet: bool = False) -> None:

@@ -1,1 +1,137 @@
-"""Findings that need a curve, a spectrum or a fit, and what each does to which coefficient."""
+"""Findings that need a curve, a spectrum or a fit, and what each does to which coefficient; and all findings together.
+
+`check` says what the samples and their spectra show, before anything is fitted; `check_fits` what shows only against the
+noise that was fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sigmatau.diagnose.bandwidth import aliasing, low_pass, low_passes
+from sigmatau.diagnose.correlation import cross_axis
+from sigmatau.diagnose.drift import temperature, warm_up
+from sigmatau.diagnose.lines import lines
+from sigmatau.diagnose.resampled import upsampled
+from sigmatau.diagnose.stationarity import non_stationary
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting import NoiseFit
+from sigmatau.integrity import check as check_samples
+from sigmatau.integrity import quantization_mismatch
+from sigmatau.record import Record
+from sigmatau.results import Finding
+from sigmatau.spectrum import Spectrum, psd
+from sigmatau.streams import Stream
+
+__all__ = ["LEAST_SAMPLES", "Bandwidth", "check", "check_fits"]
+
+Bandwidth = Mapping[str, tuple[float, int | None]]
+"""By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
+
+LEAST_SAMPLES = 64
+"""Shorter streams are not checked: nothing about them is sure."""
+
+
+def check(record: Record, *, bandwidth: Bandwidth | None = None) -> tuple[Finding, ...]:
+    """What is wrong with a record, as far as samples and spectra show it, and what that does to which coefficient.
+
+    Parameters
+    ----------
+    record : Record
+        Samples may be missing.
+    bandwidth : mapping of str to (float, int or None), optional
+        The sensors' own bandwidth by their data sheets, by stream (``{"gyro": (30.0, 1)}``) or channel: then it is said
+        what sampling without an anti-alias filter folds into the random walk. [Hz]
+
+    Returns
+    -------
+    tuple of Finding
+        Those of the record itself are not repeated.
+
+    Raises
+    ------
+    OptionError
+        For a bandwidth of a stream that is not there, or that is not positive.
+    """
+    stated = _by_stream(record, bandwidth or {})
+    found: list[Finding] = []
+    for stream in record.streams:
+        if stream.quantity == "temperature" or stream.grid.n < LEAST_SAMPLES:
+            continue
+        found += _of_stream(stream, stated.get(stream.name))
+    return tuple(found)
+
+
+def check_fits(record: Record, fits: Mapping[str, NoiseFit]) -> tuple[Finding, ...]:
+    """What is wrong with a record, as far as it shows against the noise that was fitted.
+
+    Drifts with the time since the start and with temperature, noise that does not stay the same, and quantization larger
+    than the step of the log can make.
+
+    Parameters
+    ----------
+    record : Record
+    fits : mapping of str to NoiseFit
+        By channel.
+
+    Returns
+    -------
+    tuple of Finding
+    """
+    found: list[Finding] = []
+    thermometer = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
+    for stream in record.streams:
+        if stream is thermometer or stream.grid.n < LEAST_SAMPLES:
+            continue
+        of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
+        if not of_stream:
+            continue
+        for channel, fitted in of_stream.items():
+            term = fitted.get("quantization")
+            if term is not None and term.observed and term.value is not None:
+                found += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
+        found += warm_up(stream, of_stream)
+        if thermometer is not None:
+            found += temperature(stream, thermometer, of_stream)
+        found += non_stationary(stream, of_stream)
+    return tuple(found)
+
+
+def _of_stream(stream: Stream, bandwidth: tuple[float, int | None] | None) -> list[Finding]:
+    found = check_samples(stream)
+    spectra = _spectra(stream)
+    told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
+    if None not in told:  # else it was said of several axes at once
+        found += [finding for finding in upsampled(stream, spectra=spectra) if finding.channel not in told]
+    between = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
+    filters = {} if None in between else low_passes(stream, spectra=spectra)
+    filters = {channel: fitted for channel, fitted in filters.items() if channel not in between}
+    found += low_pass(stream, fits=filters)
+    found += aliasing(stream, bandwidth=bandwidth, fits=filters)
+    found += lines(stream)
+    found += cross_axis(stream)
+    return found
+
+
+def _spectra(stream: Stream) -> dict[str, Spectrum]:
+    spectra: dict[str, Spectrum] = {}
+    for channel in stream.channels:
+        try:
+            spectra.update(psd(stream.only(channel)))
+        except DataError:  # so many samples are missing that there is no stretch to transform
+            continue
+    return spectra
+
+
+def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, tuple[float, int | None]]:
+    names = {stream.name: stream.name for stream in record.streams}
+    names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
+    found = {}
+    for name, value in bandwidth.items():
+        if name not in names:
+            raise OptionError(
+                f"`bandwidth` names {name!r}; the record has {', '.join(dict.fromkeys(names.values()))}",
+                option="bandwidth",
+            )
+        found[names[name]] = value
+    return found

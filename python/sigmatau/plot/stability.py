@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
@@ -13,8 +14,9 @@ from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["draw_dynamic"]
+__all__ = ["draw_all", "draw_dynamic"]
 
 
 class MapLike(Protocol):
@@ -36,6 +38,23 @@ class MapLike(Protocol):
     def step(self) -> float: ...
     @property
     def window(self) -> float: ...
+
+
+def draw_all(maps: Mapping[str, MapLike]) -> Figure:
+    """One map a channel, three in a row."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")
+    from matplotlib.figure import Figure
+
+    across = min(len(maps), 3)
+    down = -(-len(maps) // across)
+    figure = Figure(figsize=(1.5 + 5.5 * across, 0.6 + 3.8 * down), layout="constrained")
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for panel, dynamic in zip(panels, maps.values(), strict=False):
+        draw_dynamic(dynamic, ax=panel)
+    for panel in panels[len(maps) :]:
+        panel.set_axis_off()
+    return figure
 
 
 def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None = None) -> Axes:

@@ -23,7 +23,7 @@ from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Recor
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind, Stream
 
-__all__ = ["Options", "Part", "assemble", "find_rate", "of_table", "part", "resolve"]
+__all__ = ["Options", "Part", "assemble", "find_rate", "joined", "of_table", "part", "resolve"]
 
 _SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
 
@@ -43,15 +43,18 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
     OptionError, DataError
         Without the name of the file, which the caller puts before the message.
     """
-    checksum = None if file is None else Checksum(file)
     if len(tables) > 1 and options.channels:
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
             f"--channels is about one topic, and {topics} are read: choose one by --topic", option="channels"
         )
-    parts = [part(table, of_table(table, tables, options)) for table in tables]
-    streams = [stream for each in parts for stream in each.streams]
-    streams = _one_temperature(streams)
+    return joined([part(table, of_table(table, tables, options)) for table in tables], tables, file)
+
+
+def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) -> Record:
+    """A record from what its tables give; raises `OptionError` if two of them hold the same sensor."""
+    checksum = None if file is None else Checksum(file)
+    streams = _one_temperature([stream for each in parts for stream in each.streams])
     for stream in streams:
         if sum(other.name == stream.name for other in streams) > 1:
             topics = " and ".join(table.topic for table in tables)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
@@ -13,7 +13,8 @@ from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.columns import recognise, unit_of
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.topics import choose_tables, sensors
-from sigmatau.results import Finding, Printed, duration_text
+from sigmatau.record import Record
+from sigmatau.results import Finding, Printed, by_severity, duration_text
 from sigmatau.streams import InputKind
 
 __all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
@@ -99,17 +100,23 @@ class Inspection(Printed):
     tables : tuple of TableInfo
     wanting : str
         What has to be said before it can be analysed, if that is about the whole file: which topic.
+    checks : tuple of Finding
+        What is wrong with the samples of the tables that are read if nothing is said.
+    record : Record or None
+        What would be analysed; None if something has to be said first.
     """
 
     path: str
     format: str
     tables: tuple[TableInfo, ...]
     wanting: str = ""
+    checks: tuple[Finding, ...] = ()
+    record: Record | None = None
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Of all tables, each once."""
-        return tuple(dict.fromkeys(finding for table in self.tables for finding in table.findings))
+        """Of all tables and samples, each once, errors first."""
+        return by_severity([*(finding for table in self.tables for finding in table.findings), *self.checks])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -118,16 +125,22 @@ class Inspection(Printed):
             "format": self.format,
             "wanting": self.wanting,
             "tables": [table.to_dict() for table in self.tables],
+            "findings": [finding.to_dict() for finding in self.checks],
         }
 
     def __repr__(self) -> str:
+        return "\n".join([*self.contents(), *map(str, self.findings), *self.wants()])
+
+    def contents(self) -> list[str]:
+        """The tables, a line or more each."""
         lines = [f"{self.path}: {self.format}"]
         for table in self.tables:
             lines += _lines(table, several=len(self.tables) > 1)
-        lines += [str(finding) for finding in self.findings]
-        if self.wanting:
-            lines.append(f"to analyse it: {self.wanting}")
-        return "\n".join(lines)
+        return lines
+
+    def wants(self) -> list[str]:
+        """What has to be said first, a line or none."""
+        return [f"to analyse it: {self.wanting}"] if self.wanting else []
 
 
 def _lines(table: TableInfo, *, several: bool) -> list[str]:
@@ -193,29 +206,37 @@ def inspect(
             if options.topic:
                 raise
             chosen, wanting = [], str(error)
-        found = []
+        found, parts = [], []
         for table in tables:
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})
             if wanted or (sensors(table) and not options.topic):
-                found.append(_looked_into(table, chosen or [table], of_this, chosen=wanted, file=file))
+                info, part = _looked_into(table, chosen or [table], of_this, chosen=wanted)
+                found.append(info)
+                parts += [part] if wanted and part is not None else []
             else:
                 found.append(_named(table))
-    return Inspection(path=os.fsdecode(path), format=tables[0].format, tables=tuple(found), wanting=wanting)
+        record = None
+        if chosen and len(parts) == len(chosen):
+            with contextlib.suppress(OptionError):  # said by whoever analyses it
+                record = assemble.joined(parts, chosen, file)
+    return Inspection(
+        path=os.fsdecode(path), format=tables[0].format, tables=tuple(found), wanting=wanting, record=record
+    )
 
 
 def _looked_into(
-    table: Table, tables: Sequence[Table], options: assemble.Options, *, chosen: bool, file: Path
-) -> TableInfo:
+    table: Table, tables: Sequence[Table], options: assemble.Options, *, chosen: bool
+) -> tuple[TableInfo, assemble.Part | None]:
     info = replace(_named(table), chosen=chosen)
     try:
         part = assemble.part(table, assemble.of_table(table, tables, options))
     except OptionError as error:
-        return _counted(table, replace(info, wanting=str(error)))
+        return _counted(table, replace(info, wanting=str(error))), None
     except DataError as error:
-        return _unusable(info, error)
+        return _unusable(info, error), None
     grid = part.streams[0].grid
-    return replace(
+    read = replace(
         info,
         rows=part.rows,
         rate=grid.rate,
@@ -223,6 +244,7 @@ def _looked_into(
         notes=part.conversions,
         findings=part.findings,
     )
+    return read, part
 
 
 def _counted(table: Table, info: TableInfo) -> TableInfo:

@@ -1,0 +1,102 @@
+"""What a curve, or its fit, says of itself."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+
+import numpy as np
+
+from sigmatau.allan import DeviationCurve
+from sigmatau.fitting import NoiseFit
+from sigmatau.results import Finding, seconds
+from sigmatau.streams import Stream
+
+__all__ = ["LARGEST", "LEAST", "beyond", "constant", "of_fit", "rounding", "strided"]
+
+LEAST, LARGEST = 1e-120, 1e120
+"""A fit squares variances."""
+
+
+def of_fit(fitted: NoiseFit) -> list[Finding]:
+    """Why a channel was not fitted, or not from its shortest time on."""
+    if fitted.verdict == "too_short":
+        return [
+            Finding(
+                code="too_short", severity="warning", channel=fitted.channel, message=f"not fitted: {fitted.reason}"
+            )
+        ]
+    if fitted.verdict == "descriptive":
+        message = f"no adequate model: {fitted.reason}"
+        effect = "coefficients without intervals"
+        return [
+            Finding(
+                code="no_adequate_model", severity="warning", channel=fitted.channel, message=message, effect=effect
+            )
+        ]
+    if fitted.tau_min is not None and fitted.tau_min > 1.5 * fitted.tau0:
+        return [
+            Finding(
+                code="short_times_left_out",
+                severity="info",
+                channel=fitted.channel,
+                message=f"the model holds from τ = {seconds(fitted.tau_min)} s on: {fitted.reason}",
+            )
+        ]
+    return []
+
+
+def rounding(stream: Stream, channel: str) -> float:
+    """A deviation that rounding alone may leave of a channel that never changes, or only grows evenly."""
+    k = stream.channels.index(channel)
+    raw, t = stream.samples.raw[k], stream.samples.transforms[k]
+    first, last = 0, -1
+    if stream.mask is not None:
+        first, last = np.flatnonzero(~stream.mask[:, k])[[0, -1]]
+    largest = max(abs(float(raw[first])), abs(float(raw[last]))) * abs(t.scale * t.factor)
+    if t.kind != "rate":
+        largest /= stream.grid.tau0
+    return 4 * sys.float_info.epsilon * largest
+
+
+def beyond(curve: DeviationCurve) -> Finding:
+    """Deviations whose squares cannot be squared again."""
+    largest = curve.adev.max()
+    return Finding(
+        code="out_of_range",
+        severity="error",
+        channel=curve.channel,
+        message=f"deviations up to {largest:.3g} {curve.unit} are too {'large' if largest > 1 else 'small'}",
+        effect="not analysed; check unit and scale",
+    )
+
+
+def constant(stream: Stream, channel: str) -> Finding:
+    """A channel that never changes."""
+    k = stream.channels.index(channel)
+    first = 0 if stream.mask is None else int(np.flatnonzero(~stream.mask[:, k])[0])
+    value = stream.samples.read(k, first, first + 1)[0]
+    return Finding(
+        code="constant_channel",
+        severity="error",
+        channel=channel,
+        message=f"{stream.grid.n} samples of {value:.6g} {stream.unit} differ by no more than rounding",
+        effect="not analysed; check the wiring, the resolution or the column",
+    )
+
+
+def strided(curves: Mapping[str, DeviationCurve], name: str | None, why: str = "") -> list[Finding]:
+    """From which averaging time on clusters do not begin at every sample."""
+    curve = next(iter(curves.values()))
+    if curve.stride is None:
+        return []
+    first = seconds(float(curve.tau[curve.stride > 1][0]))
+    return [
+        Finding(
+            code="strided",
+            severity="info",
+            channel=name,
+            message=f"{why}from τ = {first} s on, clusters begin at every 64th sample or less often",
+            effect="spread grows by less than 0.1 % for white noise and slower, by a multiple for quantization noise",
+        )
+    ]

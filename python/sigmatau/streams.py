@@ -6,7 +6,7 @@ are read. Samples are reached through `Stream.chunks` or `Stream.column`, so tha
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -142,11 +142,21 @@ class Stream:
 
     def only(self, channel: str) -> Stream:
         """One of the channels as a stream of its own."""
-        k = self.channels.index(channel)
-        samples = replace(self.samples, raw=self.samples.raw[k : k + 1], transforms=self.samples.transforms[k : k + 1])
-        mask = None if self.mask is None else self.mask[:, k : k + 1]
+        return self.of([channel])
+
+    def of(self, channels: Sequence[str]) -> Stream:
+        """Some of the channels as a stream of their own."""
+        if tuple(channels) == self.channels:
+            return self
+        at = [self.channels.index(channel) for channel in channels]
+        samples = replace(
+            self.samples,
+            raw=tuple(self.samples.raw[k] for k in at),
+            transforms=tuple(self.samples.transforms[k] for k in at),
+        )
+        mask = None if self.mask is None else self.mask[:, at]
         missing = mask is not None and bool(mask.any())
-        return replace(self, channels=(channel,), samples=samples, mask=mask if missing else None)
+        return replace(self, channels=tuple(channels), samples=samples, mask=mask if missing else None)
 
     def cut(self, start: int, stop: int) -> Stream:
         """Samples `start` to `stop` as a stream of its own."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from sigmatau.diagnose.bandwidth import aliasing, low_pass, low_passes
 from sigmatau.diagnose.correlation import cross_axis
 from sigmatau.diagnose.drift import temperature, warm_up
@@ -27,6 +29,8 @@ __all__ = ["LEAST_SAMPLES", "Bandwidth", "check", "check_fits"]
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
+
+_LARGEST, _SMALLEST = 1e60, 1e-60
 
 LEAST_SAMPLES = 64
 """Shorter streams are not checked: nothing about them is sure."""
@@ -56,9 +60,9 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None) -> tuple[Findin
     stated = _by_stream(record, bandwidth or {})
     found: list[Finding] = []
     for stream in record.streams:
-        if stream.quantity == "temperature" or stream.grid.n < LEAST_SAMPLES:
-            continue
-        found += _of_stream(stream, stated.get(stream.name))
+        usable = None if stream.quantity == "temperature" else _usable(stream)
+        if usable is not None:
+            found += _of_stream(usable, stated.get(stream.name))
     return tuple(found)
 
 
@@ -111,6 +115,19 @@ def _of_stream(stream: Stream, bandwidth: tuple[float, int | None] | None) -> li
     found += lines(stream)
     found += cross_axis(stream)
     return found
+
+
+def _usable(stream: Stream) -> Stream | None:
+    """The channels that have something to look at: enough samples, that change, and whose squares can be squared."""
+    if stream.grid.n < LEAST_SAMPLES:
+        return None
+    channels = []
+    for channel in stream.channels:
+        x = stream.column(channel)
+        low, high = np.fmin.reduce(x), np.fmax.reduce(x)
+        if -_LARGEST < low < high < _LARGEST and high - low > _SMALLEST:
+            channels.append(channel)
+    return stream.of(channels) if channels else None
 
 
 def _spectra(stream: Stream) -> dict[str, Spectrum]:

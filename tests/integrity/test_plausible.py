@@ -105,6 +105,11 @@ def test_decimals_are_no_known_step(decimals):
     assert implausible_unit(Record.from_arrays(rate=100, gyro=x).streams[0]) == []
 
 
+def test_a_step_one_percent_off_is_not_known():
+    x = np.round(triad("one percent", 3.0, 12.0)) / 131 * 1.01
+    assert implausible_unit(Record.from_arrays(rate=100, gyro=x).streams[0]) == []
+
+
 def test_earth_rate_where_it_can_be_resolved():
     """A gyro of 0.003 deg/√h and 0.02 deg/h sees 15 deg/h in minutes."""
     noise = math.radians(0.003 / 60) * math.sqrt(100)

@@ -1,5 +1,7 @@
 """Spikes: none where there are none, all where there are some, and what they do to the random walk."""
 
+from statistics import NormalDist
+
 import numpy as np
 import pytest
 from clean_records import mixture
@@ -7,6 +9,7 @@ from clean_records import mixture
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.integrity import find_spikes, mask_spikes, spikes
+from sigmatau.integrity.spikes import _multiple
 from sigmatau.streams import Columns, Transform
 
 RATE, N = 100.0, 200_000
@@ -37,6 +40,21 @@ def test_no_spike_in_white_noise_of_ten_million_samples():
     """Less than 0.001 false spikes a record, whatever its length."""
     rng = np.random.default_rng(seed_of("ten million"))
     assert sum(int(find_spikes(rng.normal(size=1_000_000)).sum()) for _ in range(10)) == 0
+
+
+@pytest.mark.parametrize("n", [1_000, 1_000_000, 100_000_000, 10_000_000_000])
+def test_the_threshold_grows_with_the_record(n):
+    """Less than 0.001 samples of Gaussian noise are beyond it, and they are not by more than they must."""
+    beyond = 2 * n * NormalDist().cdf(-_multiple(n))
+    assert beyond < 1e-3
+    assert _multiple(n) < 9
+
+
+def test_a_sample_half_way_to_a_new_level_is_no_spike():
+    x = white("half way")
+    x[N // 2 :] += 100
+    x[N // 2] -= 50
+    assert not find_spikes(x).any()
 
 
 @pytest.mark.parametrize("step", [0.1, 0.3, 1.0, 3.0, 5.0, 10.0, 30.0])

@@ -105,6 +105,17 @@ def test_each_term_alone_is_static(term):
         assert not_static(record.streams[0]) == []
 
 
+@pytest.mark.parametrize("windows", [48, 60, 100])
+def test_few_windows_have_no_far_ones(windows):
+    """The spread of few is not well known: at most 0.001 of channels, and three standard errors."""
+    rng = np.random.default_rng(seed_of(f"few {windows}"))
+    records, found = 3000, 0
+    for _ in range(records):
+        stream = Record.from_arrays(rate=16, accel_x=rng.normal(size=16 * windows)).streams[0]
+        found += bool(level_changes(stream, summary(stream, "accel_x")))
+    assert found <= 0.001 * records + 3 * math.sqrt(0.001 * records)
+
+
 def test_up_and_back_is_two_changes():
     x = white("back", (N, 1))
     x[50_000:60_000] += 3
@@ -117,8 +128,8 @@ def test_up_and_back_is_two_changes():
 
 def test_a_single_spike_is_no_knock():
     x = white("spike")
-    x[70_000, 0] += 1000
-    x[90_000:90_002, 1] += 1000
+    x[70_020, 0] += 1000
+    x[90_020:90_022, 1] += 1000
     assert not_static(accel(x)) == []
 
 

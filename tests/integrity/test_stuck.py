@@ -113,6 +113,12 @@ class TestStuck:
         assert stuck_samples(gyro(np.round(x))) == []
         assert stuck_samples(gyro(np.round(x + np.linspace(0, 3, N)[:, None]))) == []
 
+    @pytest.mark.parametrize("ratio", [0.35, 0.4, 0.5, 0.7])
+    def test_coarse_quantization_noise_does_not_stick(self, ratio):
+        """Its neighbours differ by more than those of white noise, so that it seems larger than it is."""
+        x = np.diff(white(f"quantization {ratio}", (4 * N, 3)), axis=0) * ratio
+        assert stuck_samples(gyro(np.round(x))) == []
+
     def test_a_run_among_held_samples(self):
         x = np.repeat(white("held", (N // 4, 3)), 4, axis=0)
         assert stuck_samples(gyro(x)) == []
@@ -158,8 +164,8 @@ class TestSaturation:
         assert finding.size == pytest.approx(np.mean((x <= low) | (x >= high)), rel=1e-12)
         curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[0.04])
         measured = float(curves["b"].adev[0] / curves["a"].adev[0])
-        # Half a step of rounding moves the ends; 0.4 % is a standard error of σ(0.04 s), of which the ratio has a part.
-        assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=0.012 + step / 10)
+        # 0.4 % is a standard error of σ(0.04 s) by eq. (26), of which the ratio has a part; the step is known to 1 %.
+        assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=0.008)
 
     def test_closed_form(self):
         """Noise held at 0 from one side is half a Gaussian: variance 1/2 - 1/(2π)."""
@@ -184,6 +190,17 @@ class TestSaturation:
         x += np.cumsum(white(f"walk {ratio}"), axis=0) * 0.02 * ratio
         assert saturation(gyro(np.round(x))) == []
         assert saturation(gyro(np.repeat(np.round(x), 3, axis=0))) == []
+
+    def test_short_tails_are_no_ends(self):
+        rng = np.random.default_rng(seed_of("short tails"))
+        for _ in range(400):
+            assert saturation(gyro(np.round(rng.normal(size=(300, 3)) * 2.5))) == []
+
+    @pytest.mark.parametrize("rest", [10.2, 10.5, 10.8])
+    def test_a_coarse_channel_that_comes_to_rest(self, rest):
+        """Its last two levels are visited in turn."""
+        x = np.minimum(np.linspace(0, 20, N), rest)[:, None] + 0.3 * white("comes to rest")
+        assert saturation(gyro(np.round(x))) == []
 
 
 def test_duplicates_at_the_sensors_rate_change_a_fitted_random_walk_by_the_root_of_two():

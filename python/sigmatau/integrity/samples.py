@@ -122,8 +122,8 @@ def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
         count = None if count is None else count[0:half:2] + count[1:half:2]
 
 
-# A minimum over sizes is drawn to those of few pairs; with so many, one of them is within 5 % (one sigma, in variance).
-_LEAST_PAIRS = 400
+# A minimum over sizes is drawn to those of few pairs; so each is taken two standard errors (√(3/pairs), white noise) up.
+_LEAST_PAIRS, _UP = 200, 2.0
 
 
 def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
@@ -131,8 +131,13 @@ def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
 
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
     """
-    levels = [(tau0 * m * avar, m) for m, avar, pairs in octaves(x) if pairs >= _LEAST_PAIRS or m == 1]
-    return min(levels, default=(math.nan, 1))
+    levels = [
+        (tau0 * m * avar * (1 + _UP * math.sqrt(3 / pairs)), tau0 * m * avar, m)
+        for m, avar, pairs in octaves(x)
+        if pairs >= _LEAST_PAIRS or m == 1
+    ]
+    _, level, m = min(levels, default=(math.nan, math.nan, 1))
+    return level, m
 
 
 def change_of_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:

@@ -236,8 +236,8 @@ Made by `make study` (studies/stability.py).
 
 {records} clean records of each mixture, seeds from the cells' names. How often the p-value of a test is below 5, 1 and
 0.1 % [% of records]; and how often a warm-up or late drift, and a temperature drift, are found that are not there. The
-noise of the segments' test is the true one here; the temperatures are walks, cycles and coolings that have nothing to do with the
-sensor.
+noise of the segments' test is the true one here; the temperatures are walks, cycles and coolings that have nothing to
+do with the sensor.
 
 | mixture | segments 5 | 1 | 0.1 | cusum 5 | 1 | 0.1 | temperature 5 | 1 | 0.1 | warm_up found | temperature_drift found |
 |---|---|---|---|---|---|---|---|---|---|---|---|"""

@@ -47,6 +47,7 @@ _SAID = 1.05
 _CLEARLY = 1.1
 _SETTLED = 5.0  # time constants, after which 0.7 % of a warm-up is left
 _OVERSAMPLED = 4
+_SMALLEST = 1e-100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -366,8 +367,9 @@ def _effect(changes: list[_Change], quantity: str, otherwise: str) -> str:
 
 
 def _constant(data: BlockMeans) -> bool:
-    spread = np.nanmax(data.means) - np.nanmin(data.means)
-    return not spread > 1e-12 * np.nanmax(np.abs(data.means))
+    """Nothing to judge: no change beyond rounding, or one whose square is no number."""
+    spread = float(np.nanmax(data.means) - np.nanmin(data.means))
+    return not max(_SMALLEST, 1e-12 * float(np.nanmax(np.abs(data.means)))) < spread < 1 / _SMALLEST
 
 
 def _round_up(seconds: float) -> int:

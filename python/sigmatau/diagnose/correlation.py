@@ -72,9 +72,8 @@ def cross_axis(stream: Stream) -> list[Finding]:
             r = _by_stretches(fast[first], fast[second], level)
             other = _by_number(slow[first], slow[second], level) if slow else 0.0
         kind = "between neighbouring samples"
-        if slow:
-            if abs(other) > abs(r) + _chance(len(slow[first]), 0.05):
-                r, kind = other, "between means over 1 s"
+        if slow and abs(other) > abs(r) + _chance(len(slow[first]), 0.05):
+            r, kind = other, "between means over 1 s"
         if _LEAST <= abs(r) <= 1 + 1e-9:
             found.append((r, kind, (first, second)))
     if not found:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sigmatau import NoiseModel, Record, _kernels, allan, simulate
 from sigmatau.diagnose.blocks import BlockMeans, Problem
 from sigmatau.diagnose.correlation import cross_axis
-from sigmatau.diagnose.drift import settling, temperature, warm_up
+from sigmatau.diagnose.drift import from_the_end, settling, temperature, warm_up
 from sigmatau.diagnose.stationarity import cusum, non_stationary, segment_test
 from sigmatau.fitting import fit
 from sigmatau.fitting.noisefit import NoiseFit
@@ -47,7 +47,7 @@ LENGTHS = ((600.0, 10.0), (600.0, 100.0), (3600.0, 10.0), (14400.0, 10.0))
 
 
 def law(seed: int, name: str) -> list[list[float]]:
-    """For each record: p-values of segments and cusum, whether a warm-up and a temperature is found that is not there."""
+    """For each record: p-values of segments and cusum, and whether drifts are found that are not there."""
     rng = np.random.default_rng(seed)
     model = MIXTURES[name]
     fitted = NoiseFit(
@@ -68,7 +68,7 @@ def law(seed: int, name: str) -> list[list[float]]:
             [
                 1.0 if segments is None else segments.p_value,
                 1.0 if change is None else change.p_value,
-                float(settling(data) is not None),
+                float(settling(data) is not None or settling(from_the_end(data, BLOCKS * BLOCK)) is not None),
                 p,
                 float(ratio > 2.5 and p < 1e-5),
             ]
@@ -114,7 +114,7 @@ def clean(seed: int, k: int) -> list[list[int]]:
 
 CODES = [
     (code, severity)
-    for code in ("warm_up", "temperature_drift", "non_stationary", "correlated_axes")
+    for code in ("warm_up", "late_drift", "temperature_drift", "non_stationary", "correlated_axes")
     for severity in ("warning", "info")
 ]
 
@@ -235,9 +235,9 @@ Made by `make study` (studies/stability.py).
 ## The laws of the tests
 
 {records} clean records of each mixture, seeds from the cells' names. How often the p-value of a test is below 5, 1 and
-0.1 % [% of records]; and how often a warm-up and a temperature drift are found that are not there. The noise of the
-segments' test is the true one here; the temperatures are walks, cycles and coolings that have nothing to do with the
-sensor.
+0.1 % [% of records]; and how often a warm-up or late drift, and a temperature drift, are found that are not there. The
+noise of the segments' test is the true one here; the temperatures are walks, cycles and coolings that have nothing to
+do with the sensor.
 
 | mixture | segments 5 | 1 | 0.1 | cusum 5 | 1 | 0.1 | temperature 5 | 1 | 0.1 | warm_up found | temperature_drift found |
 |---|---|---|---|---|---|---|---|---|---|---|---|"""

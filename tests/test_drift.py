@@ -204,12 +204,28 @@ class TestWarmUp:
         for finding in found:
             assert finding.size == pytest.approx(6e-3, rel=0.1)
 
+    def test_late_drift(self):
+        """Time backwards: the same size, effect and time constant, from the end."""
+        drift = -6e-3 * np.exp((SECONDS - DURATION) / 400)
+        clean, planted = sensor("late", drift=drift)
+        assert warm_up(clean, fits_of(clean)) == []
+        (finding,) = warm_up(planted, fits_of(planted))
+        assert (finding.code, finding.severity) == ("late_drift", "warning")
+        assert finding.size == pytest.approx(6e-3, rel=0.1)
+        # Five time constants before the end, each known to some 5 %.
+        begins = float(finding.where.split()[2])
+        assert begins == pytest.approx(7200 - 2000, abs=3 * 0.05 * 2000)
+        assert finding.remedy.startswith(f"--window :{begins:.0f}s")
+        true = fits_of(planted)["gyro_x"].model["rate_random_walk"] / fits_of(clean)["gyro_x"].model["rate_random_walk"]
+        assert dict(finding.changes)["rate_random_walk"] == pytest.approx(true, rel=0.15)
+
     def test_a_ramp_is_no_warm_up(self):
         _, planted = sensor("ramp", drift=1e-6 * SECONDS)
         assert warm_up(planted, fits_of(planted)) == []
 
     def test_no_judgement(self):
-        for x in (np.zeros(5000), np.full(5000, np.nan), np.ones(40)):
+        noise = np.random.default_rng(seed_of("no judgement")).standard_normal(5000)
+        for x in (np.zeros(5000), np.full(5000, np.nan), np.ones(40), noise * 1e150, noise * 1e-200):
             assert warm_up(Record.from_arrays(rate=1.0, gyro_x=x).streams[0], {}) == []
 
 

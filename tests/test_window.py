@@ -283,7 +283,7 @@ class TestBiasFinding:
         fitted = replace(fit(allan(record)["gyro_x"]), model=left, n=1440)
         (finding,) = bias_finding(record, "most-stable=2h", {"gyro_x": fitted})
         assert bias.factors["rate_random_walk"] < 0.8
-        # The ratio at long times is known to some 2 % from 1000 draws; three half steps leave an eighth of what is undone.
+        # The ratio at the long times is known to some 2 % from 1000 draws.
         assert dict(finding.changes)["rate_random_walk"] == pytest.approx(bias.factors["rate_random_walk"], abs=0.05)
 
     def test_only_where_the_choice_looked_at_the_noise(self):

@@ -67,13 +67,14 @@ def cross_axis(stream: Stream) -> list[Finding]:
     slow = {channel: _slow(column, length) for channel, column in columns.items()} if length > 1 else {}
     found: list[tuple[float, str, tuple[str, str]]] = []
     for first, second in pairs:
-        r = _by_stretches(fast[first], fast[second], level)
+        # Squares of what is far too large or small are none; a channel in the wrong unit is for others to find.
+        with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+            r = _by_stretches(fast[first], fast[second], level)
+            other = _by_number(slow[first], slow[second], level) if slow else 0.0
         kind = "between neighbouring samples"
-        if slow:
-            other = _by_number(slow[first], slow[second], level)
-            if abs(other) > abs(r) + _chance(len(slow[first]), 0.05):
-                r, kind = other, "between means over 1 s"
-        if abs(r) >= _LEAST:
+        if slow and abs(other) > abs(r) + _chance(len(slow[first]), 0.05):
+            r, kind = other, "between means over 1 s"
+        if _LEAST <= abs(r) <= 1 + 1e-9:
             found.append((r, kind, (first, second)))
     if not found:
         return []

@@ -23,7 +23,7 @@ from sigmatau.results import Finding, Severity, duration_text, two_digits
 from sigmatau.streams import Columns, Stream, Transform
 from sigmatau.terms import TERMS, display_units
 
-__all__ = ["settling", "temperature", "warm_up"]
+__all__ = ["from_the_end", "settling", "temperature", "warm_up"]
 
 Floats = NDArray[np.float64]
 
@@ -44,8 +44,10 @@ _MATTERS = 1.1
 """A coefficient that is so many times too large makes a warning of a finding."""
 
 _SAID = 1.05
+_CLEARLY = 1.1
 _SETTLED = 5.0  # time constants, after which 0.7 % of a warm-up is left
 _OVERSAMPLED = 4
+_SMALLEST = 1e-100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +60,8 @@ class _Change:
 
 
 def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
-    """Whether the rate settles at the beginning of the record: a (1 − exp(−t/T)) beside level, ramp and noise.
+    """Whether the rate settles at the beginning of the record, or moves away at its end: an exponential beside level, ramp
+    and noise.
 
     Parameters
     ----------
@@ -71,22 +74,38 @@ def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
     Returns
     -------
     list of Finding
-        ``"warm_up"``, at most one a channel: a warning if a coefficient is more than 10 % too large because of it.
+        ``"warm_up"``, or ``"late_drift"`` where the end of the record shows more than its beginning; at most one a
+        channel: a warning if a coefficient is more than 10 % too large because of it.
     """
     findings = []
     for channel in stream.channels:
         data = block_means(stream, channel)
         if data is None or _constant(data):
             continue
-        found = settling(data)
+        found, late = settling(data), settling(from_the_end(data, stream.grid.n))
+        # One that bends the rate all over the record may show as both: then the beginning has it.
+        at_the_end = late is not None and (found is None or _ratio(late[1]) > _CLEARLY * _ratio(found[1]))
+        if at_the_end:
+            found = late
         if found is None:
             continue
         time, regression = found
         seconds = np.arange(stream.grid.n) * stream.grid.tau0
-        drift = -regression.value * np.exp(-seconds / time)
+        drift = -regression.value * np.exp(-(seconds[::-1] if at_the_end else seconds) / time)
         changes = _changes(stream, channel, drift, fits.get(channel))
-        findings.append(_warm_up_finding(stream, channel, time, regression, changes))
+        finding = _late_finding if at_the_end else _warm_up_finding
+        findings.append(finding(stream, channel, time, regression, changes))
     return findings
+
+
+def from_the_end(data: BlockMeans, n: int) -> BlockMeans:
+    """The same blocks with time running backwards from the last of `n` samples: noise is the same both ways."""
+    first = n - data.first - len(data.means) * data.length
+    return replace(data, means=data.means[::-1], first=first)
+
+
+def _ratio(regression: Regression) -> float:
+    return abs(regression.value) / regression.error
 
 
 def settling(data: BlockMeans) -> tuple[float, Regression] | None:
@@ -102,7 +121,7 @@ def settling(data: BlockMeans) -> tuple[float, Regression] | None:
         tried = [problem.solve(curves[:, k]) for k in range(len(times))]
     except (np.linalg.LinAlgError, FloatingPointError):
         return None
-    ratios = np.array([abs(one.value) / one.error for one in tried])
+    ratios = np.array([_ratio(one) for one in tried])
     k = int(np.argmax(ratios))
     if not tried[k].p_value < _P:
         return None
@@ -145,6 +164,32 @@ def _warm_up_finding(
         effect=_effect(changes, stream.quantity, "a warm-up is no noise"),
         changes=tuple((change.term, change.factor) for change in changes),
         remedy=after,
+    )
+
+
+def _late_finding(stream: Stream, channel: str, time: float, regression: Regression, changes: list[_Change]) -> Finding:
+    unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
+    size = two_digits(abs(regression.value) / factor)
+    error = two_digits(regression.error / factor)
+    begins = max(stream.grid.duration - _SETTLED * time, 0.0)
+    return Finding(
+        code="late_drift",
+        severity=_severity(changes),
+        channel=channel,
+        message=(
+            f"the rate moves by {size} ± {error} {unit} towards the end of the record, with a time constant of"
+            f" {duration_text(time)}, beside ramp and noise"
+        ),
+        where=f"t = {begins:.0f} s",
+        size=abs(regression.value),
+        unit=stream.unit,
+        effect=_effect(changes, stream.quantity, "such a drift is no noise"),
+        changes=tuple((change.term, change.factor) for change in changes),
+        remedy=(
+            f"--window :{begins:.0f}s leaves it out; look what changed then"
+            if begins > stream.grid.duration / 2
+            else "look what changed, and record again"
+        ),
     )
 
 
@@ -322,8 +367,9 @@ def _effect(changes: list[_Change], quantity: str, otherwise: str) -> str:
 
 
 def _constant(data: BlockMeans) -> bool:
-    spread = np.nanmax(data.means) - np.nanmin(data.means)
-    return not spread > 1e-12 * np.nanmax(np.abs(data.means))
+    """Nothing to judge: no change beyond rounding, or one whose square is no number."""
+    spread = float(np.nanmax(data.means) - np.nanmin(data.means))
+    return not max(_SMALLEST, 1e-12 * float(np.nanmax(np.abs(data.means)))) < spread < 1 / _SMALLEST
 
 
 def _round_up(seconds: float) -> int:

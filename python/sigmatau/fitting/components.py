@@ -39,6 +39,9 @@ _POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_ran
 _LOW_MODES = 512
 _HIGH_MODES = 400
 
+_LEAST_LEFT = 1e-3
+"""Of a variance, once a ramp was removed."""
+
 
 def power_of_interval(name: str) -> int:
     """θ in samples is θ in SI times tau0^(p − 2); p by term, 2 for all that are given by a variance."""
@@ -137,7 +140,7 @@ class Components:
             both = np.outer(share, share)
             ends = np.outer(beta if sign < 0 else beta - 1, beta if sign < 0 else beta - 1)
             total = total + sign * both * v * (0.5 * v * ends + remainder)
-        return total
+        return total if self.gaps is None else _covariance_or(total, flat.reshape(total.shape))
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
@@ -248,6 +251,19 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
         spectra=np.vstack([linear.spectra, np.zeros_like(linear.spectra[:1])]),
         powers=None if linear.powers is None else np.concatenate([linear.powers, np.zeros_like(linear.powers[:1])]),
     )
+
+
+def _covariance_or(matrix: Floats, other: Floats) -> Floats:
+    """A matrix that should be a covariance; if it is none, one with its variances and the correlations of another.
+
+    With gaps, what a ramp takes along is not known well enough for trial values far from the fit.
+    """
+    try:
+        np.linalg.cholesky(matrix / np.sqrt(np.outer(np.diag(other), np.diag(other))))
+    except np.linalg.LinAlgError:
+        share = np.sqrt(np.clip(np.diag(matrix) / np.diag(other), _LEAST_LEFT, None))
+        return np.asarray(other * np.outer(share, share))
+    return matrix
 
 
 def pairs_of_terms(terms: int) -> list[tuple[int, int]]:

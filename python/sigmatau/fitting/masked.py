@@ -86,8 +86,8 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
         for p, q in pairs_of_terms(len(full.names))
     ]
     nearer = sizes / np.sqrt(e.square_distance)
-    # Without gaps the mean difference is that of the ends of the record. With them every lost sample leaves a mark on it,
-    # as large as the difference that it is missing from; at long times the blocks have it.
+    # Without gaps the mean difference is that of the two ends of the record. With them every lost sample leaves a mark on
+    # it, as large as the difference that it is missing from; at long times the blocks have it.
     lost = np.where(
         np.arange(len(sizes)) < _first_long(full), 4 * gaps.missing / gaps.n / (e.n_pairs * e.square_distance), 0.0
     )

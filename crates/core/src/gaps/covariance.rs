@@ -182,7 +182,9 @@ impl Counts {
             squares += pair[2] * *lever * *lever;
             *lever *= pair[2];
         }
-        levers.iter_mut().for_each(|lever| *lever /= squares);
+        for lever in &mut levers {
+            *lever /= squares;
+        }
         Ok(Clusters { blocks, pairs, levers })
     }
 }

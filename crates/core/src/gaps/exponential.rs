@@ -7,6 +7,9 @@
 //! The sums over a cluster are made from those over its pieces: a window that slides by one piece is the end of one block
 //! of pieces and the beginning of the next, so that every window takes one join and nothing is ever subtracted.
 
+// One lane of several arrays at a time: what becomes vectors.
+#![allow(clippy::needless_range_loop)]
+
 use pulp::{Arch, Simd, WithSimd};
 
 /// Processes that are worked on together.

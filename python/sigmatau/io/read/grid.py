@@ -335,9 +335,6 @@ def _finished(
     short = 0.0
     if intervals is not None:
         short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
-        if kind != "coarse" and intervals.max() > _EVEN[1] * slope:
-            x = np.arange(n) if places is None else places
-            slope += _without_outliers(t - slope * x, x)
     return GridFit(
         kind=kind,
         interval=slope,
@@ -363,18 +360,6 @@ def _counted_by_blocks(n: int) -> NDArray[np.float64]:
     if n % _BLOCK:
         means[-1] = (blocks * _BLOCK + n - 1) / 2
     return means
-
-
-def _without_outliers(rest: NDArray[np.float64], x: NDArray[np.int64]) -> float:
-    """What the slope changes without the stamps that stand far from the line: one wrong by an hour must not turn it."""
-    rest = rest - rest.mean()
-    if float(np.abs(rest).max()) <= 8 * math.sqrt(float(rest @ rest) / len(rest)):
-        return 0.0
-    rest -= float(np.median(rest))
-    kept = np.abs(rest) <= 6 * 1.4826 * float(np.median(np.abs(rest)))
-    along = x[kept] - x[kept].mean() if kept.any() else x[:0]
-    squares = float(along @ along)
-    return float(along @ rest[kept]) / squares if 2 * np.count_nonzero(kept) > len(rest) and squares > 0 else 0.0
 
 
 def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:

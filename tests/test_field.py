@@ -145,4 +145,4 @@ def test_mpu6050_rate(field_data):
     """99.32 Hz over the span; bursts make the median interval say 491 Hz."""
     record = read(field_data / "mpu6050_10min.npz", unit={"time": "s"})
     assert record.streams[0].grid.rate == pytest.approx(99.32, abs=0.05)
-    assert set(record.channels) == {f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"}
+    assert set(record.channels) == {*(f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"), "temperature"}

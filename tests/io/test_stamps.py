@@ -126,6 +126,7 @@ class TestRate:
         one = found(t)
         assert one.places is None
         assert one.rate == pytest.approx(100.0, rel=1e-5)
+        assert "host_stamps" not in codes(one)  # one in a hundred is late, and the others are the sensor's
 
     def test_a_step_of_the_clock_by_part_of_a_sample_is_no_gap(self):
         for step in (0.1, 0.3, 0.45):
@@ -225,7 +226,7 @@ class TestOrder:
         assert "row 1001" in finding.message
 
     def test_a_stamp_that_is_wrong_leaves_its_place_empty(self):
-        for wrong in (1e6, -5.0, 30.004):
+        for wrong in (1e6, -5.0, 30.004, 12.304):  # the last falls between two others
             t = np.arange(5000) / 100.0
             t[1234] = wrong
             record = record_of(t, np.arange(5000.0))
@@ -361,6 +362,12 @@ class TestDrift:
         assert finding.severity == severity
         assert finding.size == pytest.approx(0.9 * change, rel=0.02)  # from the first tenth to the last
         assert one.places is None
+
+    def test_jitter_alone_is_no_drift(self):
+        """A tenth of 300 stamps has a rate that is only good to 7e-5: ten of them differ by 2e-4."""
+        rng = np.random.default_rng(seed_of("jitter alone"))
+        for _ in range(200):
+            assert "rate_drift" not in codes(found(np.arange(3000) / 100.0 + rng.normal(0, 1e-3, 3000)))
 
     def test_ten_millionths_are_not_said(self):
         x = np.arange(100_000) / 100.0

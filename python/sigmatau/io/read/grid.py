@@ -118,6 +118,7 @@ def resolution(intervals: NDArray[Any], largest: float) -> float:
     return 0.0
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a stamp may lie beyond all reason
 def fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
     """The grid that stamps sit on.
 
@@ -139,11 +140,6 @@ def fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float
     is put right by its neighbours. The interval that is returned is the slope of the least-squares line of stamp against
     place.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # a stamp may lie beyond all reason
-        return _fit_grid(t, intervals, step)
-
-
-def _fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
     n = len(t)
     mean = float(t[-1] - t[0]) / (n - 1)
     some = intervals[:: max(n // _SPREAD, 1)]
@@ -187,8 +183,7 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
     interval = _refined(t, float(usual.mean()))
     if np.count_nonzero(intervals < _SHORT * interval) > _BURSTS * len(intervals):
         return None
-    with np.errstate(over="ignore", invalid="ignore"):
-        late = t / interval - np.arange(n)
+    late = t / interval - np.arange(n)
     if not np.abs(late).max() < 2**52:
         return None if np.abs(late).max() >= 2**1000 or not np.isfinite(late).all() else _coarsely(late)
     phase = _phase(late)
@@ -277,8 +272,7 @@ def _pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
     if not long.any():
         return np.zeros(n + 1)
     mean = float(intervals[~long].mean())
-    with np.errstate(over="ignore"):
-        held = np.where(long, np.minimum(np.rint(intervals / mean) - 1, 2.0**52), 0.0)
+    held = np.where(long, np.minimum(np.rint(intervals / mean) - 1, 2.0**52), 0.0)
     return np.concatenate(([0.0], np.cumsum(held)))
 
 
@@ -341,9 +335,6 @@ def _finished(
     short = 0.0
     if intervals is not None:
         short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
-        if kind != "coarse" and intervals.max() > _EVEN[1] * slope:
-            x = np.arange(n) if places is None else places
-            slope += _without_outliers(t - slope * x, x)
     return GridFit(
         kind=kind,
         interval=slope,
@@ -369,18 +360,6 @@ def _counted_by_blocks(n: int) -> NDArray[np.float64]:
     if n % _BLOCK:
         means[-1] = (blocks * _BLOCK + n - 1) / 2
     return means
-
-
-def _without_outliers(rest: NDArray[np.float64], x: NDArray[np.int64]) -> float:
-    """What the slope changes without the stamps that stand far from the line: one wrong by an hour must not turn it."""
-    rest = rest - rest.mean()
-    if float(np.abs(rest).max()) <= 8 * math.sqrt(float(rest @ rest) / len(rest)):
-        return 0.0
-    rest -= float(np.median(rest))
-    kept = np.abs(rest) <= 6 * 1.4826 * float(np.median(np.abs(rest)))
-    along = x[kept] - x[kept].mean() if kept.any() else x[:0]
-    squares = float(along @ along)
-    return float(along @ rest[kept]) / squares if 2 * np.count_nonzero(kept) > len(rest) and squares > 0 else 0.0
 
 
 def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:

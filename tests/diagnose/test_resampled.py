@@ -106,6 +106,7 @@ def test_filters_lines_and_coarse_steps_are_no_interpolation():
         "running mean": np.convolve(white, np.ones(8) / 8, "same"),
         "large line": white + 5 * np.sin(2 * np.pi * 23.3 * t),
         "line near half the rate": white + 20 * np.sin(2 * np.pi * 49.3 * t),
+        "line with a varying amplitude": white + 10 * np.sin(2 * np.pi * 33.4 * t) * (1 + 0.3 * np.cumsum(white) / 500),
         "coarse": np.round(white / 2) * 2,
         "very coarse": np.round(white / 6) * 6,
         "spikes": white + 100 * (rng.random(N) < 1e-3),

@@ -125,6 +125,19 @@ def test_effect_on_the_deviation():
     assert stated == pytest.approx(adev[0] / adev[1], rel=0.02)
 
 
+def test_effect_of_an_unsteady_line():
+    """The same where the line is a band; its ends, which Hann's taper hides, make it 15 % in amplitude uncertain."""
+    clean = noise("effect unsteady", random_walk=5e-3)
+    y = clean + 1e-2 * np.sin(2 * np.pi * np.cumsum(np.linspace(0.53, 0.57, N)) / RATE)
+    (finding,) = lines(stream_of(y))
+    assert find_lines(stream_of(y))["gyro_x"][0].width > 0
+    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+    stated = float(finding.effect.split("up to ")[1].split(" times")[0])
+    adev = [st.allan(st.Record.from_arrays(rate=RATE, gyro_x=x), taus=[tau])["gyro_x"].adev[0] for x in (y, clean)]
+    assert adev[0] / adev[1] > 1.3
+    assert stated == pytest.approx(adev[0] / adev[1], rel=0.1)
+
+
 @pytest.mark.parametrize(("frequency", "amplitude"), [(0.563, 1e-2), (0.05, 6e-3), (3.1, 2e-2)])
 def test_changes_are_what_the_fit_does(frequency, amplitude):
     """`changes` against sigmatau.fit at all averaging times, on the same noise with and without the line."""

@@ -1,5 +1,6 @@
 """Interpolated records: planted, found, the true rate, and what is said of σ against what it is."""
 
+import gzip
 import json
 import math
 import time
@@ -106,6 +107,9 @@ def test_filters_lines_and_coarse_steps_are_no_interpolation():
         "running mean": np.convolve(white, np.ones(8) / 8, "same"),
         "large line": white + 5 * np.sin(2 * np.pi * 23.3 * t),
         "line near half the rate": white + 20 * np.sin(2 * np.pi * 49.3 * t),
+        "line with a varying amplitude": white + 10 * np.sin(2 * np.pi * 33.4 * t) * (1 + 0.3 * np.cumsum(white) / 500),
+        "line in filtered noise": filtered_white(N, rate=100.0, bandwidth=3.0, order=2, rng=rng)
+        + 0.5 * np.sin(2 * np.pi * 20.3 * t),
         "coarse": np.round(white / 2) * 2,
         "very coarse": np.round(white / 6) * 6,
         "spikes": white + 100 * (rng.random(N) < 1e-3),
@@ -137,3 +141,8 @@ def test_field_data_are_not_interpolated(field_data):
     record = st.read(field_data / "adis16405_static.csv.gz", rate=100)
     for stream in record.streams:
         assert upsampled(stream) == []
+    # 40 Hz, with a strong line at 13.4 Hz that comes and goes.
+    with gzip.open(field_data / "vn100" / "live_capture.txt.gz", "rt") as file:
+        rows = [line.split("*")[0].split(",")[7:13] for line in file if line.startswith("$VNYMR")]
+    for column in np.array(rows, dtype=float).T:
+        assert upsampled(stream_of(column, 40.0)) == []

@@ -28,6 +28,7 @@ NOTICEABLE = 1.10
 _SHORTEST = 512
 _MOST_NAMED = 4
 _MAINS = (50.0, 60.0)
+_NOTHING_LEFT = 0.05  # below, a factor says no more than that the fit has gone wrong
 
 
 def lines(stream: Stream) -> list[Finding]:
@@ -46,9 +47,9 @@ def lines(stream: Stream) -> list[Finding]:
 
     Notes
     -----
-    Of white, flicker or walking noise each ratio has Snedecor's law F(ν, ν′), with ν the degrees of freedom of a bin and
-    ν′ those that give the variance of the median it is held against; the threshold is that of a false alarm of 1e-4 over
-    all bins and widths of a channel.
+    Of white, flicker or walking noise each density over the true one is a sum of χ² variables, whose weights are those of
+    the correlation under Hann's taper; the far tail of that law, widened by Snedecor's F for the error of the median that
+    it is held against, gives the threshold for a false alarm of 1e-4 over all bins and widths of a channel.
     """
     found = []
     for channel in stream.channels:
@@ -198,7 +199,9 @@ def _effect(
         ratios = _change(whole.grid.n, sizes, measured, rest)
         words = []
         for term, ratio in ratios.items():
-            if abs(ratio - 1) >= 0.01:
+            if ratio < _NOTHING_LEFT:
+                words.append(f"hardly any {term.replace('_', ' ')}")
+            elif abs(ratio - 1) >= 0.01:
                 changes.append((term, ratio))
                 words.append(f"{term.replace('_', ' ')} {_times(ratio)} as large")
         if words:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.diagnose import filters
-from sigmatau.diagnose.peaks import strongest_line
+from sigmatau.diagnose.peaks import measured_lines, periodogram, strongest_line
 from sigmatau.errors import DataError
 from sigmatau.results import Finding, Printed, seconds
 from sigmatau.spectrum import Spectrum, good_length, welch
@@ -37,7 +37,7 @@ EMPTY = 1e-3
 _SAMPLES = 1 << 16
 _SHORTEST = 1 << 10
 _EXACT = 1e-6  # of the root mean square: differences below are none
-_CARRIED = 0.2
+_SKIRT = 64.0  # bins: a transform without a taper spreads a line far
 _LEAST_NOTHING = 0.02
 _OUTLIER = 16.0
 
@@ -152,8 +152,15 @@ def resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
         nothing.append(float(np.mean(power < (_EXACT * _EXACT) * mean)))
         np.minimum(power, _OUTLIER * mean, out=power)
         swing = _swing(power)
-        if swing is None or _carried(difference, swing[0]):
+        if swing is None:
             continue
+        rest = _without_lines(difference)
+        if rest is not difference:
+            power = rest * rest
+            mean = float(power.mean())
+            swing = _swing(np.minimum(power, _OUTLIER * mean)) if mean > 0 else None
+            if swing is None:
+                continue
         if order == 1:
             second = np.diff(piece, n=2)
             nothing.append(float(np.mean(second * second < (_EXACT * _EXACT) * mean)))
@@ -164,6 +171,8 @@ def resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
             short = _short(spectrum, rate)
         else:
             short = math.sqrt(float(filters.relative_avar(shape, corner, 1, 1.0)[0]))
+        if short >= 1:
+            continue  # interpolation takes power from the short times: this is a vibration that comes and goes
         return Resampled(
             kind=kind,
             rate=rate / tau0,
@@ -202,16 +211,18 @@ def _swing(power: Floats) -> tuple[float, float] | None:
     return (frequency, amplitude / mean) if amplitude > DEPTH * mean else None
 
 
-def _carried(difference: Floats, frequency: float) -> bool:
-    """Whether a line of the record itself makes the swing: a sinusoid's square swings at twice its frequency."""
+def _without_lines(difference: Floats) -> Floats:
+    """Differences without the lines of the record itself: a sinusoid's square swings at twice its frequency."""
     length = good_length(len(difference))
-    spectrum = np.abs(np.fft.rfft(difference[:length])) ** 2
-    whole = float(spectrum.sum())
-    for f in (frequency / 2, (1 - frequency) / 2):
-        k = round(f * length)
-        if float(spectrum[max(k - 8, 0) : k + 9].sum()) > _CARRIED * whole:
-            return True
-    return False
+    found = measured_lines(periodogram(difference[:length], 1.0), unit="")
+    if not found:
+        return difference
+    transform = np.fft.rfft(difference[:length])
+    frequency = np.arange(len(transform)) / length
+    for line in found:
+        skirt = max(line.high - line.low, _SKIRT / length)
+        transform[(frequency > line.low - skirt) & (frequency < line.high + skirt)] = 0
+    return np.fft.irfft(transform, length)
 
 
 def _source(frequency: float, held: float, straight: float, spectrum: Spectrum) -> tuple[str, float]:

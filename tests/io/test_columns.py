@@ -253,3 +253,26 @@ def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(tmp_path):
     record = read(path, rate=10)
     assert record.streams[0].grid.n == 8
     assert any("are no numbers and not used" in note for note in record.provenance.conversions)
+
+
+BAD_STAMPS = {
+    "backwards": [*range(20), *range(20)],
+    "still": [0] * 40,
+    "words": [f"12h{k}" for k in range(40)],
+    "a wrap": [(2**32 - 20_000 + k * 1000) % 2**32 for k in range(40)],
+}
+
+
+@pytest.mark.parametrize("stamps", BAD_STAMPS.values(), ids=BAD_STAMPS)
+def test_wrong_stamps_are_left_out_by_none(tmp_path, stamps):
+    path = tmp_path / "log.csv"
+    path.write_text("time,gyro_x [deg/s],b\n" + "".join(f"{t},{k},1\n" for k, t in enumerate(stamps)))
+    with pytest.raises(ValueError, match=r"--channels time=none --rate HZ") as caught:
+        read(path, unit={"time": "us"})
+    assert ("add 2^32" in str(caught.value)) == (stamps is BAD_STAMPS["a wrap"])
+    for channels in ({"time": "none"}, {"time": " None", "gyro_x": 2}):
+        record = read(path, rate=10, channels=channels)
+        assert record.channels == ("gyro_x",)
+        assert "no time stamps, as asked" in record.provenance.conversions
+    with pytest.raises(OptionError, match="--rate HZ"):
+        read(path, channels={"time": "none"})

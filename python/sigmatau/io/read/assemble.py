@@ -15,7 +15,7 @@ from sigmatau import units
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
-from sigmatau.io.read.table import Table
+from sigmatau.io.read.table import Table, is_date
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind, Stream
@@ -309,6 +309,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
         said = options.unit.get(channel, options.unit.get(stream))
+        if channel == "time" and is_date(table.columns[index].first):
+            said = None  # dates have no unit that one could err about
         if said is not None and stated is not None and not _same(said, stated):
             notes.append(f"{channel}: in {said} as given, though the file says {stated}")
             overruled.append(

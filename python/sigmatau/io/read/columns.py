@@ -70,7 +70,7 @@ _TIMES = (
     r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
     r"timeus",  # before T, which is a temperature in ArduPilot's messages
     r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
-    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch",
+    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time",
     r"log_time",  # of the recorder of an MCAP file or a bag
 )
 _SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
@@ -119,6 +119,7 @@ _ROS_IMU = "field.angular_velocity_covariance0"
 _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
+_LONGEST_NAME = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +144,8 @@ class Choice:
 def unit_of(column: Column) -> tuple[str, str | None]:
     """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
     name, unit = column.name.strip(), column.unit
-    match = _BRACKETS.match(name)
+    # The pattern takes the square of the length of what it fails on: no name with a unit is so long.
+    match = _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
     if match and match["name"] and not match["unit"].strip().isdigit():
         name = match["name"].strip()
         unit = unit or match["unit"].strip()
@@ -206,11 +208,12 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
         If a column that was asked for is not there, two columns claim one channel, or no channel is found.
     """
     found = recognise(columns)
+    without = asked is not None and no_time(columns, asked)
     if asked:
-        named = _resolve(columns, asked)
+        named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
         time = named.pop("time", None)
-        notes: tuple[str, ...] = ()
-        if time is None:
+        notes: tuple[str, ...] = ("no time stamps, as asked",) if without else ()
+        if time is None and not without:
             time, notes = _time(columns, found, taken=set(named.values()), strict=False)
         sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
         for channel, index in sensors.items():
@@ -241,6 +244,16 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
             option="channels",
         )
     return Choice(channels=_ordered(channels), time=time, notes=notes)
+
+
+def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
+    """Whether ``time=none`` is asked for, and no column is called so."""
+    where = next((where for channel, where in asked.items() if channel.strip() == "time"), None)
+    return (
+        isinstance(where, str)
+        and where.strip().lower() == "none"
+        and all(column.name.strip().lower() != "none" for column in columns)
+    )
 
 
 def _key(name: str) -> str:

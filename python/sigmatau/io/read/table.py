@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ __all__ = [
     "Head",
     "Loaded",
     "Table",
+    "is_date",
     "listing",
     "need",
     "refuse_non_finite",
@@ -36,6 +38,9 @@ REST_MISSING = "the rest of the log is missing; get or make the file again"
 """Effect of a file that breaks off."""
 
 _LISTED = 12
+_DATE = re.compile(
+    r"\d{4}([-/])\d\d\1\d\d[Tt ]\d\d:\d\d(?::\d\d(?:[.,]\d++)?)?(?: ?(?:[Zz]|[Uu][Tt][Cc]|[+-]\d\d(?::?\d\d)?))?"
+)
 _WORD = 50
 
 
@@ -151,6 +156,11 @@ class Format(Protocol):
     def read(self, path: Path, head: Head) -> Sequence[Table]:
         """The tables of a file that `sniff` took; raises `DataError`."""
         ...
+
+
+def is_date(text: str) -> bool:
+    """Whether a field holds a date and time that text tables are read with, to the nanosecond since 1970."""
+    return _DATE.fullmatch(text) is not None
 
 
 def listing(columns: Sequence[Column]) -> str:

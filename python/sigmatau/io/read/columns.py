@@ -15,7 +15,7 @@ from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.table import Column, listing
 
-__all__ = ["Choice", "choose", "holds_increments", "recognise", "unit_of"]
+__all__ = ["Choice", "choose", "holds_increments", "recognise", "stated_unit", "unit_of"]
 
 # Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
 # words taken off the front.
@@ -27,6 +27,7 @@ _STEMS = {
         "gyros?",
         "gyr",
         "gyroscope",
+        "gyroskop|giroscopio|giroscópio",  # phyphox in other languages
         "gyro_fifo",  # PX4
         "angular_?velocity",
         "angular_?rate",
@@ -44,6 +45,7 @@ _STEMS = {
         "accelerometer",
         "accel_fifo",  # PX4
         "acceleration",
+        "beschleunigung|accélération|aceleración|accelerazione|aceleração",
         "linear_?acceleration",
         "linear_?accel",
         "lin_?acc",
@@ -70,7 +72,8 @@ _TIMES = (
     r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
     r"timeus",  # before T, which is a temperature in ArduPilot's messages
     r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
-    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time",
+    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time"
+    r"|zeit|temps|tiempo|tempo",
     r"log_time",  # of the recorder of an MCAP file or a bag
 )
 _SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
@@ -120,6 +123,7 @@ _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 _LONGEST_NAME = 200
+_WHOSE = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,6 +176,9 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
         if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
             stated = "ns"
         match = None
+        if _clock_in_another_unit(column, key):
+            found.append(None)
+            continue
         for stem, unit in _readings(key, stated):
             if _ALONE.match(stem) and stem not in together and stem == key:
                 continue
@@ -186,6 +193,23 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
                 break
         found.append(match)
     return found
+
+
+def stated_unit(column: Column) -> str | None:
+    """What the file says in brackets behind a name, or in its row of units, whether it is a unit that is known or not."""
+    match = _BRACKETS.match(column.name.strip()) if len(column.name) <= _LONGEST_NAME else None
+    said = column.unit or (match["unit"].strip() if match and match["name"] else None)
+    return said if said and not said.isdigit() else None
+
+
+def _clock_in_another_unit(column: Column, key: str) -> bool:
+    """``T [degC]`` is no time, and a bare ``T`` in upper case is a temperature as often as a time."""
+    said = stated_unit(column)
+    if key != "t":
+        return False
+    if said is None:
+        return column.name.strip() == "T"
+    return not _known(said) or units.find(said).si != "s"
 
 
 def holds_increments(column: Column) -> bool:
@@ -237,6 +261,9 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
                 option="channels",
             )
         channels[channel] = index
+    if not channels and len(columns) == 1 and not columns[0].name and time is None:
+        return Choice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name: a signal x"))
+    _refuse_mixed(columns, channels)
     if not channels:
         what = "has no column names" if not any(c.name for c in columns) else "has no column with a known name"
         raise OptionError(
@@ -244,6 +271,20 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
             option="channels",
         )
     return Choice(channels=_ordered(channels), time=time, notes=notes)
+
+
+def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:
+    """The axes of one sensor are not those of two units."""
+    for sensor in ("gyro", "accel"):
+        axes = {channel: index for channel, index in channels.items() if channel.startswith(sensor)}
+        found = {match[0] if (match := _WHOSE.search(columns[i].name.lower())) else "" for i in axes.values()}
+        if len(found) > 1:
+            example = ",".join(f"{channel}={index + 1}" for channel, index in axes.items())
+            whose = ", ".join(sorted(one or "no unit" for one in found))
+            raise OptionError(
+                f"{sensor} would be made of {whose}; say which columns are meant, e.g. --channels {example}",
+                option="channels",
+            )
 
 
 def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:

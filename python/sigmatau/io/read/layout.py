@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.columns import recognise, unit_of
-from sigmatau.io.read.table import Column
+from sigmatau.io.read.table import FORMATS, Column
 
 __all__ = ["COMMENTS", "Layout", "find_layout", "header_fields"]
 
@@ -108,7 +108,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     if not rows:
         raise DataError("holds only comments and blank lines, no data" if lines else "holds nothing but blank lines")
     if rows[0].text.startswith(("{", "<")):
-        raise DataError("is JSON or XML, not a format that is read: text tables, .npy, .npz")
+        raise DataError(f"is JSON or XML, not a format that is read: {FORMATS}")
     _refuse_sentences(rows)
     decimal_comma = _exchange_decimal_commas(rows)
     delimiter, columns = _delimiter(rows)

@@ -17,6 +17,7 @@ from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.results import Finding
 
 __all__ = [
+    "FORMATS",
     "HEAD",
     "REST_MISSING",
     "Column",
@@ -33,6 +34,12 @@ __all__ = [
 
 HEAD = 1 << 18
 """A format, and the layout of a text table, is found out from this many bytes. [bytes]"""
+
+FORMATS = (
+    "text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5, Parquet, Arrow, TDMS, .npy, .npz,"
+    " or raw numbers with --layout"
+)
+"""What is read, in the words of an error."""
 
 REST_MISSING = "the rest of the log is missing; get or make the file again"
 """Effect of a file that breaks off."""

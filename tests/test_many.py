@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,7 @@ class TestCommand:
         ]  # fmt: skip
         assert "2 of 3 logs analysed" in out
         assert "bad.csv, line 3: column time [s] has 'x'" in err
-        assert "no logs, left out: notes.md" in err
+        assert f"no logs, left out: {folder / 'notes.md'}" in err
         assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
         assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
         alone = st.analyze(st.read(folder / "a.csv"), taus="octave").to_dict()
@@ -134,9 +135,57 @@ class TestNames:
         logs, left_out = many.gather([folder])
         assert [log.name for log in logs] == ["a.csv", "b.csv", "bad.csv"]
         assert [file.name for file in left_out] == ["notes.md"]
+        assert many.gather([folder, folder / "a.csv"])[0] == logs
         with pytest.raises(OptionError, match="given twice"):
-            many.gather([folder, folder / "a.csv"])
+            many.gather([folder / "a.csv", folder / "a.csv"])
         empty = tmp_path / "none"
         empty.mkdir()
         with pytest.raises(DataError, match="no log"):
             many.gather([empty])
+
+    def test_folders_in_folders(self, tmp_path, monkeypatch):
+        (tmp_path / "d" / "day 1").mkdir(parents=True)
+        (tmp_path / "d" / ".cache").mkdir()
+        write(tmp_path / "d" / ".cache" / "x.csv", "c", n=10)
+        write(tmp_path / "d" / "b.csv", "b", n=10)
+        write(tmp_path / "d" / "day 1" / "a.csv", "a", n=10)
+        (tmp_path / "d" / "day 1" / "up").symlink_to(tmp_path / "d")
+        (tmp_path / "d" / "notes.txt").write_text("Night 1: the lid was open.\nTemperature 21 degrees.\n")
+        (tmp_path / "d" / "photo").write_bytes(b"\xff\xd8\xff\xe0" + bytes(50))
+        (tmp_path / "d" / "empty").write_bytes(b"")
+        (tmp_path / "d" / "header.csv").write_text("time,gyro_x\n")
+        logs, left_out = many.gather([tmp_path / "d"])
+        assert [log.name for log in logs] == ["b.csv", "header.csv", "a.csv"]
+        assert [file.name for file in left_out] == ["empty", "notes.txt", "photo"]
+        # What is named is read, whatever it is; and once, however it is named.
+        assert many.gather([tmp_path / "d" / "notes.txt"]) == ([tmp_path / "d" / "notes.txt"], [])
+        monkeypatch.chdir(tmp_path / "d")
+        assert many.gather([Path("b.csv"), tmp_path / "d" / "b.csv"])[0] == [Path("b.csv")]
+
+    def test_numbers_of_like_names(self):
+        assert many.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/1_a-1"), Path("/e/b")])[:2] != ["", ""]
+        found = many.names([Path("/d/x/1/a"), Path("/d/x/1_a"), Path("/d/x/2/a")])
+        assert found == ["1_a-1", "1_a-2", "2_a"]
+
+
+def test_the_summary_says_length_rate_and_damage(tmp_path, capsys):
+    for name, seed in (("a.csv", "a"), ("b.csv", "b")):
+        write(tmp_path / name, seed)
+    text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
+    (tmp_path / "b.csv").write_text(text)  # broken off
+    code, out, _ = run("analyze", tmp_path, "-q", "--taus", "octave", capsys=capsys)
+    assert code == 4
+    whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
+    assert "20 s" in whole
+    assert "100 Hz" in whole
+    assert "DAMAGED" not in whole
+    assert broken.endswith("DAMAGED")
+
+
+def test_a_term_that_may_be_nothing_shows_its_interval(folder):
+    analysis = st.analyze(st.read(folder / "a.csv"))
+    (channel, fit), *_ = analysis.fits.items()
+    term = replace(fit["random_walk"], low=0.0)
+    with_zero = replace(fit, terms={**fit.terms, "random_walk": term})
+    rows = list(many._rows(replace(analysis, fits={channel: with_zero})))
+    assert "[0" in rows[0][3]

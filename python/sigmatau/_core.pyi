@@ -119,8 +119,8 @@ def read_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None],
-) -> tuple[list[_Floats], _Ints | None]: ...
+    writing: tuple[str, bool, int | None, bool],
+) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def parse_text(
     lines: bytes,
     delimiter: str | None,
@@ -129,8 +129,8 @@ def parse_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None],
-) -> tuple[list[_Floats], _Ints | None]: ...
+    writing: tuple[str, bool, int | None, bool],
+) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def scan_dataflash(path: str) -> dict[str, Any]: ...
 def dataflash_columns(
     path: str,

@@ -21,6 +21,7 @@ __all__ = [
     "LogEnd",
     "LogKind",
     "Sentences",
+    "TextColumns",
     "TextReadError",
     "bytes_read",
     "dataflash_columns",
@@ -67,6 +68,35 @@ class TextReadError(Exception):
         self.expected = expected
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TextColumns:
+    """Columns of a text table, and what was passed over between its rows. Lines count from 1.
+
+    Attributes
+    ----------
+    columns : list of ndarray, shape (n,)
+    integers : ndarray of int64 or None
+        The exact column, if all its values are integers, or dates.
+    hidden, first_hidden : int
+        Lines that begin with a comment mark and else look like rows; the first of them.
+    remarks, first_remark : int
+        Other lines that begin so.
+    headers : list of (int, str)
+        Line and text of those that have as many fields as a row and no number in them; the first 16.
+    open_end : bool
+        Whether the last line has no line end; not looked at in large files that are not compressed.
+    """
+
+    columns: list[NDArray[np.float64]]
+    integers: NDArray[np.int64] | None
+    hidden: int
+    first_hidden: int
+    remarks: int
+    first_remark: int
+    headers: list[tuple[int, str]]
+    open_end: bool
+
+
 def read_text(
     source: str | bytes,
     *,
@@ -79,7 +109,8 @@ def read_text(
     encoding: str = "ascii",
     decimal_comma: bool = False,
     lines: int | None = None,
-) -> tuple[list[NDArray[np.float64]], NDArray[np.int64] | None]:
+    dates: bool = False,
+) -> TextColumns:
     """Columns of a text table.
 
     Parameters
@@ -104,16 +135,30 @@ def read_text(
         Whether 0,5 is one half; then 0.5 is no number.
     lines : int or None
         Lines of the source after which it is taken to end.
+    dates : bool
+        Whether the exact column holds dates; they come as nanoseconds since 1970.
 
     Raises
     ------
     TextReadError
     """
-    how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, (encoding, decimal_comma, lines))
+    writing = (encoding, decimal_comma, lines, dates)
+    how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
     try:
-        return _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
+        found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
+    floats, integers, (hidden, first_hidden, remarks, first_remark, headers), open_end = found
+    return TextColumns(
+        columns=floats,
+        integers=integers,
+        hidden=hidden,
+        first_hidden=first_hidden,
+        remarks=remarks,
+        first_remark=first_remark,
+        headers=headers,
+        open_end=open_end,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -82,6 +82,12 @@ RECOGNISED = {
     "time_us": ("time", "us"),
     "TimeUS": ("time", "us"),
     "seconds_elapsed": ("time", "s"),
+    "Zeit (s)": ("time", "s"),
+    "Tiempo (s)": ("time", "s"),
+    "Gyroskop x (rad/s)": ("gyro_x", "rad/s"),
+    "Beschleunigung y (m/s^2)": ("accel_y", "m/s^2"),
+    "Accélération z (m/s^2)": ("accel_z", "m/s^2"),
+    "Giroscopio x (rad/s)": ("gyro_x", "rad/s"),
     "time (ms)": ("time", "ms"),
 }
 
@@ -100,6 +106,9 @@ NOT_RECOGNISED = [
     "qw",
     "mag_x",
     "temp_c",
+    "T [degC]",
+    "T",  # a temperature as often as a time
+    "t (°C)",
     "temperature",
     "az",  # azimuth? only with ax and ay
     "fx",
@@ -110,6 +119,7 @@ NOT_RECOGNISED = [
     "time_x",
     "uptime_gyro",
     "user_acceleration_x",
+    "Lineare Beschleunigung x (m/s^2)",  # without gravity
     "angular_acceleration_x",
 ]
 
@@ -253,3 +263,58 @@ def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(tmp_path):
     record = read(path, rate=10)
     assert record.streams[0].grid.n == 8
     assert any("are no numbers and not used" in note for note in record.provenance.conversions)
+
+
+def test_a_unit_of_no_rate_is_said(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x [V],gyro_y [LSB]\n" + "2.5,512\n2.6,513\n" * 20)
+    with pytest.raises(OptionError, match=r"the file has gyro_x in 'V', gyro_y in 'LSB': say --scale too"):
+        read(path, rate=10)
+    record = read(path, rate=10, unit={"gyro": "deg/s"})
+    assert [f.code for f in record.findings] == ["unit_overruled"] * 2
+    assert "the file says 'V', which is no unit of it" in record.findings[0].message
+
+
+def test_counts_are_thought_of(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x,gyro_y\n" + "12,-7\n13,5\n" * 20)
+    with pytest.raises(OptionError, match=r"whole numbers may be counts: then say --scale too"):
+        read(path, rate=10)
+
+
+def test_axes_of_two_units_are_no_sensor():
+    with pytest.raises(OptionError, match=r"gyro would be made of imu1, imu2; say which"):
+        choose(names("t", "imu1_gyro_x", "imu2_gyro_y", "imu2_gyro_z"), None)
+    assert len(choose(names("imu1_gyro_x", "imu1_gyro_y", "imu2_accel_x"), None).channels) == 3
+
+
+def test_one_column_without_a_name_is_a_signal(tmp_path):
+    path = tmp_path / "PHASE.DAT"
+    path.write_text("# PHASE.DAT, from elsewhere\n#\n" + "".join(f"{k % 7}.5e-9\n" for k in range(40)))
+    record = read(path, rate=1, unit={"x": "s"}, input="accumulated")
+    assert record.channels == ("x",)
+    with pytest.raises(OptionError, match="--unit x=1 --rate HZ"):
+        read(path)
+
+
+BAD_STAMPS = {
+    "backwards": [*range(20), *range(20)],
+    "still": [0] * 40,
+    "words": [f"12h{k}" for k in range(40)],
+    "a wrap": [(2**32 - 20_000 + k * 1000) % 2**32 for k in range(40)],
+}
+
+
+@pytest.mark.parametrize("stamps", BAD_STAMPS.values(), ids=BAD_STAMPS)
+def test_wrong_stamps_are_left_out_by_none(tmp_path, stamps):
+    path = tmp_path / "log.csv"
+    path.write_text("time,gyro_x [deg/s],b\n" + "".join(f"{t},{k},1\n" for k, t in enumerate(stamps)))
+    with pytest.raises(ValueError, match=r"--channels time=none --rate HZ") as caught:
+        read(path, unit={"time": "us"})
+    assert ("add 2^32" in str(caught.value)) == (stamps is BAD_STAMPS["a wrap"])
+    for channels in ({"time": "none"}, {"time": " None", "gyro_x": 2}):
+        record = read(path, rate=10, channels=channels)
+        assert record.channels == ("gyro_x",)
+        assert "no time stamps, as asked" in record.provenance.conversions
+    with pytest.raises(OptionError, match="--rate HZ"):
+        read(path, channels={"time": "none"})

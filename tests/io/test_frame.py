@@ -118,3 +118,14 @@ def test_missing_times():
 def test_no_frame(what):
     with pytest.raises(TypeError, match="`frame` must be a data frame"):
         sigmatau.from_frame(what)
+
+
+def test_a_series_is_no_frame():
+    class Series:
+        dtype = "float64"
+
+        def __arrow_c_stream__(self, requested_schema=None):
+            raise AssertionError("not asked for")
+
+    with pytest.raises(DataError, match="one column without a name: give a frame"):
+        sigmatau.from_frame(Series())

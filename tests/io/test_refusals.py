@@ -75,7 +75,7 @@ DATA = {
     "old Mac": (GOOD.replace("\n", "\r"), ["CR alone"]),
     "null byte": (GOOD.replace("0.04", "0.0\0"), ["binary data", "not a format that is read: text tables"]),
     "NMEA": (b"$GPGGA,-1.0,2.0,3.0*68\n" * 9, ["line 1", "$GPGGA", "not read yet"]),
-    "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["JSON"]),
+    "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["JSON", "MCAP, ROS bags"]),
     "huge first line": (b"1," * 200_000, ["first line is longer than 256 KiB"]),
     "PDF": (b"%PDF-1.7\n1 2 3\n", ["a PDF", "not a format that is read: text tables"]),
     "PNG": (b"\x89PNG\r\n\x1a\n\0\0", ["a PNG"]),

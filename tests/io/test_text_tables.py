@@ -91,7 +91,8 @@ def test_dialect(tmp_path, text):
     path = tmp_path / "log.csv"
     path.write_bytes(text.encode())
     ended = not text.rpartition("\n")[2].strip()
-    findings = () if ended else (("no_line_end", None),)
+    findings = (("comments", None),) if "hammer" in text else ()
+    findings += () if ended else (("no_line_end", None),)
     check(read(path, **OPTIONS), findings=findings)
 
 

@@ -60,7 +60,7 @@ class TestChoice:
         ("tables", "words"),
         [
             ([table("/imu0", (*GYRO, *ACCEL)), table("/imu1", (*GYRO, *ACCEL))], "several sensors: /imu0 .*50 rows"),
-            ([table("gyro:0", GYRO), table("gyro:1", GYRO), table("accel", ACCEL)], "--topic 'gyro:0'"),
+            ([table("gyro:0", GYRO), table("gyro:1", GYRO), table("accel", ACCEL)], "--topic 'gyro:0' --topic 'accel'"),
             ([table("a", ["p"]), table("b", ["q"])], "several tables, none with known"),
         ],
     )
@@ -74,6 +74,7 @@ class TestChoice:
         assert chosen(tables, "b/IMU", "/b/imu") == ["/b/imu"]
         assert chosen(tables, "gyro") == ["/b/Gyro"]
         flight = [table("sensor_gyro:0", GYRO), table("IMU[0]", GYRO), table("IMU[1]", GYRO)]
+        assert chosen(flight, "IMU[1], sensor_gyro") == ["IMU[1]", "sensor_gyro:0"]
         assert chosen(flight, "sensor_gyro") == ["sensor_gyro:0"]
         with pytest.raises(OptionError, match="several topics are called so"):
             chosen(flight, "imu")

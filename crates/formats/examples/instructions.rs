@@ -51,6 +51,7 @@ fn run(work: &str, rate: &[f64], table: &str) -> Result<(), Failure> {
                 comment: Vec::new(),
                 skip_lines: 0,
                 columns: COLUMNS,
+                dates: false,
             };
             let wanted: Vec<usize> = (0..COLUMNS).collect();
             drop(black_box(read_columns(table.as_bytes(), &dialect, &wanted, None)?));

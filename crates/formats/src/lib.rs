@@ -6,10 +6,12 @@
 #![forbid(unsafe_code)]
 
 mod dataflash;
+pub mod date;
 mod decode;
 mod number;
 mod pieces;
 mod progress;
+mod remarks;
 pub mod ros;
 mod rows;
 mod sentences;
@@ -21,6 +23,7 @@ mod write;
 pub use dataflash::{DataFlashKind, DataFlashRows, DataFlashScan, dataflash_columns, scan_dataflash};
 pub use decode::{Encoding, Writing, read_written, read_written_file};
 pub use progress::bytes_read;
+pub use remarks::Remarks;
 pub use sentences::{Sentences, read_sentences};
 pub use text::{Delimiter, Dialect, Table, TextError, open, read_columns, read_file};
 pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};

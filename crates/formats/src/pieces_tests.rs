@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
+use crate::remarks::Remarks;
 use crate::text::{Delimiter, Dialect, LONGEST, read_columns, read_file, read_stream};
 
 struct Bytes<'a>(&'a [u8]);
@@ -121,16 +122,16 @@ fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Op
     }
     let exact = (random.below(3) > 0).then(|| random.below(columns));
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
-    (text.into_bytes(), Dialect { delimiter, comment, skip_lines, columns }, wanted, exact)
+    (text.into_bytes(), Dialect { delimiter, comment, skip_lines, columns, dates: false }, wanted, exact)
 }
 
 /// Bits of the columns, so that zeros with a sign are told apart; integers, rows, first line.
-type Bits = (Vec<Vec<u64>>, Option<Vec<i64>>, usize, usize);
+type Bits = (Vec<Vec<u64>>, Option<Vec<i64>>, usize, usize, Remarks);
 
 fn bits(result: Result<Table, TextError>) -> Result<Bits, TextError> {
     result.map(|t| {
         let columns = t.columns.iter().map(|c| c.iter().map(|x| x.to_bits()).collect()).collect();
-        (columns, t.integers, t.rows, t.first_line)
+        (columns, t.integers, t.rows, t.first_line, t.remarks)
     })
 }
 
@@ -163,7 +164,13 @@ fn temporary(name: &str) -> PathBuf {
 }
 
 fn dialect(columns: usize) -> Dialect {
-    Dialect { delimiter: Delimiter::Byte(b','), comment: vec![b"#".to_vec()], skip_lines: 1, columns }
+    Dialect {
+        delimiter: Delimiter::Byte(b','),
+        comment: vec![b"#".to_vec()],
+        skip_lines: 1,
+        columns,
+        dates: false,
+    }
 }
 
 #[test]

@@ -5,7 +5,9 @@
 
 use memchr::{memchr, memchr3, memrchr};
 
+use crate::date;
 use crate::number::{long_fraction, scan, short_number};
+use crate::remarks::Remarks;
 use crate::text::{Delimiter, Dialect, Table, TextError};
 
 /// Characters of a field that an error quotes.
@@ -47,6 +49,7 @@ pub(crate) struct Rows {
     skip: usize,
     /// Whether the first line is that of the file.
     at_start: bool,
+    remarks: Remarks,
 }
 
 /// What is wrong with a field, before it is known where.
@@ -101,6 +104,13 @@ impl<'a> Layout<'a> {
         // The quick way goes on until a line ends, so that there must be an end.
         let ended = if self.quick { memrchr(b'\n', &text[..end]).map_or(0, |last| last + 1) } else { 0 };
         while start < end {
+            if text[start] == b'\n' && rows.skip == 0 {
+                // Blank lines by the billion are a few megabytes of compressed ones.
+                let blank = text[start..end].iter().take_while(|&&b| b == b'\n').count();
+                rows.lines += blank;
+                start += blank;
+                continue;
+            }
             // The first line may begin with a byte order mark.
             if start < ended && rows.skip == 0 && !(rows.at_start && rows.lines == 0) {
                 if let Some(next) = self.quick_row(text, start, rows) {
@@ -206,6 +216,9 @@ impl<'a> Layout<'a> {
         rows: &mut Rows,
     ) -> Option<usize> {
         let is_exact = self.exact == Some(column) && rows.integers.is_some();
+        if is_exact && self.dialect.dates {
+            return None; // left to the other way
+        }
         if !is_exact {
             if let Some((value, end)) = long_fraction(text, start).or_else(|| short_number(text, start)) {
                 rows.columns[place].push(value);
@@ -248,8 +261,11 @@ impl<'a> Layout<'a> {
             Delimiter::Byte(b'\t') => trim_with(line, |b| b == b' ' || b == b'\r'),
             _ => trim(line),
         };
-        let is_comment = |prefix: &Vec<u8>| trimmed.starts_with(prefix);
-        if trimmed.is_empty() || self.dialect.comment.iter().any(is_comment) {
+        if trimmed.is_empty() {
+            return Ok(());
+        }
+        if self.dialect.comment.iter().any(|prefix| trimmed.starts_with(prefix)) {
+            self.remark(trimmed, rows);
             return Ok(());
         }
         if rows.done == 0 {
@@ -275,18 +291,40 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
+    /// Counts a line that begins with the mark of a comment.
+    fn remark(&self, line: &[u8], rows: &mut Rows) {
+        let columns = self.dialect.columns;
+        let fields = count(line, self.dialect.delimiter, columns);
+        let (mut numbers, mut start) = (0, 0);
+        while fields == columns && start < line.len() {
+            let end = match self.dialect.delimiter {
+                Delimiter::Byte(byte) => field_end(line, start, byte),
+                Delimiter::Whitespace => {
+                    line[start..].iter().position(|&b| is_space(b)).map_or(line.len(), |len| start + len)
+                }
+            };
+            numbers += usize::from(number(&line[start..end]).is_ok());
+            start = end + 1;
+        }
+        rows.remarks.add(rows.lines, line, fields, numbers, columns);
+    }
+
     /// Takes the numbers out of a line whose fields one byte parts; the number of fields.
     fn delimited(&self, line: &[u8], byte: u8, rows: &mut Rows) -> Result<usize, TextError> {
         let mut start = 0;
         for column in 0..self.dialect.columns {
-            let end = if let Some(place) = self.places[column] {
+            let end = if self.exact == Some(column) && self.dialect.dates {
+                let end = field_end(line, start, byte);
+                rows.date(&line[start..end], column, self.places[column])?;
+                end
+            } else if let Some(place) = self.places[column] {
                 rows.number(line, start, byte, column, place)?
             } else {
                 let end = field_end(line, start, byte);
                 rows.words(column, &line[start..end])?;
                 end
             };
-            if self.exact == Some(column) {
+            if self.exact == Some(column) && !self.dialect.dates {
                 rows.integer(bare(&line[start..end]));
             }
             if end == line.len() {
@@ -308,13 +346,15 @@ impl<'a> Layout<'a> {
             fields += 1;
             if let Some(&place) = self.places.get(column) {
                 let field = &line[start..end];
-                if let Some(place) = place {
+                if self.exact == Some(column) && self.dialect.dates {
+                    rows.date(field, column, place)?;
+                } else if let Some(place) = place {
                     let value = number(field).map_err(|fault| rows.fault(&fault, column, field))?;
                     rows.columns[place].push(value);
                 } else {
                     rows.words(column, field)?;
                 }
-                if self.exact == Some(column) {
+                if self.exact == Some(column) && !self.dialect.dates {
                     rows.integer(bare(field));
                 }
             }
@@ -362,6 +402,21 @@ impl Rows {
         }
     }
 
+    /// Reads a field as a date, in nanoseconds.
+    fn date(&mut self, field: &[u8], column: usize, place: Option<usize>) -> Result<(), TextError> {
+        let stamp = date::nanoseconds(bare(field)).ok_or_else(|| match number(field) {
+            Err(fault) => self.fault(&fault, column, field),
+            Ok(_) => self.fault(&Fault::NotANumber, column, field),
+        })?;
+        if let Some(place) = place {
+            self.columns[place].push(stamp as f64);
+        }
+        if let Some(integers) = &mut self.integers {
+            integers.push(stamp);
+        }
+        Ok(())
+    }
+
     /// Refuses a long field that is no text.
     fn words(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
         let text = field.len() <= LONG
@@ -390,6 +445,7 @@ impl Rows {
         if self.done == 0 && next.done > 0 {
             self.first_line = self.lines + next.first_line;
         }
+        self.remarks.append(&next.remarks, self.lines);
         self.done += next.done;
         self.lines += next.lines;
     }
@@ -422,6 +478,8 @@ impl Rows {
             integers: self.integers,
             rows: self.done,
             first_line: self.first_line,
+            remarks: self.remarks,
+            open_end: false,
         })
     }
 }

@@ -14,6 +14,7 @@ use memchr::memrchr;
 use crate::number::PAD;
 use crate::pieces::{self, Sizes};
 use crate::progress::Counted;
+use crate::remarks::Remarks;
 use crate::rows::Layout;
 
 /// The longest line that is accepted, and the size of the pieces of a stream. \[bytes\]
@@ -45,6 +46,8 @@ pub struct Dialect {
     pub skip_lines: usize,
     /// Fields of every line of data. One empty field more, after a trailing delimiter, is let pass.
     pub columns: usize,
+    /// Whether the exact column holds dates, see [`crate::date::nanoseconds`].
+    pub dates: bool,
 }
 
 /// Columns of numbers.
@@ -59,6 +62,10 @@ pub struct Table {
     pub rows: usize,
     /// Line of the first row, counted from 1.
     pub first_line: usize,
+    /// Comments among the rows.
+    pub remarks: Remarks,
+    /// Whether the last line of a stream has no line end.
+    pub open_end: bool,
 }
 
 /// Why a table was refused. Lines count from 1 and are those of the file; rows and columns count from 0.
@@ -257,7 +264,8 @@ pub(crate) fn read_stream(
         filled -= whole;
     }
     layout.read(&piece, filled, &mut rows)?;
-    rows.finish()
+    let table = rows.finish()?;
+    Ok(Table { open_end: filled > 0, ..table })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::*;
 
 fn dialect(delimiter: Delimiter, columns: usize) -> Dialect {
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
-    Dialect { delimiter, comment, skip_lines: 0, columns }
+    Dialect { delimiter, comment, skip_lines: 0, columns, dates: false }
 }
 
 const COMMA: Delimiter = Delimiter::Byte(b',');

@@ -12,7 +12,13 @@ use sigmatau_formats::{
 };
 
 fn table(columns: usize) -> Dialect {
-    Dialect { delimiter: Delimiter::Byte(b','), comment: vec![b"#".to_vec()], skip_lines: 0, columns }
+    Dialect {
+        delimiter: Delimiter::Byte(b','),
+        comment: vec![b"#".to_vec()],
+        skip_lines: 0,
+        columns,
+        dates: false,
+    }
 }
 
 /// A number as programs write it: digits, perhaps a point, perhaps an exponent, perhaps a sign.

@@ -8,7 +8,11 @@ use std::path::PathBuf;
 
 pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
 
-type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>);
+/// Columns, the exact one as integers, comments among the rows, and whether the last line has no line end.
+type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, Passed, bool);
+
+/// The fields of [`formats::Remarks`].
+type Passed = (usize, usize, usize, usize, Vec<(usize, String)>);
 
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // the fields of a dialect, which _kernels names
@@ -21,15 +25,14 @@ pub fn read_text<'py>(
     columns: usize,
     wanted: Vec<usize>,
     exact: Option<usize>,
-    writing: (&str, bool, Option<usize>),
+    writing: (&str, bool, Option<usize>, bool),
 ) -> PyResult<Columns<'py>> {
-    let dialect = dialect(delimiter, comment, skip_lines, columns)?;
+    let dialect = dialect(delimiter, comment, skip_lines, columns, writing.3)?;
     let writing = written(writing)?;
     let table = py
         .detach(|| formats::read_written_file(&path, writing, &dialect, &wanted, exact))
         .map_err(refused)?;
-    let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
-    Ok((floats, table.integers.map(|c| c.into_pyarray(py))))
+    Ok(columns_of(py, table))
 }
 
 /// The same from lines in memory.
@@ -44,14 +47,13 @@ pub fn parse_text<'py>(
     columns: usize,
     wanted: Vec<usize>,
     exact: Option<usize>,
-    writing: (&str, bool, Option<usize>),
+    writing: (&str, bool, Option<usize>, bool),
 ) -> PyResult<Columns<'py>> {
-    let dialect = dialect(delimiter, comment, skip_lines, columns)?;
+    let dialect = dialect(delimiter, comment, skip_lines, columns, writing.3)?;
     let writing = written(writing)?;
     let table =
         py.detach(|| formats::read_written(lines, writing, &dialect, &wanted, exact)).map_err(refused)?;
-    let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
-    Ok((floats, table.integers.map(|c| c.into_pyarray(py))))
+    Ok(columns_of(py, table))
 }
 
 #[pyfunction]
@@ -69,18 +71,26 @@ pub fn write_text(
         .map_err(|error| PyOSError::new_err(error.to_string()))
 }
 
+fn columns_of(py: Python<'_>, table: formats::Table) -> Columns<'_> {
+    let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
+    let formats::Remarks { rows, first_row, others, first_other, headers } = table.remarks;
+    let integers = table.integers.map(|c| c.into_pyarray(py));
+    (floats, integers, (rows, first_row, others, first_other, headers), table.open_end)
+}
+
 fn dialect(
     delimiter: Option<&str>,
     comment: Vec<String>,
     skip_lines: usize,
     columns: usize,
+    dates: bool,
 ) -> PyResult<Dialect> {
     let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
     let comment = comment.into_iter().map(String::into_bytes).collect();
-    Ok(Dialect { delimiter, comment, skip_lines, columns })
+    Ok(Dialect { delimiter, comment, skip_lines, columns, dates })
 }
 
-fn written((encoding, decimal_comma, lines): (&str, bool, Option<usize>)) -> PyResult<Writing> {
+fn written((encoding, decimal_comma, lines, _): (&str, bool, Option<usize>, bool)) -> PyResult<Writing> {
     let encoding = match encoding {
         "ascii" => Encoding::Ascii,
         "utf-16-le" => Encoding::Utf16Le,

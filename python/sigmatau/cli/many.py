@@ -13,12 +13,18 @@ from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import Finding, damaged
+from sigmatau.results import Finding, damaged, duration_text
 
 __all__ = ["Outcome", "gather", "names", "run", "summary"]
 
 # What lies beside logs in a folder and is none.
-_BESIDE = (".json", ".toml", ".yaml", ".yml", ".md", ".png", ".svg", ".pdf", ".html")
+_BESIDE = (
+    *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
+    *(".png", ".svg", ".pdf", ".html", ".jpg", ".jpeg", ".gif", ".mp4", ".mov", ".doc", ".docx", ".odt"),
+)
+_PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
+_TABLES = (".csv", ".tsv", ".dat", ".gz")  # one without rows is a log that failed, not a remark
+_LOOKED_AT = 1 << 16  # bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +38,7 @@ class Outcome:
         Why there is no result; empty if there is one.
     findings : tuple of Finding
     rows : tuple of tuple of str
-        Of the table: channel, coefficients, verdict.
+        Of the table: channel, length, rate, coefficients, verdict.
     usage : bool
         Whether the error is about an option.
     """
@@ -50,31 +56,76 @@ class Outcome:
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Logs, those of folders among them in the order of their names; and what is left out of folders, which is no log.
+    """Logs, those of folders and the folders in them in the order of their names; and what is left out, which is no log.
+
+    A log that is named and lies in a folder that is named too is read once.
 
     Raises
     ------
     DataError
         If a folder holds no log.
     OptionError
-        If a log is given twice.
+        If a log is named twice.
     """
-    logs: list[Path] = []
+    named = [place for place in places if not place.is_dir()]
+    logs: dict[Path, Path] = {}  # by where they are in truth
     left_out: list[Path] = []
     for place in places:
         if not place.is_dir():
-            logs.append(place)
+            if named.count(place) > 1:
+                raise OptionError(f"{place} is given twice", option="log")
+            logs.setdefault(_truly(place), place)
             continue
-        files = sorted(f for f in place.iterdir() if f.is_file() and not f.name.startswith("."))
-        found = [f for f in files if f.suffix.lower() not in _BESIDE]
+        files = list(_files(place, ()))
+        found = [f for f in files if _may_be_a_log(f)]
         if not found:
-            raise DataError(f"{place}: there is no log in this folder")
-        logs += found
+            raise DataError(f"{place}: there is no log in this folder, nor in the folders in it")
+        for log in found:
+            logs.setdefault(_truly(log), log)
         left_out += [f for f in files if f not in found]
-    twice = next((log for i, log in enumerate(logs) if log in logs[:i]), None)
-    if twice is not None:
-        raise OptionError(f"{twice} is given twice", option="log")
-    return logs, left_out
+    asked = {_truly(place) for place in named}
+    return list(logs.values()), [file for file in left_out if _truly(file) not in asked]
+
+
+def _truly(path: Path) -> Path:
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError, ValueError):  # a loop of links: the reader says so
+        return path.absolute()
+
+
+def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
+    """Files of a folder and of those in it, hidden ones left out; a link to a folder further up is not followed."""
+    above = (*above, _truly(folder))
+    try:
+        entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
+    except OSError as error:
+        raise DataError(f"{folder}: cannot be read: {error.strerror or error}") from None
+    yield from (entry for entry in entries if entry.is_file())
+    for entry in entries:
+        if entry.is_dir() and _truly(entry) not in above:
+            yield from _files(entry, above)
+
+
+def _may_be_a_log(file: Path) -> bool:
+    """Whether a file that was found, not named, is read: not if it is empty, a picture, or a text without numbers."""
+    if file.suffix.lower() in _BESIDE:
+        return False
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(_LOOKED_AT)
+    except OSError:
+        return True  # the reader says why it cannot be read
+    if not head or head.startswith(_PICTURES):
+        return False
+    if file.suffix.lower() in _TABLES or b"\0" in head:
+        return True
+    # Prose has a number here and there, and no line that is mostly numbers; a log has one in its first pages.
+    return any(map(_mostly_digits, head.splitlines()))
+
+
+def _mostly_digits(line: bytes) -> bool:
+    return 3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0
 
 
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
@@ -144,25 +195,30 @@ _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
 def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
     for channel, read in analysis.read_off.items():
-        fit = analysis.fits.get(channel)
+        fit, curve = analysis.fits.get(channel), analysis.curves[channel]
+        length, rate = duration_text(curve.n * curve.tau0), f"{1 / curve.tau0:.6g} Hz"
         texts = []
         for term in _TERMS:
             if fit is not None:
-                value, _, unit = fit.texts(term)[0] if term in fit else ("", "", "")
+                value, interval, unit = fit.texts(term)[0] if term in fit else ("", "", "")
+                # A value of which nothing may be there is half the truth without its interval.
+                if value and fit[term].low == 0:
+                    value = f"{value} {interval}"
             else:
                 value, unit = read.texts(term)[0] if term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
-        yield channel, *texts, "read off" if fit is None else fit.verdict.replace("_", " ")
+        verdict = "read off" if fit is None else fit.verdict.replace("_", " ")
+        yield channel, length, rate, *texts, verdict + (", DAMAGED" if damaged(analysis.findings) else "")
 
 
 def summary(outcomes: Sequence[Outcome]) -> str:
     """The table of all logs, in the order in which they were given."""
-    head = ("log", "channel", *(t.replace("_", " ") for t in _TERMS), "verdict")
+    head = ("log", "channel", "length", "rate", *(t.replace("_", " ") for t in _TERMS), "verdict")
     short = _short([outcome.log for outcome in outcomes])
     rows = [
         (name if first else "", *row)
         for name, outcome in zip(short, outcomes, strict=True)
-        for first, row in ((i == 0, row) for i, row in enumerate(outcome.rows or [("", "", "", "", "failed")]))
+        for first, row in ((i == 0, row) for i, row in enumerate(outcome.rows or [("", "", "", "", "", "", "failed")]))
     ]
     widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
     lines = [
@@ -175,7 +231,15 @@ def summary(outcomes: Sequence[Outcome]) -> str:
 def names(logs: Sequence[Path]) -> list[str]:
     """A name for the result of each."""
     found = [name.replace(os.sep, "_") for name in _short(logs)]
-    return [name if found.count(name) == 1 else f"{name}-{k}" for k, name in enumerate(found, 1)]
+    unique: list[str] = []
+    for k, name in enumerate(found):
+        number = found[:k].count(name) + 1
+        numbered = name if found.count(name) == 1 else f"{name}-{number}"
+        while numbered in unique or (numbered != name and numbered in found):
+            number += 1
+            numbered = f"{name}-{number}"
+        unique.append(numbered)
+    return unique
 
 
 def _short(logs: Sequence[Path]) -> list[str]:

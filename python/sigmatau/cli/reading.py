@@ -32,6 +32,7 @@ class Reading:
         Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x passes bytes over.
     channels
         Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
+        time=none leaves wrong stamps out.
     input
         What the columns hold: rates, increments per sample, or accumulated angle and velocity.
     scale

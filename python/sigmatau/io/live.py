@@ -245,15 +245,14 @@ class Live:
 
     def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
         assert self._layout is not None
-        columns, _ = _formats.read_text(
+        return _formats.read_text(
             lines,
             delimiter=self._layout.delimiter,
             comment=COMMENTS,
             columns=len(self._layout.columns),
             wanted=self._wanted(),
             decimal_comma=self._layout.decimal_comma,
-        )
-        return columns
+        ).columns
 
     def _numbers(self, lines: bytes) -> NDArray[np.float64]:
         assert self._choice is not None

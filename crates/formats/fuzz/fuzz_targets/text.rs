@@ -18,6 +18,7 @@ fuzz_target!(|data: &[u8]| {
         comment: vec![b"#".to_vec(), b"//".to_vec()],
         skip_lines: usize::from(choice >> 6),
         columns,
+        dates: choice & 8 != 0,
     };
     let wanted: Vec<usize> = (0..columns).step_by(2).collect();
     let exact = (choice & 4 != 0).then_some(0);

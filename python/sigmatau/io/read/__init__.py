@@ -59,7 +59,7 @@ def read(
         Channel to column: a name, a number counted from 1, or three numbers for a sensor, e.g. ``{"time": "stamp",
         "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Names that do not begin with ``gyro`` or ``accel`` are signals.
         Then only these are read, and a time column that is recognised; a mapping of ``"time"`` alone leaves the sensors
-        to be recognised. By default all are.
+        to be recognised, and ``"none"`` for it leaves the stamps out, for a file whose stamps are wrong. By default all are.
     input : {"rate", "increments", "accumulated"}
         What the numbers are: rates; the angle or velocity of one sample interval; or their running sum, of which N points
         give N-1 rates.

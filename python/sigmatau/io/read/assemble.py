@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
+from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.jitter import scattered
 from sigmatau.io.read.lay import missing_values, own_rows, with_missing
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.table import Loaded, Table, is_date
 from sigmatau.io.read.temperature import temperature_stream
 from sigmatau.io.read.timing import Timing, timed
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
@@ -265,6 +265,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     notes: list[str] = []
     overruled: list[Finding] = []
     missing: list[str] = []
+    foreigners: list[str] = []
+    counts = False
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
         match = recognised[index]
@@ -273,6 +275,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
         said = options.unit.get(channel, options.unit.get(stream))
+        if channel == "time" and is_date(table.columns[index].first):
+            said = None  # dates have no unit that one could err about
         if said is not None and stated is not None and not _same(said, stated):
             notes.append(f"{channel}: in {said} as given, though the file says {stated}")
             overruled.append(
@@ -284,17 +288,46 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
                     effect="the given unit is used",
                 )
             )
+        foreign = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
+        if said is not None and foreign is not None:
+            overruled.append(
+                Finding(
+                    code="unit_overruled",
+                    severity="warning",
+                    channel=channel,
+                    message=f"the unit given is {said}, the file says {foreign[:20]!r}, which is no unit of it",
+                    effect="the numbers are taken in the given unit" + _scaled(channel, stream, options),
+                )
+            )
         spelled = said or stated
         if spelled is None:
             if channel != "time":
                 missing.append(channel)
+                foreigners += [f"{channel} in {foreign[:20]!r}"] if foreign is not None else []
+                counts = counts or _whole(table.columns[index].first)
             continue
         if stream in _SI or channel == "time":
             _check_unit(channel, spelled, stream)
         unit[channel] = spelled
     if missing:
-        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options))
+        if foreigners and len(foreigners) == len(missing):
+            hint = (
+                f" (the file has {', '.join(foreigners)}: say --scale too, e.g. --scale {stream_name(missing[0])}=0.01)"
+            )
+        else:
+            hint = " (whole numbers may be counts: then say --scale too)" if counts and not options.scale else ""
+        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options) + hint)
     return unit, notes, overruled
+
+
+def _whole(text: str) -> bool:
+    """Whether a first field is a number without decimals, other than 0."""
+    return text.lstrip("+-").isdigit() and text.strip("+-0") != ""
+
+
+def _scaled(channel: str, stream: str, options: Options) -> str:
+    given = channel in options.scale or stream in options.scale
+    return ", times the scale given" if given else ": give --scale if they are volts or counts"
 
 
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:

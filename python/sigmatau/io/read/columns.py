@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.table import Column, listing
-from sigmatau.io.read.temperature import Thermometer, find_thermometer, stated_unit
+from sigmatau.io.read.temperature import Thermometer, degrees_of, find_thermometer
 
-__all__ = ["Choice", "choose", "holds_increments", "recognise", "unit_of"]
+__all__ = ["Choice", "choose", "holds_increments", "recognise", "stated_unit", "unit_of"]
 
 # Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
 # words taken off the front.
@@ -28,6 +28,7 @@ _STEMS = {
         "gyros?",
         "gyr",
         "gyroscope",
+        "gyroskop|giroscopio|giroscópio",  # phyphox in other languages
         "gyro_fifo",  # PX4
         "angular_?velocity",
         "angular_?rate",
@@ -45,6 +46,7 @@ _STEMS = {
         "accelerometer",
         "accel_fifo",  # PX4
         "acceleration",
+        "beschleunigung|accélération|aceleración|accelerazione|aceleração",
         "linear_?acceleration",
         "linear_?accel",
         "lin_?acc",
@@ -71,7 +73,8 @@ _TIMES = (
     r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
     r"timeus",  # before T, which is a temperature in ArduPilot's messages
     r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
-    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch",
+    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time"
+    r"|zeit|temps|tiempo|tempo",
     r"log_time",  # of the recorder of an MCAP file or a bag
 )
 _SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
@@ -120,6 +123,8 @@ _ROS_IMU = "field.angular_velocity_covariance0"
 _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
+_LONGEST_NAME = 200
+_WHOSE = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +152,8 @@ class Choice:
 def unit_of(column: Column) -> tuple[str, str | None]:
     """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
     name, unit = column.name.strip(), column.unit
-    match = _BRACKETS.match(name)
+    # The pattern takes the square of the length of what it fails on: no name with a unit is so long.
+    match = _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
     if match and match["name"] and not match["unit"].strip().isdigit():
         name = match["name"].strip()
         unit = unit or match["unit"].strip()
@@ -170,13 +176,16 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     found: list[tuple[str, str | None] | None] = []
     of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
     for column, key in zip(columns, keys, strict=True):
-        if stated_unit(column):  # T in degrees is no time
+        if degrees_of(column):  # T in degrees is no time
             found.append(None)
             continue
         stated = unit_of(column)[1]
         if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
             stated = "ns"
         match = None
+        if _clock_in_another_unit(column, key):
+            found.append(None)
+            continue
         for stem, unit in _readings(key, stated):
             if _ALONE.match(stem) and stem not in together and stem == key:
                 continue
@@ -191,6 +200,23 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
                 break
         found.append(match)
     return found
+
+
+def stated_unit(column: Column) -> str | None:
+    """What the file says in brackets behind a name, or in its row of units, whether it is a unit that is known or not."""
+    match = _BRACKETS.match(column.name.strip()) if len(column.name) <= _LONGEST_NAME else None
+    said = column.unit or (match["unit"].strip() if match and match["name"] else None)
+    return said if said and not said.isdigit() else None
+
+
+def _clock_in_another_unit(column: Column, key: str) -> bool:
+    """``T [degC]`` is no time, and a bare ``T`` in upper case is a temperature as often as a time."""
+    said = stated_unit(column)
+    if key != "t":
+        return False
+    if said is None:
+        return column.name.strip() == "T"
+    return not _known(said) or units.find(said).si != "s"
 
 
 def holds_increments(column: Column) -> bool:
@@ -213,11 +239,12 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
         If a column that was asked for is not there, two columns claim one channel, or no channel is found.
     """
     found = recognise(columns)
+    without = asked is not None and no_time(columns, asked)
     if asked:
-        named = _resolve(columns, asked)
+        named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
         time = named.pop("time", None)
-        notes: tuple[str, ...] = ()
-        if time is None:
+        notes: tuple[str, ...] = ("no time stamps, as asked",) if without else ()
+        if time is None and not without:
             time, notes = _time(columns, found, taken=set(named.values()), strict=False)
         sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
         for channel, index in sensors.items():
@@ -241,6 +268,9 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
                 option="channels",
             )
         channels[channel] = index
+    if not channels and len(columns) == 1 and not columns[0].name and time is None:
+        return Choice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name: a signal x"))
+    _refuse_mixed(columns, channels)
     if not channels:
         what = "has no column names" if not any(c.name for c in columns) else "has no column with a known name"
         raise OptionError(
@@ -256,6 +286,30 @@ def _bare_name(column: Column) -> str:
     """Without what stands in brackets at its end, be it a unit that is known or not."""
     match = _BRACKETS.match(column.name.strip())
     return match["name"].strip() if match and match["name"] else column.name.strip()
+
+
+def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:
+    """The axes of one sensor are not those of two units."""
+    for sensor in ("gyro", "accel"):
+        axes = {channel: index for channel, index in channels.items() if channel.startswith(sensor)}
+        found = {match[0] if (match := _WHOSE.search(columns[i].name.lower())) else "" for i in axes.values()}
+        if len(found) > 1:
+            example = ",".join(f"{channel}={index + 1}" for channel, index in axes.items())
+            whose = ", ".join(sorted(one or "no unit" for one in found))
+            raise OptionError(
+                f"{sensor} would be made of {whose}; say which columns are meant, e.g. --channels {example}",
+                option="channels",
+            )
+
+
+def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
+    """Whether ``time=none`` is asked for, and no column is called so."""
+    where = next((where for channel, where in asked.items() if channel.strip() == "time"), None)
+    return (
+        isinstance(where, str)
+        and where.strip().lower() == "none"
+        and all(column.name.strip().lower() != "none" for column in columns)
+    )
 
 
 def _key(name: str) -> str:

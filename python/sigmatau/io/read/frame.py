@@ -115,6 +115,8 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         for name in frame.columns:  # polars, and others of its kind
             yield from _of_array(str(name), np.asarray(frame[name]))
     elif hasattr(frame, "__arrow_c_stream__"):
+        if not hasattr(frame, "schema") and hasattr(frame, "dtype"):  # a series
+            raise DataError("is one column without a name: give a frame, or a mapping such as {'gyro_x': column}")
         try:
             import pyarrow as pa
         except ImportError:

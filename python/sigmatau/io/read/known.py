@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import cast
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.table import Format, Head
+from sigmatau.io.read.table import FORMATS, Format, Head
 
 __all__ = ["reader_of"]
 
@@ -91,10 +91,7 @@ def reader_of(head: Head, path: Path) -> Format:
     found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
     if _every_other_byte_is_null(head.data):
         raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
-    raise DataError(
-        f"is {found}, not a format that is read: text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB,"
-        " HDF5, Parquet, Arrow, TDMS, .npy, .npz, or raw numbers with --layout"
-    )
+    raise DataError(f"is {found}, not a format that is read: {FORMATS}")
 
 
 def _every_other_byte_is_null(data: bytes) -> bool:

@@ -14,22 +14,23 @@ from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.columns import recognise, unit_of
-from sigmatau.io.read.table import Column
+from sigmatau.io.read.table import FORMATS, Column
 
-__all__ = ["COMMENTS", "Layout", "find_layout"]
+__all__ = ["COMMENTS", "Layout", "find_layout", "header_fields"]
 
 COMMENTS = ("#", "%", "//")
 
 _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
 _LINES = 2000  # looked at
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*")  # the row of most logs
+# There is one way to match each of these: with two, a line that fails would be tried in every combination of them.
+_NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
+_NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*+")  # the row of most logs
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _EXCHANGED = str.maketrans(",.", ".,")
-_UNIT_GAP = re.compile(r"\s+(?=[\[(])")
-_IN_BRACKETS = re.compile(r"[\[(][^\])]*[\])]")
+_UNIT_GAP = re.compile(r"(?<!\s)\s++(?=[\[(])")
+_IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +108,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     if not rows:
         raise DataError("holds only comments and blank lines, no data" if lines else "holds nothing but blank lines")
     if rows[0].text.startswith(("{", "<")):
-        raise DataError("is JSON or XML, not a format that is read: text tables, .npy, .npz")
+        raise DataError(f"is JSON or XML, not a format that is read: {FORMATS}")
     _refuse_sentences(rows)
     decimal_comma = _exchange_decimal_commas(rows)
     delimiter, columns = _delimiter(rows)
@@ -135,6 +136,12 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
         notes=tuple(notes),
         decimal_comma=decimal_comma,
     )
+
+
+def header_fields(text: str, layout: Layout) -> list[str]:
+    """The names in a line further down that begins with the mark of a comment; nothing if it is no header."""
+    fields = _header_fields(_Line(0, text, comment=True), layout.delimiter, len(layout.columns))
+    return fields if _names_something(fields) else []
 
 
 def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:

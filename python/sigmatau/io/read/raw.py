@@ -20,7 +20,7 @@ __all__ = ["parse_layout", "read"]
 _EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
 _HEADER = re.compile(r"header\s+(\d+)")
 _SKIPPED = re.compile(r"(\d*)x")
-_FIELD = re.compile(r"([<>]?)\s*(\d*)\s*([iufIUF][1248])\s+([^\[\],]+?)\s*(?:\[([^\[\]]*)\])?")
+_FIELD = re.compile(r"([<>]?)\s*(\d*)\s*([iufIUF][1248])\s+([^\s\[\],](?:[^\[\],]*[^\s\[\],])?)\s*(?:\[([^\[\]]*)\])?")
 _TYPES = ("i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8")
 _LARGEST = 1 << 20  # bytes of a row
 

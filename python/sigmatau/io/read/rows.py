@@ -94,8 +94,8 @@ def in_order(
         raise DataError(f", {where(_row(rows, worst))}: column {name} has {stamps[worst]}, which is no time")
     if len(stamps) and least == most:
         raise DataError(
-            f"all stamps in column {name} are {stamps[0]}, so they say no rate; name another column by"
-            " --channels time=…, or cut this one out and give --rate HZ"
+            f"all stamps in column {name} are {stamps[0]}, so they say no rate; name another column by --channels time=…"
+            " (in a bag or MCAP --channels time=log_time), or leave the stamps out by --channels time=none --rate HZ"
         )
     intervals = np.diff(stamps)
     signed = stamps.dtype.kind == "f" or stamps.dtype == np.int64  # in others a step back is a large one forward
@@ -185,8 +185,16 @@ def _sorted(
     times = "" if len(back) == 1 else f", and {len(back) - 1} times more further on"
     raise DataError(
         f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
-        " sort the rows, or cut the file there"
+        f" sort the rows, cut the file there{_wrapped(stamps, row)}, or leave the stamps out by --channels time=none"
+        " --rate HZ"
     )
+
+
+def _wrapped(stamps: NDArray[Any], row: int) -> str:
+    """What to say of a step back that is the range of a counter."""
+    back = float(stamps[row - 1]) - float(stamps[row])
+    bits = next((bits for bits in (16, 32) if 0.95 * 2**bits < back <= 2**bits), None)
+    return "" if bits is None else f", add 2^{bits} to the rest if it is a counter of {bits} bits that began anew"
 
 
 def _usual(stamps: NDArray[Any]) -> float:

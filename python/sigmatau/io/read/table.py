@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,7 @@ from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.results import Finding
 
 __all__ = [
+    "FORMATS",
     "HEAD",
     "REST_MISSING",
     "Column",
@@ -23,6 +25,7 @@ __all__ = [
     "Head",
     "Loaded",
     "Table",
+    "is_date",
     "listing",
     "need",
     "refuse_infinite",
@@ -32,10 +35,19 @@ __all__ = [
 HEAD = 1 << 18
 """A format, and the layout of a text table, is found out from this many bytes. [bytes]"""
 
+FORMATS = (
+    "text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5, Parquet, Arrow, TDMS, .npy, .npz,"
+    " or raw numbers with --layout"
+)
+"""What is read, in the words of an error."""
+
 REST_MISSING = "the rest of the log is missing; get or make the file again"
 """Effect of a file that breaks off."""
 
 _LISTED = 12
+_DATE = re.compile(
+    r"\d{4}([-/])\d\d\1\d\d[Tt ]\d\d:\d\d(?::\d\d(?:[.,]\d++)?)?(?: ?(?:[Zz]|[Uu][Tt][Cc]|[+-]\d\d(?::?\d\d)?))?"
+)
 _WORD = 50
 
 
@@ -152,6 +164,11 @@ class Format(Protocol):
     def read(self, path: Path, head: Head) -> Sequence[Table]:
         """The tables of a file that `sniff` took; raises `DataError`."""
         ...
+
+
+def is_date(text: str) -> bool:
+    """Whether a field holds a date and time that text tables are read with, to the nanosecond since 1970."""
+    return _DATE.fullmatch(text) is not None
 
 
 def listing(columns: Sequence[Column]) -> str:

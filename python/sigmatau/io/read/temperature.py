@@ -18,7 +18,7 @@ from sigmatau.streams import Stream
 if TYPE_CHECKING:
     from sigmatau.io.read.timing import Timing
 
-__all__ = ["Thermometer", "find_thermometer", "stated_unit", "temperature_stream"]
+__all__ = ["Thermometer", "degrees_of", "find_thermometer", "temperature_stream"]
 
 # Names in the form that `sigmatau.io.read.columns` compares them in, the more likely one first: of the whole sensor, of the
 # gyro, of the accelerometer.
@@ -53,7 +53,7 @@ class Thermometer:
     unit: str | None
 
 
-def stated_unit(column: Column) -> str | None:
+def degrees_of(column: Column) -> str | None:
     """The unit of temperature that a column states; "" for another unit, None for none."""
     in_brackets = re.search(r"[\[({]\s*([^\[\](){}]*)\s*[\])}]\s*$", column.name)
     stated = column.unit or (in_brackets[1] if in_brackets else None)
@@ -75,7 +75,7 @@ def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):
         if index in taken:
             continue
-        unit, stem = stated_unit(column), key
+        unit, stem = degrees_of(column), key
         if unit is None and (match := _SUFFIX.match(key)):
             stem, unit = match["stem"], _SPELLED[match["unit"]]
         if unit == "":

@@ -17,7 +17,8 @@ from sigmatau import _formats, memory
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.io.read import breaks
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.table import Column, Head, Loaded, Table
+from sigmatau.io.read.passed import Passed
+from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff", "table_of"]
@@ -101,7 +102,8 @@ def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Ta
             _refuse_too_large(source, head, len(wanted) + (exact is not None))
         return text.load(tuple(wanted), exact)
 
-    columns, named = _of_sensor_logger(layout.columns, name)
+    dated = tuple(replace(c, unit="ns") if is_date(c.first) else c for c in layout.columns)
+    columns, named = _of_sensor_logger(dated, name)
     return Table(
         format="text",
         columns=columns,
@@ -132,30 +134,40 @@ class _Text:
 
     def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
         found: tuple[Finding, ...] = ()
+        until: int | None = None
         try:
-            raw = self._rows(wanted, exact, None)
+            read = self._read(wanted, exact, None)
         except _formats.TextReadError as error:
-            until, what = self._break(error)
+            until, what = self._break(error, exact)
             try:
-                raw = self._rows(wanted, exact, until)
+                read = self._read(wanted, exact, until)
             except _formats.TextReadError:
                 raise _explained(error, self.layout) from None
-            found = (breaks.finding(*what(len(raw[wanted[0]]))),)
-        if not found and len(self.layout.columns) - 1 in wanted:
-            cut = breaks.cut_number(self.source, self.encoding, self.layout.delimiter)
+            found = (breaks.finding(*what(len(read.columns[0]))),)
+        passed = Passed.between(read, self.layout)
+        if passed.stop is not None:
+            read = self._read(wanted, exact, passed.stop - 1)
+            found = ()
+        raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
+        if exact is not None and read.integers is not None:
+            raw[exact] = read.integers
+        found = (*found, *passed.findings(len(read.columns[0])))
+        whole = until is None and passed.stop is None
+        if whole and len(self.layout.columns) - 1 in wanted:
+            cut = breaks.cut_number(self.source, self.encoding, self.layout.delimiter, open_end=read.open_end)
             if cut:
                 raw = {index: column[:-1] for index, column in raw.items()}
                 rows = len(raw[wanted[0]])
                 message = f"the last line was cut off in its last number; {rows} rows were read before it"
-                found = (breaks.finding("broken_off", message),)
+                found = (*found, breaks.finding("broken_off", message))
             elif cut is None:
                 raw = {index: column[:-1] for index, column in raw.items()}
                 message = "the last line has no line end, so its last number may have been cut off: it is left out"
-                found = (Finding(code="no_line_end", severity="info", message=message),)
+                found = (*found, Finding(code="no_line_end", severity="info", message=message))
         return Loaded(columns=raw, findings=found)
 
-    def _rows(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> dict[int, NDArray[Any]]:
-        columns, integers = _formats.read_text(
+    def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> _formats.TextColumns:
+        return _formats.read_text(
             self.source if isinstance(self.source, bytes) else str(self.source),
             delimiter=self.layout.delimiter,
             comment=COMMENTS,
@@ -166,13 +178,10 @@ class _Text:
             encoding=self.encoding,
             decimal_comma=self.layout.decimal_comma,
             lines=lines,
+            dates=exact is not None and is_date(self.layout.columns[exact].first),
         )
-        raw: dict[int, NDArray[Any]] = dict(zip(wanted, columns, strict=True))
-        if exact is not None and integers is not None:
-            raw[exact] = integers
-        return raw
 
-    def _break(self, error: _formats.TextReadError) -> tuple[int, Callable[[int], tuple[str, str]]]:
+    def _break(self, error: _formats.TextReadError, exact: int | None) -> tuple[int, Callable[[int], tuple[str, str]]]:
         """The lines before a break, and what to say of it; raises what is wrong if it is none."""
         if error.kind == "truncated":
             return error.line, lambda rows: (
@@ -194,6 +203,8 @@ class _Text:
                     "damaged",
                     f"line {error.line} holds bytes that are no text; {rows} rows were read before it, none after it",
                 )
+        if error.kind == "not_a_number" and error.column == exact and error.row == 0:
+            raise _no_time(error, self.layout)
         raise _explained(error, self.layout) from None
 
     def line(self, row: int) -> int:
@@ -221,6 +232,15 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
             f"some {rows:.2g} rows take {8e-9 * rows * columns:.3g} GB of memory, and {1e-9 * free:.3g} GB are free;"
             " save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
         )
+
+
+def _no_time(error: _formats.TextReadError, layout: Layout) -> DataError:
+    name = layout.columns[error.column].name or f"number {error.column + 1}"
+    return DataError(
+        f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date that is read"
+        " (such as 2026-03-01 12:00:00.000); name another by --channels time=…, or leave it out by --channels time=none"
+        " --rate HZ"
+    )
 
 
 def _explained(error: _formats.TextReadError, layout: Layout) -> DataError:

@@ -42,7 +42,8 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
         If a topic that was asked for is not there or not the only one, or if several might be meant.
     """
     if asked:
-        return list({table.topic: table for table in (_named(tables, name) for name in asked)}.values())
+        named = [name for said in asked for name in _parted(tables, said)]
+        return list({table.topic: table for table in (_named(tables, name) for name in named)}.values())
     if len(tables) == 1:
         return list(tables)
     by_sensors: dict[tuple[str, ...], list[Table]] = {}
@@ -58,8 +59,16 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     what = (
         "holds several sensors" if both or gyro or accel else "holds several tables, none with known names of columns"
     )
-    example = likely[0].topic
-    raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. --topic {example!r}", option="topic")
+    examples = [gyro[0], accel[0]] if gyro and accel and not both else likely[:1]
+    example = " ".join(f"--topic {table.topic!r}" for table in examples)
+    raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}", option="topic")
+
+
+def _parted(tables: Sequence[Table], said: str) -> list[str]:
+    """``a,b`` as two names, unless a topic is called so."""
+    if "," not in said or any(table.topic == said for table in tables):
+        return [said]
+    return [name.strip() for name in said.split(",") if name.strip()]
 
 
 def _named(tables: Sequence[Table], name: str) -> Table:

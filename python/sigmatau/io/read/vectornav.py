@@ -16,7 +16,7 @@ from sigmatau.results import Finding
 __all__ = ["read", "sniff"]
 
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
-_NUMBER = re.compile(rb"\s*[+-]?(?:\d+\.?\d*|\.\d+|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
+_NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
 _APPENDED = (b"S", b"T")  # fields after those of the sentence, which can be switched on
 
 

@@ -129,6 +129,10 @@ class Sentences:
         Line, counted from 1, and what is wrong with it, for the first of them.
     others : int
         Whole sentences of other names.
+    gap : (int, int)
+        The most of them, after the first row, without a row between; and the line of the first of those.
+    other : str
+        Name of the first of them.
     cut : bool
         Whether the last line is broken and has no line end.
     """
@@ -138,6 +142,8 @@ class Sentences:
     inner: int
     examples: list[tuple[int, str]]
     others: int
+    gap: tuple[int, int]
+    other: str
     cut: bool
 
 
@@ -147,7 +153,10 @@ def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]
         columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
-    return Sentences(columns=columns, broken=broken, inner=inner, examples=examples, others=others, cut=cut)
+    count, gap, other = others
+    return Sentences(
+        columns=columns, broken=broken, inner=inner, examples=examples, others=count, gap=gap, other=other, cut=cut
+    )
 
 
 LogKind = Literal["mcap", "rosbag1"]
@@ -168,7 +177,9 @@ class LogChannel:
 
 @dataclass(frozen=True, slots=True)
 class LogEnd:
-    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"`` or ``"damaged"``, at which byte, in words."""
+    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, or ``"behind"`` or
+    ``"filler"`` if bytes follow; at which byte, in words.
+    """
 
     kind: str
     offset: int
@@ -272,7 +283,7 @@ def scan_dataflash(path: str) -> Mapping[str, Any]:
     mapping
         ``kinds``, each number, name, fields (name, letter of the type, offset), bytes a message, offset of the instance or
         None, and messages by instance; ``definitions``, messages that define units, each the place of its kind and bytes;
-        ``messages``, ``end`` and ``broken`` as in `scan_ulog`.
+        ``messages``, ``end`` and ``broken`` as in `scan_ulog`; ``filler``, the one byte that the rest consists of, or None.
 
     Raises
     ------

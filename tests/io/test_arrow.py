@@ -141,3 +141,10 @@ def test_mutants_with_compression(tmp_path):
     path = tmp_path / "log"
     save(path, "file", table(60), rows=20, options=ipc.IpcWriteOptions(compression="zstd"))
     assert survives("arrow zstd", path.read_bytes(), path, 1000) > 0
+
+
+def test_a_stream_cut_between_two_batches_is_an_error(tmp_path):
+    save(tmp_path / "log", "stream", table())
+    (tmp_path / "log").write_bytes((tmp_path / "log").read_bytes()[:-8])
+    (finding,) = read(tmp_path / "log").findings
+    assert (finding.code, finding.severity) == ("no_end_mark", "error")

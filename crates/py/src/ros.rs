@@ -89,6 +89,8 @@ fn end_fields(end: End) -> EndFields {
         Fault::BrokenOff => "broken_off",
         Fault::NoEnd => "no_end",
         Fault::Damaged => "damaged",
+        Fault::Behind => "behind",
+        Fault::Filler => "filler",
     };
     (kind, end.offset, end.what)
 }

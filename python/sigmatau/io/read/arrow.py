@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import mmap
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.io.read.behind import behind, lost
 from sigmatau.io.read.parts import WIDEST, parts, pick, real_columns
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, need
 from sigmatau.results import Finding
@@ -147,11 +150,6 @@ def _unit(field: Any) -> str | None:  # noqa: ANN401
 
 
 def _parquet(path: Path) -> Table:
-    import pyarrow.parquet as pq
-
-    def opened() -> Any:  # noqa: ANN401
-        return pq.ParquetFile(path, page_checksum_verification=True)
-
     size = path.stat().st_size
     with path.open("rb") as stream:
         stream.seek(-min(8, size), 2)
@@ -159,13 +157,23 @@ def _parquet(path: Path) -> Table:
             raise DataError(
                 "is cut off: Parquet keeps its directory at the end, which is not there; get or make it again"
             )
-    with opened() as file:
-        meta, schema = file.metadata, file.schema_arrow
-        found, others = columns_of(schema)
-        groups = [meta.row_group(k).num_rows for k in range(meta.num_row_groups)]
-        checked = _has_checksum(path, meta)
-    if sum(groups) != meta.num_rows:
-        raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
+    findings: tuple[Finding, ...] = ()
+    groups: list[tuple[tuple[int, int], int, int]] = []  # of which file, which group, of how many rows
+    bounds = _files_in(path)
+    for k, bound in enumerate(bounds):
+        with _opened_part(path, bound) as file:
+            meta = file.metadata
+            if k == 0:
+                schema = file.schema_arrow
+                found, others = columns_of(schema)
+                checked = _has_checksum(path, meta)
+            elif not file.schema_arrow.equals(schema):
+                findings = (lost(f"{size - bound[0]} bytes are another Parquet file with other columns, and not read"),)
+                break
+            rows = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
+        if sum(rows) != meta.num_rows:
+            raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(rows)}; it is damaged")
+        groups.extend((bound, n, held) for n, held in enumerate(rows))
     if checked is None:
         protection = "holds no rows"
     elif checked:
@@ -174,16 +182,47 @@ def _parquet(path: Path) -> Table:
         protection = "pages without checksums: damaged numbers would not be seen"
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
-        with opened() as file:
-            for k, rows in enumerate(groups):
-                place = f"row group {k + 1} of {len(groups)}"
-                held = file.read_row_group(k, columns=list(fields))
-                if len(held) != rows:
-                    raise _BatchError(f"{place} has {len(held)} of {rows} rows")
-                yield place, held
+        for bound in dict.fromkeys(bound for bound, _, _ in groups):
+            with _opened_part(path, bound) as file:
+                for k, (own, number, rows) in enumerate(groups):
+                    if own != bound:
+                        continue
+                    place = f"row group {k + 1} of {len(groups)}"
+                    held = file.read_row_group(number, columns=list(fields))
+                    if len(held) != rows:
+                        raise _BatchError(f"{place} has {len(held)} of {rows} rows")
+                    yield place, held
 
     note = f"Parquet, {len(groups)} row groups; {protection}"
-    return _table("parquet", found, others, (note,), batches, meta.num_rows, damage="damaged")
+    notes = (note,) if len(bounds) == 1 else (note, f"{len(bounds)} Parquet files, one after the other")
+    total = sum(rows for _, _, rows in groups)
+    return _table("parquet", found, others, notes, batches, total, damage="damaged", findings=findings)
+
+
+def _files_in(path: Path) -> list[tuple[int, int]]:
+    """Where the Parquet files begin and end that make up a file: several, if they were joined by ``cat``.
+
+    The directory at the end is that of the last, and its places are those of the numbers of the first.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        borders = [0]
+        while (at := data.find(_PARQUET * 2, borders[-1])) >= 0:
+            directory = int.from_bytes(data[at - 4 : at], "little")
+            if not 0 < directory < at - borders[-1]:  # the same bytes among the numbers
+                return [(0, size)]
+            borders.append(at + len(_PARQUET))
+    return list(itertools.pairwise([*borders, size]))
+
+
+def _opened_part(path: Path, bound: tuple[int, int]) -> Any:  # noqa: ANN401
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    start, end = bound
+    whole = start == 0 and end == path.stat().st_size
+    source = path if whole else pa.BufferReader(pa.memory_map(str(path)).read_buffer().slice(start, end - start))
+    return pq.ParquetFile(source, page_checksum_verification=True)
 
 
 def _has_checksum(path: Path, meta: Any) -> bool | None:  # noqa: ANN401
@@ -214,19 +253,8 @@ def _ipc(path: Path, head: Head) -> Table:
     with path.open("rb") as stream:
         stream.seek(-min(8, path.stat().st_size), 2)
         tail = stream.read()
-    findings: list[Finding] = []
     notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: a damaged number would not be seen"]
-    if is_file and not tail.endswith(_END):
-        findings.append(_lost("broken_off", "the file breaks off: its end mark is missing"))
-    if not is_file and tail != _END_OF_STREAM:
-        findings.append(
-            Finding(
-                code="no_end_mark",
-                severity="warning",
-                message="the stream has no end mark: its writer was stopped, or the file is cut off between two batches",
-                effect="rows may be missing at the end",
-            )
-        )
+    ends = tail.endswith(_END) if is_file else tail == _END_OF_STREAM
 
     def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
         source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, and a directory
@@ -236,7 +264,7 @@ def _ipc(path: Path, head: Head) -> Table:
         schema = stream.schema
     found, others = columns_of(schema)
 
-    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
         with pa.memory_map(str(path)) as source, opened(source, options) as stream:
@@ -246,6 +274,7 @@ def _ipc(path: Path, head: Head) -> Table:
                 try:
                     batch = stream.read_next_batch()
                 except StopIteration:
+                    yield from _behind(path, source.tell(), is_file=is_file)
                     return
                 except MemoryError:  # a compressed buffer says how long it will be, and nothing bounds that
                     raise _BatchError(f"{place}: asks for more memory than there is, or is damaged") from None
@@ -254,8 +283,27 @@ def _ipc(path: Path, head: Head) -> Table:
                 yield place, batch
                 number += 1
 
-    kind = "broken_off" if findings else "damaged"
-    return _table("arrow", found, others, tuple(notes), batches, None, damage=kind, findings=tuple(findings))
+    return _table("arrow", found, others, tuple(notes), batches, None, damage="damaged" if ends else "broken_off")
+
+
+def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
+    """What lies behind the batches: their end mark; in a file its directory, with its length and a mark; then nothing."""
+    size = path.stat().st_size
+    if not is_file:
+        with path.open("rb") as stream:
+            stream.seek(max(0, end - len(_END_OF_STREAM)))
+            mark = stream.read(len(_END_OF_STREAM))
+        if mark == _END_OF_STREAM:
+            return behind(path, end, "the stream")
+        what = "the stream has no end mark: its writer was stopped, or the file is cut off between two batches"
+        return (_lost("no_end_mark", what),)
+    with path.open("rb") as stream:
+        stream.seek(end)
+        directory = stream.read(min(size - end, _SCHEMA))
+    at = directory.find(_END)
+    if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
+        return (_lost("broken_off", "the file breaks off: its end mark is missing"),)
+    return behind(path, end + at + len(_END), "the Arrow file")
 
 
 class _BatchError(Exception):
@@ -267,7 +315,7 @@ def _table(
     found: Sequence[ArrowColumn],
     others: Sequence[str],
     notes: tuple[str, ...],
-    batches: Callable[[Sequence[str]], Iterator[tuple[str, Any]]],
+    batches: Callable[[Sequence[str]], Iterator[tuple[str, Any] | Finding]],
     rows: int | None,
     *,
     damage: str,
@@ -284,35 +332,39 @@ def _table(
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
         fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
-        row, lost = 0, ""
+        row, fault = 0, ""
+        late: list[Finding] = []
         source = batches(fields)
         while True:
             try:
-                _, batch = next(source)
+                item = next(source)
+                if isinstance(item, Finding):
+                    late.append(item)
+                    continue
+                _, batch = item
                 got = {i: numbers(batch.column(found[i].path[0]), found[i], row) for i in wanted}
             except StopIteration:
                 break
             except (NonFiniteError, MemoryError):
                 raise
             except Exception as error:
-                lost = _text(error)
+                fault = _text(error)
                 break
             for index, values in got.items():
                 # Of a page on disk a copy, for the file is closed; of three columns in one array no more than is wanted.
                 pieces[index].append(np.array(values))
             row += batch.num_rows
-        late: tuple[Finding, ...] = ()
-        if lost:
+        if fault:
             declared = "" if rows is None else f" of {rows}"
-            late = (_lost(damage, f"{lost}: {row}{declared} rows are read"),)
+            late.append(_lost(damage, f"{fault}: {row}{declared} rows are read"))
             if not row:
-                raise DataError(f"is damaged or cut off: {lost}; nothing can be read: get or make the file again")
+                raise DataError(f"is damaged or cut off: {fault}; nothing can be read: get or make the file again")
         joined: dict[int, NDArray[Any]] = {}
         for index in wanted:
             held = pieces.pop(index)
             joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
         labels = {index: repr(found[index].column.name) for index in wanted}
-        return Loaded(columns=real_columns(joined, labels, exact), findings=late)
+        return Loaded(columns=real_columns(joined, labels, exact), findings=tuple(late))
 
     return Table(
         format=kind,

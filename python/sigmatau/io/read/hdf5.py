@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.parts import WIDEST, Leaf, gather, squeezed
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["check_heaps", "damaged", "open_file", "read", "sniff"]
+__all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff"]
 
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
@@ -54,7 +55,33 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         raise DataError("has no dataset of numbers of shape (n,) or (n, k)")
     sums = "with checksums" if checked == {True} else "some without checksums" if True in checked else ""
     notes.append(f"HDF5, datasets {sums or 'without checksums: a damaged number would not be seen'}")
-    return gather(leaves, kind="hdf5", root="/", separator="/", notes=tuple(dict.fromkeys(notes)))
+    return gather(
+        leaves,
+        kind="hdf5",
+        root="/",
+        separator="/",
+        notes=tuple(dict.fromkeys(notes)),
+        findings=behind(path, declared_end(path, 0), "the HDF5 file"),
+    )
+
+
+def declared_end(path: Path, start: int) -> int:
+    """Where a file ends by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
+
+    Parameters
+    ----------
+    path : Path
+    start : int
+        Where the superblock is: behind the block of the user's own, if there is one. [bytes]
+    """
+    with path.open("rb") as stream:
+        stream.seek(start)
+        block = stream.read(64)
+    version = block[8] if len(block) == 64 else 0
+    if len(block) < 64 or block[13 if version < 2 else 9] != 8:  # of the widths that are written today
+        return path.stat().st_size
+    at = 40 if version == 0 else 44 if version == 1 else 28
+    return int.from_bytes(block[at : at + 8], "little")
 
 
 def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types

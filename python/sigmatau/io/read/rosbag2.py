@@ -6,7 +6,7 @@ import re
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import quote
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read import roslog
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
 from sigmatau.results import Finding
@@ -72,7 +73,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             continue
         reader = _Reader(path=path, topic=topic, layout=layout, declared=rows)
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, layout, rows, reader))
-    return roslog.some_readable(tables)
+    found = _behind(path)
+    return tuple(replace(table, findings=found) for table in roslog.some_readable(tables))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,6 +117,16 @@ def _cut(path: Path) -> bool:
         head = file.read(32)
     page = int.from_bytes(head[16:18], "big")
     return path.stat().st_size < (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
+
+
+def _behind(path: Path) -> tuple[Finding, ...]:
+    """What lies behind the pages that the head of the database counts, if that count is of the last change."""
+    with path.open("rb") as file:
+        head = file.read(100)
+    page, pages = int.from_bytes(head[16:18], "big"), int.from_bytes(head[28:32], "big")
+    if len(head) < 100 or pages == 0 or head[24:28] != head[92:96] or path.with_name(path.name + "-wal").exists():
+        return ()
+    return behind(path, pages * (65536 if page == 1 else page), "the database")
 
 
 def _are(number: object, *words: object) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import lost
 from sigmatau.io.read.messages import Layout, layout_of
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_non_finite
 from sigmatau.results import Finding
@@ -136,6 +137,10 @@ def findings_of(end: _formats.LogEnd, topic: str, rows: int, declared: int | Non
         message = f"{end.what} (byte {end.offset}); {count} were read, all that come before"
         effect = "no message is missing by what the file says" if declared is None or rows == declared else REST_MISSING
         return (Finding(code="broken_off", severity="warning", message=message, effect=effect),)
+    if end.kind == "filler":
+        return (Finding(code="filler", severity="info", message=end.what, effect="they hold nothing"),)
+    if end.kind == "behind":
+        return (lost(f"{end.what} (byte {end.offset})"),)
     if end.kind:
         message = f"{end.what} (byte {end.offset}); {count} were read up to there"
         return (Finding(code=end.kind, severity="error", message=message, effect=REST_MISSING),)

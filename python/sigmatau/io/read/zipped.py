@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from sigmatau import memory
 from sigmatau.errors import DataError
 from sigmatau.io.read import text
+from sigmatau.io.read.behind import archive_ends
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     left: list[str] = []
     try:
         with zipfile.ZipFile(path) as archive:
+            first = min((m.header_offset for m in archive.infolist()), default=0)
             members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
             if any(m.filename == "[Content_Types].xml" for m in members):
                 raise DataError("is an Excel or Word file; save the table as CSV")
@@ -63,16 +65,18 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if not tables:
         why = f": {'; '.join(left[:3])}" if left else ""
         raise DataError(f"is a zip archive of none of the formats that are read: text tables, .npy, .npz{why}"[:400])
-    if left:
+    ends = archive_ends(path, first)
+    if left or ends:
         note = f"left out: {', '.join(left)}"[:300]
         tables = [
             Table(
                 format=t.format,
                 columns=t.columns,
-                notes=(*t.notes, note) if t is tables[0] else t.notes,
+                notes=(*t.notes, note) if left and t is tables[0] else t.notes,
                 load=t.load,
                 where=t.where,
                 topic=t.topic,
+                findings=(*t.findings, *ends),
             )
             for t in tables
         ]

@@ -16,6 +16,7 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
 from sigmatau.io.read.table import Table
+from sigmatau.io.read.unwritten import without_unwritten
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind, Stream
@@ -151,7 +152,8 @@ def part(table: Table, options: Options) -> Part:
     choice, unit, notes, overruled = resolve(table, options)
     wanted = sorted({*choice.channels.values(), *(() if choice.time is None else (choice.time,))})
     loaded = table.load(wanted, choice.time)
-    raw = loaded.columns
+    raw, unwritten = without_unwritten(loaded.columns, choice.time, [table.label(i) for i in range(len(table.columns))])
+    loaded = replace(loaded, columns=raw, findings=(*loaded.findings, *unwritten))
     rows = len(raw[wanted[0]])
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:

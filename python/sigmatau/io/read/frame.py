@@ -110,7 +110,7 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         yield from _of_pandas(frame)
     elif isinstance(frame, Mapping):
         for name, values in frame.items():
-            yield from _of_array(str(name), np.asarray(values))
+            yield from _of_array(str(name), _unmasked(values))
     elif hasattr(frame, "columns") and hasattr(frame, "__getitem__"):
         for name in frame.columns:  # polars, and others of its kind
             yield from _of_array(str(name), np.asarray(frame[name]))
@@ -166,6 +166,19 @@ def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column, 0)  # type: ignore[misc]
     for name in others:
         yield Column(name=name), lambda name=name: np.asarray(frame.column(name.split(".")[0]))  # type: ignore[misc]
+
+
+def _unmasked(values: Any) -> NDArray[Any]:  # noqa: ANN401
+    """An array, with NaN (or no time) for what is masked in it: the numbers under a mask are those that do not count."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    if not np.ma.is_masked(values):
+        return values.data
+    if values.dtype.kind not in "iufmM":
+        return np.asarray(values)
+    filled = values.data.astype(np.float64) if values.dtype.kind in "iu" else values.data.copy()
+    filled[np.ma.getmaskarray(values)] = np.nan if filled.dtype.kind == "f" else "NaT"
+    return filled
 
 
 def _stamp_unit(dtype: Any) -> str | None:  # noqa: ANN401

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.columns import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_non_finite, whole_stamps
 from sigmatau.record import MIN_SAMPLES
 from sigmatau.results import Finding
@@ -163,11 +164,38 @@ def gather(
         last = (members[0].name,) if groups.count(group) > 1 or (not group and not root) else ()
         topic = root + separator.join((*group, *last)) if len(by_home) > 1 or group or root else ""
         table = _table(kind, topic, group, rows, members, separator, notes, findings)
+        if groups.count(group) > 1:
+            others = [leaf for (home, _), held in by_home.items() if home == group for leaf in held]
+            table = replace(table, findings=(*findings, *_unequal(table, others)))
         rates = {leaf.rate for leaf in members}
         if len(rates) == 1 and None not in rates:
             table = replace(table, rate=rates.pop(), rate_source=rate_source)
         tables.append(table)
     return tuple(tables)
+
+
+def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
+    """Sensors of which one axis has another length than the others: they would be read without it, and without a word."""
+    held = {match[0] for match in recognise(table.columns) if match is not None}
+    named = [leaf for leaf in leaves if len(leaf.shape) == 1]
+    found = recognise([Column(name=f"{leaf.group[-1]}_{leaf.name}" if _is_axis(leaf) else leaf.name) for leaf in named])
+    for sensor in ("gyro", "accel"):
+        axes = [f"{sensor}_{axis}" for axis in "xyz"]
+        lengths = {
+            match[0]: (x.name, x.shape[0]) for x, match in zip(named, found, strict=True) if match and match[0] in axes
+        }
+        if held & set(axes) and len({rows for _, rows in lengths.values()}) > 1:
+            listed = ", ".join(f"{name} {rows}" for name, rows in lengths.values())
+            yield Finding(
+                code="unequal_lengths",
+                severity="error",
+                message=f"the axes of one sensor have unequal numbers of samples: {listed}",
+                effect="only those of one length are read together; the rest of the shorter ones is missing",
+            )
+
+
+def _is_axis(leaf: Leaf) -> bool:
+    return leaf.name in _AXES and len(leaf.shape) == 1 and bool(leaf.group)
 
 
 def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
@@ -195,7 +223,7 @@ def _table(
     sources: list[tuple[Leaf, tuple[int, ...]]] = []
     for leaf in members:
         path = [*leaf.group[len(group) :], leaf.name]
-        if leaf.name in _AXES and len(leaf.shape) == 1 and leaf.group:
+        if _is_axis(leaf):
             path = [*path[:-2], f"{leaf.group[-1]}_{leaf.name}"]  # group gyro, array x
         for label, part in parts(separator.join(path), leaf.shape[1:]):
             columns.append(Column(name=label, unit=leaf.unit))

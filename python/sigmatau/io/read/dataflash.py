@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.chain import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_non_finite, whole_stamps
 from sigmatau.results import Finding
@@ -92,13 +93,17 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     """
     scan = _formats.scan_dataflash(str(path))
     kinds = [_Kind(*kind) for kind in scan["kinds"]]
-    findings = broken(scan, path.stat().st_size)
+    twice = {kind.name for kind in kinds if sum(other.name == kind.name for other in kinds) > 1}
+    size, end = path.stat().st_size, int(scan["end"])
+    findings = behind(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
     units = _units(kinds, scan["definitions"])
     tables = [
         table
         for kind in kinds
         for instance, rows in kind.rows
-        for table in _tables(str(path), int(scan["end"]), kind, instance, rows, units.get(kind.number, {}), findings)
+        for table in _tables(
+            str(path), end, kind, instance, rows, units.get(kind.number, {}), findings, kind.name in twice
+        )
     ]
     if not tables:
         because = f": {findings[0].message}; get or make the file again" if findings else ""
@@ -114,11 +119,13 @@ def _tables(
     rows: int,
     units: Mapping[str, str],
     findings: tuple[Finding, ...],
+    several: bool,  # kinds of this name
 ) -> Iterator[Table]:
     fields = [f for f in kind.fields if f[1] in _TYPES]
     if not any(name not in ("TimeUS", "I") for name, _, _ in fields):
         return
     topic = kind.name if kind.instance is None else f"{kind.name}[{instance}]"
+    topic = f"{topic} of kind {kind.number}" if several else topic
     columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:

@@ -71,6 +71,7 @@ class _Kind:
     size: int
     instance: int | None
     rows: Sequence[tuple[int, int]]
+    several: bool  # kinds of this name
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -92,8 +93,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
     """
     scan = _formats.scan_dataflash(str(path))
-    kinds = [_Kind(*kind) for kind in scan["kinds"]]
-    twice = {kind.name for kind in kinds if sum(other.name == kind.name for other in kinds) > 1}
+    names = [kind[1] for kind in scan["kinds"]]
+    kinds = [_Kind(*kind, several=names.count(kind[1]) > 1) for kind in scan["kinds"]]
     size, end = path.stat().st_size, int(scan["end"])
     findings = behind(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
     units = _units(kinds, scan["definitions"])
@@ -101,9 +102,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         table
         for kind in kinds
         for instance, rows in kind.rows
-        for table in _tables(
-            str(path), end, kind, instance, rows, units.get(kind.number, {}), findings, kind.name in twice
-        )
+        for table in _tables(str(path), end, kind, instance, rows, units.get(kind.number, {}), findings)
     ]
     if not tables:
         because = f": {findings[0].message}; get or make the file again" if findings else ""
@@ -119,13 +118,12 @@ def _tables(
     rows: int,
     units: Mapping[str, str],
     findings: tuple[Finding, ...],
-    several: bool,  # kinds of this name
 ) -> Iterator[Table]:
     fields = [f for f in kind.fields if f[1] in _TYPES]
     if not any(name not in ("TimeUS", "I") for name, _, _ in fields):
         return
     topic = kind.name if kind.instance is None else f"{kind.name}[{instance}]"
-    topic = f"{topic} of kind {kind.number}" if several else topic
+    topic = f"{topic} of kind {kind.number}" if kind.several else topic
     columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:

@@ -134,8 +134,8 @@ class _Change:
         return Finding(
             code="property_changed",
             severity="error",
-            message=f"{self.name} of the channels of {group!r} changes from {self.old!r:.40} to {self.new!r:.40} after {self.rows} rows,"
-            " which alone are read",
+            message=f"{self.name} of the channels of {group!r} changes from {self.old!r:.40} to"
+            f" {self.new!r:.40} after {self.rows} rows, which alone are read",
             effect=REST_MISSING.replace("get or make the file again", "give that part as a file of its own"),
         )
 
@@ -176,8 +176,8 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
     scaled = [change for change in reader.found.values() if change.name.startswith("NI_Scale")]
     if scaled:
         raise DataError(
-            f"its scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after {scaled[0].rows} rows; save"
-            " each part as a file of its own"
+            f"its scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
+            f" {scaled[0].rows} rows; save each part as a file of its own"
         )
     return reader.found
 

@@ -132,7 +132,7 @@ def _findings(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding,
 
 
 def _others(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
-    """What is said of whole sentences of other names: of a log that was switched from one to another, that rows are missing."""
+    """What is said of whole sentences of other names: rows are missing from a log that was switched to another."""
     if not found.others:
         return ()
     longest, line = found.gap

@@ -36,6 +36,7 @@ __all__ = [
     "term_psd",
     "theo1_expectation",
     "ulog_columns",
+    "unpacked",
     "write_text",
 ]
 
@@ -136,6 +137,7 @@ def scan_ulog(path: str) -> dict[str, Any]: ...
 def ulog_columns(
     path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]
 ) -> list[NDArray[np.uint8]]: ...
+def unpacked(data: bytes) -> bytes | None: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...
 
 _Steps = list[tuple[str, int, int]]

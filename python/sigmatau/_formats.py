@@ -32,6 +32,7 @@ __all__ = [
     "scan_dataflash",
     "scan_ulog",
     "ulog_columns",
+    "unpacked",
     "write_text",
 ]
 
@@ -361,3 +362,8 @@ def ulog_columns(
         Also if the file is no longer the one that was scanned.
     """
     return _core.ulog_columns(path, end, number, rows, size, list(fields))
+
+
+def unpacked(data: bytes) -> bytes | None:
+    """A message that is compressed by zstd; None if it is damaged or holds more than 64 MiB."""
+    return _core.unpacked(data)

@@ -3,6 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use sigmatau_formats::ros::{self, Columns, End, Fault, LogKind, Program, RawStep};
 use std::path::PathBuf;
 
@@ -68,6 +69,12 @@ pub fn decode_messages<'py>(
         columns
     });
     Ok(arrays(py, columns))
+}
+
+/// A message that is compressed by zstd; None if it is damaged or too large.
+#[pyfunction]
+pub fn unpacked<'py>(py: Python<'py>, data: &[u8]) -> Option<Bound<'py, PyBytes>> {
+    py.detach(|| ros::unpacked(data)).map(|message| PyBytes::new(py, &message))
 }
 
 fn kind(bag: bool) -> LogKind {

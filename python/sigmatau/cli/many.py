@@ -13,6 +13,7 @@ from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.split import files_of
 from sigmatau.results import Finding, damaged
 
 __all__ = ["Outcome", "gather", "names", "run", "summary"]
@@ -62,10 +63,11 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     logs: list[Path] = []
     left_out: list[Path] = []
     for place in places:
-        if not place.is_dir():
+        if not place.is_dir() or files_of(place):
             logs.append(place)
             continue
-        files = sorted(f for f in place.iterdir() if f.is_file() and not f.name.startswith("."))
+        inside = sorted(f for f in place.iterdir() if not f.name.startswith("."))
+        files = [f for f in inside if f.is_file() or (f.is_dir() and files_of(f))]  # bags of ROS 2 are folders
         found = [f for f in files if f.suffix.lower() not in _BESIDE]
         if not found:
             raise DataError(f"{place}: there is no log in this folder")

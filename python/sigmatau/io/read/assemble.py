@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
 from sigmatau.io.read.table import Table
@@ -162,7 +162,12 @@ def part(table: Table, options: Options) -> Part:
             f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
         )
 
-    rate, start, source, found, findings = _rate(table, choice, raw, unit.get("time"), options)
+    try:
+        rate, start, source, found, findings = _rate(table, choice, raw, unit.get("time"), options)
+    except OptionError:
+        raise
+    except DataError as error:
+        raise _of_damaged(error, table, (*table.findings, *loaded.findings)) from None
     by_stream: dict[str, dict[str, NDArray[Any]]] = {}
     for channel, index in choice.channels.items():
         by_stream.setdefault(stream_name(channel), {})[channel] = raw[index]
@@ -197,6 +202,16 @@ def part(table: Table, options: Options) -> Part:
         ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
         findings=(*table.findings, *loaded.findings, *overruled, *findings),
     )
+
+
+def _of_damaged(error: DataError, table: Table, findings: Sequence[Finding]) -> DataError:
+    """An error about stamps with the damage that may be its cause: what is known of it, or that nothing would show it."""
+    lost = [finding.message for finding in findings if finding.severity == "error"]
+    if lost:
+        error.args = (f"{error}. The log is damaged: {lost[0]}",)
+    elif any("without checksum" in note for note in table.notes):
+        error.args = (f"{error}. Or the log is damaged there, which it has no checksums to show",)
+    return error
 
 
 def resolve(table: Table, options: Options) -> tuple[Choice, dict[str, str], list[str], list[Finding]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,7 @@ class _Kind:
     size: int
     instance: int | None
     rows: Sequence[tuple[int, int]]
-    several: bool  # kinds of this name
+    several: bool = False  # kinds of this name
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -93,8 +93,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         If nothing can be read of it; by ``load``: `NonFiniteError` for a NaN or an infinity.
     """
     scan = _formats.scan_dataflash(str(path))
-    names = [kind[1] for kind in scan["kinds"]]
-    kinds = [_Kind(*kind, several=names.count(kind[1]) > 1) for kind in scan["kinds"]]
+    found = [_Kind(*kind) for kind in scan["kinds"]]
+    kinds = [replace(kind, several=sum(other.name == kind.name for other in found) > 1) for kind in found]
     size, end = path.stat().st_size, int(scan["end"])
     findings = behind(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
     units = _units(kinds, scan["definitions"])

@@ -95,7 +95,7 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
         return "compressed by gzip: unpack the archive and give the file"
     whole = member.file_size <= HEAD
     if not text.sniff(data, path):
-        return "binary data"
+        return "binary: unpack the archive and give the file"
     head = Head(data=data, whole=whole, gzip=False)
     name = PurePosixPath(member.filename).stem
     try:

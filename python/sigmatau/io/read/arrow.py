@@ -113,8 +113,8 @@ def numbers(array: Any, column: ArrowColumn, row: int, where: str = "row {row} (
             else array.flatten()[array.type.get_field_index(name)]
         )
     _refuse_nulls(array, column, row, where)
-    if pa.types.is_fixed_size_list(array.type):
-        size = array.type.list_size
+    if pa.types.is_fixed_size_list(array.type) or _is_list(array.type):
+        size = array.type.list_size if not _is_list(array.type) else _size_of(array, column, row)
         flat = array.flatten()
         _refuse_nulls(flat, column, row, where, per_row=size)
         wide: NDArray[Any] = flat.to_numpy(zero_copy_only=False).reshape(-1, size)
@@ -123,6 +123,33 @@ def numbers(array: Any, column: ArrowColumn, row: int, where: str = "row {row} (
         array = array.view(pa.int64())
     plain: NDArray[Any] = array.to_numpy(zero_copy_only=False)
     return plain
+
+
+def _is_list(kind: Any) -> bool:  # noqa: ANN401
+    import pyarrow as pa
+
+    return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind))
+
+
+def _size_of(array: Any, column: ArrowColumn, row: int) -> int:  # noqa: ANN401
+    """How many numbers each list has; raises `DataError` if not all have as many."""
+    lengths = np.asarray(array.value_lengths())
+    size = int(lengths[0]) if len(lengths) else 1
+    if (lengths != size).any() or column.part[0] >= size:
+        raise DataError(f"column {'.'.join(column.path)!r} holds lists of unequal length, after row {row}")
+    return size
+
+
+def _with_sizes(schema: Any, first: Any) -> Any:  # noqa: ANN401
+    """A schema with lists of a fixed size where the first row has so many numbers: pandas writes no fixed sizes."""
+    import pyarrow as pa
+
+    for k, field in enumerate(schema):
+        if _is_list(field.type) and len(first) and first.column(field.name)[0].is_valid:
+            size = len(first.column(field.name)[0])
+            if 0 < size <= WIDEST:
+                schema = schema.set(k, field.with_type(pa.list_(field.type.value_type, size)))
+    return schema
 
 
 def _refuse_nulls(array: Any, column: ArrowColumn, row: int, where: str, per_row: int = 1) -> None:  # noqa: ANN401
@@ -165,7 +192,7 @@ def _parquet(path: Path) -> Table:
             meta = file.metadata
             if k == 0:
                 schema = file.schema_arrow
-                found, others = columns_of(schema)
+                found, others = columns_of(_with_sizes(schema, _first_row(file, schema)))
                 checked = _has_checksum(path, meta)
             elif not file.schema_arrow.equals(schema):
                 findings = (lost(f"{size - bound[0]} bytes are another Parquet file with other columns, and not read"),)
@@ -197,6 +224,16 @@ def _parquet(path: Path) -> Table:
     notes = (note,) if len(bounds) == 1 else (note, f"{len(bounds)} Parquet files, one after the other")
     total = sum(rows for _, _, rows in groups)
     return _table("parquet", found, others, notes, batches, total, damage="damaged", findings=findings)
+
+
+def _first_row(file: Any, schema: Any) -> Any:  # noqa: ANN401
+    """The first row of the columns that hold lists; nothing if there are none."""
+    names = [field.name for field in schema if _is_list(field.type)]
+    return (
+        next(file.iter_batches(batch_size=1, columns=names), ())
+        if names and len(set(schema.names)) == len(schema)
+        else ()
+    )
 
 
 def _files_in(path: Path) -> list[tuple[int, int]]:

@@ -23,7 +23,7 @@ __all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
-_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale", "scale_factor")
+_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
 _MANY = 10_000  # objects in a file: beyond this it is no log
 _RATIO = 1100  # the best that deflate can do
 _LARGE = 1 << 28  # other filters do better, so this much is never refused. [bytes]
@@ -45,6 +45,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             for names, dataset in walk(file):
                 leaves.extend(_leaves(path, names, dataset))
                 notes.extend(_noted(names, dataset))
+                if (scale := _scale(dataset)) != (1.0, 0.0):
+                    name = "/".join(names)
+                    notes.append(
+                        f"{name}: stored * {scale[0]:g} + {scale[1]:g}, as its scale_factor and add_offset say"
+                    )
                 checked.add(bool(dataset.fletcher32))
             notes.extend(_noted((), file))
         except DataError:
@@ -157,7 +162,21 @@ def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:
         shape=shape,
         load=loader(path, names, shape=shape),
         unit=_unit(dataset),
+        fill=_number(dataset, "_FillValue"),
+        scale=_scale(dataset),
     )
+
+
+def _scale(dataset: Any) -> tuple[float, float]:  # noqa: ANN401
+    """Factor and offset of packed data: value = stored * scale_factor + add_offset (CF conventions 1.11, section 8.1)."""
+    factor, offset = _number(dataset, "scale_factor"), _number(dataset, "add_offset")
+    return 1.0 if factor is None else factor, 0.0 if offset is None else offset
+
+
+def _number(item: Any, key: str) -> float | None:  # noqa: ANN401
+    """An attribute that is one number."""
+    value = _attribute(item, key) if key in item.attrs else None
+    return float(value.item()) if value is not None and value.dtype.kind in "iuf" else None
 
 
 def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN401

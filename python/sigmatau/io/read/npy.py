@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -133,8 +134,12 @@ def _npz(path: Path) -> Table:
                     for label, part in parts(key, shape[1:]):
                         columns.append(Column(name=label))
                         loaders.append(_Member(path, name, part))
-    except (OSError, MemoryError):
+    except MemoryError:
         raise
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+            raise
+        raise _damaged(error) from None
     except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
         raise _damaged(error) from None
     if not names:
@@ -188,8 +193,12 @@ def _table(
             name = columns[index].name or f"number {index + 1}"
             try:
                 array = loaders[index]()
-            except (OSError, MemoryError):
+            except MemoryError:
                 raise
+            except OSError as error:
+                if error.errno != errno.EINVAL:  # a place before the beginning of the file
+                    raise
+                raise _damaged(error) from None
             except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
                 raise _damaged(error) from None
             if array.dtype.kind not in "iuf":

@@ -6,6 +6,7 @@ of one group and one length are a table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -26,6 +27,7 @@ WIDEST = 64
 
 _AXES = frozenset("xyzXYZ")
 _NAMED = 8
+_UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +47,10 @@ class Leaf:
         As the file spells it.
     rate : float or None
         Sampling rate, if the format states one. [Hz]
+    fill : float or None
+        The number that stands for a missing sample.
+    scale : tuple of float
+        Factor and offset, in that order, that make the value of what is stored.
     """
 
     group: tuple[str, ...]
@@ -53,6 +59,19 @@ class Leaf:
     load: Callable[[], NDArray[Any]]
     unit: str | None = None
     rate: float | None = None
+    fill: float | None = None
+    scale: tuple[float, float] = (1.0, 0.0)
+
+    def values(self) -> tuple[NDArray[Any], int]:
+        """The array with NaN for missing samples, scaled; and how many are missing."""
+        array = self.load()
+        gone = None if self.fill is None else array == self.fill
+        missing = 0 if gone is None else int(np.count_nonzero(gone))
+        if missing:
+            array = array.astype(np.float64)
+            array[gone] = np.nan
+        factor, offset = self.scale
+        return (array if self.scale == (1.0, 0.0) else array * factor + offset), missing
 
 
 def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
@@ -61,8 +80,10 @@ def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, .
         yield name, (0,) * len(shape)
     elif len(shape) == 1:
         endings: Sequence[str] = "xyz" if shape[0] == 3 else [str(k + 1) for k in range(shape[0])]
+        stated = _UNIT.fullmatch(name)  # what stands in brackets stays at the end
+        stem, unit = stated.groups() if stated else (name, "")
         for k, ending in enumerate(endings):
-            yield f"{name}_{ending}", (k,)
+            yield f"{stem}_{ending}{unit}", (k,)
 
 
 def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
@@ -234,16 +255,28 @@ def _table(
         for index in wanted:
             by_leaf.setdefault(id(sources[index][0]), []).append(index)
         raw: dict[int, NDArray[Any]] = {}
+        findings: list[Finding] = []
         for indices in by_leaf.values():
             leaf = sources[indices[0]][0]
-            array = leaf.load()
+            array, missing = leaf.values()
+            if missing:
+                findings.append(
+                    Finding(
+                        code="missing_samples",
+                        severity="error",
+                        message=f"{missing} numbers of {leaf.name} are {leaf.fill:g}, which the file says means missing",
+                        effect="they are left out as NaN",
+                    )
+                )
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
             for index in indices:  # a view holds the whole array in memory: only if all of it is wanted
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
-        return Loaded(columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact))
+        return Loaded(
+            columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact), findings=tuple(findings)
+        )
 
     return Table(
         format=kind,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -58,8 +59,12 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                     tables.append(table)
                 else:
                     left.append(f"{member.filename} ({table})")
-    except (DataError, OSError, MemoryError):
+    except (DataError, MemoryError):
         raise
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+            raise
+        raise _damaged(error) from None
     except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
         raise _damaged(error) from None
     if not tables:
@@ -137,8 +142,12 @@ def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
     try:
         with zipfile.ZipFile(path) as archive:
             return archive.read(member)
-    except (OSError, MemoryError):
+    except MemoryError:
         raise
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+            raise
+        raise _damaged(error) from None
     except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
         raise _damaged(error) from None
 

@@ -15,7 +15,7 @@ from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, unit_of
-from sigmatau.io.read.table import Table
+from sigmatau.io.read.table import REST_MISSING, Table
 from sigmatau.io.read.unwritten import without_unwritten
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, Checksum, Provenance, Record, make_stream, stream_name
 from sigmatau.results import Finding
@@ -167,7 +167,18 @@ def part(table: Table, options: Options) -> Part:
     except OptionError:
         raise
     except DataError as error:
-        raise _of_damaged(error, table, (*table.findings, *loaded.findings)) from None
+        # Damage that is known of began where the stamps say so, if that is before it was found out.
+        known = (*table.findings, *loaded.findings)
+        order = _in_order(raw, choice.time) if any(f.severity == "error" for f in known) else rows
+        if not need <= order < rows:
+            raise _of_damaged(error, table, known) from None
+        raw = {index: array[:order] for index, array in raw.items()}
+        try:
+            rate, start, source, found, findings = _rate(table, choice, raw, unit.get("time"), options)
+        except DataError:
+            raise _of_damaged(error, table, known) from None
+        findings = (_cut_there(order, rows), *findings)
+        rows = order
     by_stream: dict[str, dict[str, NDArray[Any]]] = {}
     for channel, index in choice.channels.items():
         by_stream.setdefault(stream_name(channel), {})[channel] = raw[index]
@@ -201,6 +212,23 @@ def part(table: Table, options: Options) -> Part:
         ),
         ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
         findings=(*table.findings, *loaded.findings, *overruled, *findings),
+    )
+
+
+def _in_order(raw: Mapping[int, NDArray[Any]], time: int | None) -> int:
+    """Rows before time goes backwards, without the last of them: that or the next one has a stamp that is wrong."""
+    stamps_raw = np.empty(0) if time is None else raw[time]
+    back = np.flatnonzero(stamps_raw[1:] < stamps_raw[:-1])
+    return int(back[0]) if len(back) else len(stamps_raw)
+
+
+def _cut_there(order: int, rows: int) -> Finding:
+    return Finding(
+        code="damaged",
+        severity="error",
+        message=f"time goes backwards after row {order} (counted from 0) in a log that is damaged: {order} of the {rows}"
+        " rows that were found are used",
+        effect=REST_MISSING,
     )
 
 

@@ -27,6 +27,7 @@ from sigmatau.results import damaged
 
 ROOT = Path(__file__).parent.parent
 PAGE = 4096
+FLIPS, FLIPPED = 10, "a page flipped"
 LONG, SHORT = 1_440_000, 20_000
 AIMS = {"MCAP, zstd": 1.0, "CSV": 0.5, "PX4 ULog": 2.5, "ROS 1 bag, lz4": 12.0}  # [s]
 
@@ -64,13 +65,15 @@ def outcome(path: Path, kind: Kind, values: Values) -> Outcome:
 
 
 def damages(path: Path) -> dict[str, bytes]:
-    """The bytes of a file cut off, and with a page in which every bit is another."""
+    """The bytes of a file cut off; and with a page in which every bit is another, at places evenly spread."""
     data = path.read_bytes()
     # Where a message ends by chance, nothing could tell.
     found = {f"cut at {share} %": data[: len(data) * share // 100 // 64 * 64 + 13] for share in (10, 50, 99)}
-    at = len(data) * 6 // 10 // PAGE * PAGE
-    flipped = bytes(byte ^ 0xFF for byte in data[at : at + PAGE])
-    return found | {"a page flipped": data[:at] + flipped + data[at + PAGE :]}
+    for k in range(FLIPS):
+        at = len(data) * (2 * k + 1) // (2 * FLIPS) // PAGE * PAGE
+        flipped = bytes(byte ^ 0xFF for byte in data[at : at + PAGE])
+        found[f"{FLIPPED}, {k + 1}"] = data[:at] + flipped + data[at + PAGE :]
+    return found
 
 
 def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT) -> dict[str, Outcome]:
@@ -118,6 +121,20 @@ def measure(name: str, n: int, rounds: int) -> dict[str, Any]:
         }
 
 
+def _option(name: str) -> str:
+    return {"unit": "units", "channels": "columns"}.get(name, f"the {name}")
+
+
+def _told(outcomes: list[Outcome]) -> str:
+    """What became of logs in a few words: rows read, findings, exit codes."""
+    rows = sorted(o.rows for o in outcomes if o.code not in (1, 2))
+    count = "" if not rows else f"{rows[0]} rows" if rows[0] == rows[-1] else f"{rows[0]} to {rows[-1]} rows"
+    wrong = sum(not o.right for o in outcomes)
+    some = "" if not wrong else "some wrong" if len(outcomes) == 1 else f"some wrong at {wrong}"
+    what = ", ".join(filter(None, [count, *dict.fromkeys(o.finding for o in outcomes), some]))
+    return f"{what} ({', '.join(map(str, sorted({o.code for o in outcomes})))})"
+
+
 def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], n: int, machine: str) -> str:
     """The page as text."""
     rows = []
@@ -128,6 +145,7 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
             [
                 name,
                 text.size(found["bytes"]),
+                "by itself" if not KINDS[name].options else "told " + ", ".join(map(_option, KINDS[name].options)),
                 streams,
                 f"**{text.seconds(found['seconds'])}**{aim}",
                 text.size(found["grown"]),
@@ -142,24 +160,24 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
             "are read exactly. Time and growth of the process from file to record, medians; the files are in the system's",
             'cache. A format that "streams" is read in pieces: only the columns that are wanted are held.',
         ),
-        *text.table(["format", "file", "streams", "time", "memory"], rows),
+        *text.table(["format", "file", "opens", "streams", "time", "memory"], rows),
         "## What is left of a damaged log",
         "",
         *text.prose(
-            f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed, 60 % into it.",
-            "Rows read and the finding of severity error; exit code 4 means: done with what could be read, 1: nothing could",
-            "be used. 0 after a changed page: the format has no checksum, and numbers that became others do not show.",
+            f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed: at {FLIPS}",
+            "places, evenly spread, one at a time. Rows read, from fewest to most, and the findings of severity error; exit",
+            "code 4 means: done with what could be read, 1: nothing could be used, 2: what must be known was lost. Wrong",
+            "without a finding: at so many of the places numbers became others and nothing showed it, because no checksum",
+            "covers them.",
         ),
     ]
-    names = list(next(iter(left.values())))
+    names = [name for name in next(iter(left.values())) if not name.startswith(FLIPPED)]
     body = []
     for name, outcomes in left.items():
-        cells = []
-        for o in outcomes.values():
-            what = o.finding if o.code in (1, 2) else f"{o.rows} rows{', ' + o.finding if o.finding else ''}"
-            wrong = "" if o.right else ", some wrong"
-            cells.append(f"{what}{wrong} ({o.code})")
-        body.append([name, *cells])
+        flips = [o for what, o in outcomes.items() if what.startswith(FLIPPED)]
+        silent = sum(o.code == 0 and not o.right for o in flips)
+        body.append([name, *(_told([outcomes[what]]) for what in names), _told(flips), f"{silent} of {len(flips)}"])
+    names += [f"{FLIPPED}, at {FLIPS} places", "wrong without a finding"]
     return "\n".join([*lines, *text.table(["format", *names], body)]).rstrip() + "\n"
 
 

@@ -289,7 +289,7 @@ KINDS: dict[str, Kind] = {
     "VectorNav ASCII": Kind(_vectornav, {"rate": 200}, checked=True),
     "MCAP, zstd": Kind(_mcap),
     "ROS 2 db3": Kind(_db3),
-    "ROS 1 bag, lz4": Kind(_bag, checked=True),
+    "ROS 1 bag, lz4": Kind(_bag),
     "PX4 ULog": Kind(_ulog),
     "ArduPilot DataFlash": Kind(_dataflash),
     "MATLAB 5": Kind(_matlab5, _SI),

@@ -18,7 +18,7 @@ from sigmatau import NoiseModel, analyze, read, simulate
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.live import Live, follow
-from sigmatau.io.read.assemble import Options
+from sigmatau.io.read.options import Options
 from sigmatau.io.write import write_record
 from sigmatau.plot.terminal import text_plot
 

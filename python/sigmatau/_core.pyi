@@ -39,6 +39,7 @@ __all__ = [
     "term_psd",
     "theo1_expectation",
     "ulog_columns",
+    "unpacked",
     "write_text",
 ]
 
@@ -110,7 +111,7 @@ def simulate(
 ) -> _Floats: ...
 def read_sentences(
     path: str, name: str, fields: int, wanted: list[int]
-) -> tuple[list[_Floats], int, int, list[tuple[int, str]], int, bool]: ...
+) -> tuple[list[_Floats], int, int, list[tuple[int, str]], tuple[int, tuple[int, int], str], bool]: ...
 def read_text(
     path: str,
     delimiter: str | None,
@@ -146,6 +147,7 @@ def scan_ulog(path: str) -> dict[str, Any]: ...
 def ulog_columns(
     path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]
 ) -> list[NDArray[np.uint8]]: ...
+def unpacked(data: bytes) -> bytes | None: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...
 
 _Steps = list[tuple[str, int, int]]

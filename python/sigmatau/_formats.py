@@ -33,6 +33,7 @@ __all__ = [
     "scan_dataflash",
     "scan_ulog",
     "ulog_columns",
+    "unpacked",
     "write_text",
 ]
 
@@ -174,6 +175,10 @@ class Sentences:
         Line, counted from 1, and what is wrong with it, for the first of them.
     others : int
         Whole sentences of other names.
+    gap : (int, int)
+        The most of them, after the first row, without a row between; and the line of the first of those.
+    other : str
+        Name of the first of them.
     cut : bool
         Whether the last line is broken and has no line end.
     """
@@ -183,6 +188,8 @@ class Sentences:
     inner: int
     examples: list[tuple[int, str]]
     others: int
+    gap: tuple[int, int]
+    other: str
     cut: bool
 
 
@@ -192,7 +199,10 @@ def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]
         columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
-    return Sentences(columns=columns, broken=broken, inner=inner, examples=examples, others=others, cut=cut)
+    count, gap, other = others
+    return Sentences(
+        columns=columns, broken=broken, inner=inner, examples=examples, others=count, gap=gap, other=other, cut=cut
+    )
 
 
 LogKind = Literal["mcap", "rosbag1"]
@@ -213,7 +223,9 @@ class LogChannel:
 
 @dataclass(frozen=True, slots=True)
 class LogEnd:
-    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"`` or ``"damaged"``, at which byte, in words."""
+    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, or ``"behind"`` or
+    ``"filler"`` if bytes follow; at which byte, in words.
+    """
 
     kind: str
     offset: int
@@ -317,7 +329,7 @@ def scan_dataflash(path: str) -> Mapping[str, Any]:
     mapping
         ``kinds``, each number, name, fields (name, letter of the type, offset), bytes a message, offset of the instance or
         None, and messages by instance; ``definitions``, messages that define units, each the place of its kind and bytes;
-        ``messages``, ``end`` and ``broken`` as in `scan_ulog`.
+        ``messages``, ``end`` and ``broken`` as in `scan_ulog`; ``filler``, the one byte that the rest consists of, or None.
 
     Raises
     ------
@@ -395,3 +407,8 @@ def ulog_columns(
         Also if the file is no longer the one that was scanned.
     """
     return _core.ulog_columns(path, end, number, rows, size, list(fields))
+
+
+def unpacked(data: bytes) -> bytes | None:
+    """A message that is compressed by zstd; None if it is damaged or holds more than 64 MiB."""
+    return _core.unpacked(data)

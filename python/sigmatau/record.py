@@ -64,6 +64,8 @@ class Checksum:
             import hashlib
 
             try:
+                if self._file.is_dir():  # of several files
+                    return None
                 with self._file.open("rb") as stream:
                     if _state(os.fstat(stream.fileno())) != self._state:
                         return None

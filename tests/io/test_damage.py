@@ -21,11 +21,14 @@ def test_damage_is_said(name, tmp_path):
         pytest.importorskip(NEEDS[name], reason="it writes the log")
     kind = KINDS[name]
     for what, left in damage_outcomes(kind, tmp_path, n=3000).items():
-        if what.startswith("cut") or kind.checked:
+        if what.startswith("cut"):
             assert left.code in (1, 4), what
             assert left.right, what
         else:
-            # Numbers may have become other numbers: that cannot show.
-            assert left.code in (0, 1, 4), what
+            # Without a checksum numbers may have become other numbers: that cannot show. A page of an index, or of what
+            # stands behind the data, may be read without loss.
+            assert left.code in (0, 1, 2, 4), what
+            assert left.right or not kind.checked, what
+            assert left.rows == 3000 or left.code, what
         assert left.rows <= 3000
         assert (left.finding != "") == (left.code != 0), what

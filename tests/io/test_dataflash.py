@@ -201,3 +201,23 @@ def test_mutations(file):
     raw = b"".join(message("GYR", STAMPS[k], 0, STAMPS[k], *map(float, VALUES[0, k, :3])) for k in range(20))
     logs = [definitions("IMU") + rows, definitions("IMU", units=False) + rows, definitions("GYR") + raw]
     assert outcomes(rng, logs, file) >= {"read", "told", "DataError"}
+
+
+def test_filler_behind_the_last_message(file):
+    for byte in b"\0", b"\xff":
+        file.write_bytes(definitions("IMU") + b"".join(map(imu, range(N))) + byte * 5000)
+        record = read(file)
+        np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
+        assert [(f.code, f.severity) for f in record.findings] == [("filler", "info")]
+
+
+def test_a_kind_that_is_defined_under_two_numbers(file):
+    number, letters, fields = KINDS["IMU"][:3]
+    length = len(imu(0))
+    again = message("FMT", number + 100, length, "IMU", letters, fields)
+    rows = b"".join(imu(k) for k in range(N))
+    others = b"".join(b"\xa3\x95" + bytes([number + 100]) + imu(k, 1)[3:] for k in range(N))
+    file.write_bytes(definitions("IMU", units=False) + again + rows + others)
+    with pytest.raises(OptionError, match=r"IMU\[0\] of kind 82 .*IMU\[1\] of kind 182"):
+        read(file)
+    np.testing.assert_array_equal(three(read(file, topic="of kind 182"), "accel"), VALUES[1, :, 3:].astype(float))

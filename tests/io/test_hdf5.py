@@ -166,3 +166,25 @@ def test_mutants(tmp_path, libver):
     path = tmp_path / "log"
     save(path, n=40, libver=libver, **CHECKED)
     assert survives(f"hdf5 {libver}", path.read_bytes(), path, 700) > 0
+
+
+def test_packed_numbers_are_unpacked(tmp_path):
+    counts = np.random.default_rng(2).integers(-3000, 3000, size=(N, 3)).astype("i2")
+    with h5py.File(tmp_path / "log", "w") as file:
+        file["gyro"] = counts
+        file["gyro"].attrs.update(
+            {"scale_factor": 0.01, "add_offset": 1.5, "units": "deg/s", "_FillValue": np.int16(-32768)}
+        )
+    record = read(tmp_path / "log", rate=100)
+    np.testing.assert_array_equal(sensor(record, "gyro"), (counts * 0.01 + 1.5) * (np.pi / 180))
+    assert any("scale_factor" in c for c in record.provenance.conversions)
+    counts[17, 1] = -32768
+    with h5py.File(tmp_path / "log", "a") as file:
+        file["gyro"][...] = counts
+    try:
+        record = read(tmp_path / "log", rate=100)
+    except NonFiniteError as error:  # refused, or taken for missing: never a number
+        assert error.index == 17  # noqa: PT017
+    else:
+        assert np.flatnonzero(np.isnan(record.stream_of("gyro_y").column("gyro_y"))).tolist() == [17]
+        assert "error" in [f.severity for f in record.findings]

@@ -3,6 +3,7 @@
 import gzip
 import subprocess
 import sys
+import tarfile
 
 import pytest
 from benches.logs import KINDS, made
@@ -64,3 +65,23 @@ def test_a_table_loads_no_other_reader(tmp_path):
     others = {entry.module for entry in known._KNOWN} - {"text"}
     assert "text" in said.split()
     assert not others & set(said.split())
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "command"),
+    [("bz2", "log.db3.bz2", "bzip2 -d"), ("lzma", "log.csv.xz", "xz -d"), ("zstd", "log.db3.zstd", "zstd -d")],
+)
+def test_compressed_by_others(tmp_path, module, name, command):
+    library = pytest.importorskip("backports.zstd" if module == "zstd" else module)
+    (tmp_path / name).write_bytes(library.compress(b"t,gyro_x\n0,1\n" * 1000))
+    with pytest.raises(DataError, match=rf"decompress it first \({command} {name}\)"):
+        read(tmp_path / name)
+
+
+@pytest.mark.parametrize("mode", ["w", "w:gz"])
+def test_archives_of_tar(tmp_path, mode):
+    (tmp_path / "log.csv").write_text("t,gyro_x\n0,1\n" * 1000)
+    with tarfile.open(tmp_path / "log.tar", mode) as archive:
+        archive.add(tmp_path / "log.csv", "log.csv")
+    with pytest.raises(DataError, match=r"decompress it first \(tar -xf log\.tar\)"):
+        read(tmp_path / "log.tar")

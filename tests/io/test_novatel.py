@@ -140,3 +140,28 @@ def test_mutated_files(tmp_path, make):
             continue
         got = record.stream_of("gyro_x").column("gyro_x") / 2.0**-33
         assert set(np.rint(got[~np.isnan(got)]).astype(int).tolist()) <= known
+
+
+@pytest.mark.parametrize("make", [ascii_, binary])
+def test_a_broken_first_byte_and_junk_are_told(tmp_path, make):
+    path = tmp_path / "log.gps"
+    messages = [make("RAWIMUSX", i) for i in range(N)]
+    path.write_bytes(b"".join(m if not 30 <= i < 34 else b"X" + m[1:] for i, m in enumerate(messages)))
+    record = read(path, input="increments", rate=100)
+    check(record, np.delete(np.arange(N), range(30, 34)))
+    (finding,) = (f for f in record.findings if f.code == "bytes_between")
+    assert finding.severity == "error"
+    path.write_bytes(b"".join(messages[:50]) + b"\x00\xffjunk" * 50 + b"".join(messages[50:]))
+    record = read(path, input="increments")
+    check(record)
+    assert any("in 1 place, from byte" in f.message for f in record.findings)
+
+
+@pytest.mark.parametrize("make", [ascii_, binary])
+def test_other_logs_before_and_between(tmp_path, make):
+    path = tmp_path / "log.gps"
+    other = b"#BESTPOSA,COM1,0,68.5,FINESTEERING,2209,1000.0,024c0040,6125,30019;1,2*00000000\r\n"
+    path.write_bytes(other * 10_000 + b"".join(make("RAWIMUSX", i) + other * (i == 50) for i in range(N)))
+    record = read(path, input="increments")
+    check(record)
+    assert not [f for f in record.findings if f.severity == "error"]

@@ -163,3 +163,14 @@ def test_compressed_npy(tmp_path):
     (tmp_path / "a.npy.gz").write_bytes(gzip.compress(buffer.getvalue()))
     with pytest.raises(DataError, match="decompress it first"):
         read(tmp_path / "a.npy.gz", **OPTIONS)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.99])
+def test_a_cut_archive_of_several_arrays(tmp_path, share):
+    path = tmp_path / "a.npz"
+    np.savez(path, **{f"gyro_{a}": DATA[:, k] for k, a in enumerate("xyz")}, t=np.arange(N))
+    whole = path.read_bytes()
+    for length in range(int(share * len(whole)), min(int(share * len(whole)) + 64, len(whole) - 1)):
+        path.write_bytes(whole[:length])
+        with pytest.raises(DataError, match=r"damaged or cut off|zip archive"):
+            read(path, rate=1, unit={"gyro": "rad/s"})

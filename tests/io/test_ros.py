@@ -422,3 +422,18 @@ def test_declared_lengths_take_no_memory(tmp_path):
     assert run.returncode == 0, run.stderr
     kib = int(run.stdout)
     assert kib < 50_000
+
+
+def test_damage_that_stamps_show_before_it_is_found_out(tmp_path):
+    data, _, values = imu_mcap(N, 100, "", crc=False)
+    at = data.index(imu_cdr(*(x[400] for x in imu(N))))
+    wrong = bytearray(data)
+    wrong[at + 4 : at + 8] = b"\0\0\0\0"  # the seconds of one stamp
+    (tmp_path / "log").write_bytes(wrong)
+    with pytest.raises(DataError, match=r"goes backwards.*no checksums"):
+        read(tmp_path / "log")
+    (tmp_path / "log").write_bytes(wrong[: at + 20_000])
+    record = read(tmp_path / "log")
+    np.testing.assert_array_equal(six(record), values[:399])
+    assert [f.severity for f in record.findings] == ["error", "error"]
+    assert "without checksums" in "".join(record.provenance.conversions)

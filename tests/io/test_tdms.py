@@ -118,3 +118,32 @@ def test_mutants(tmp_path, pieces):
     path = tmp_path / "log"
     save(path, pieces, n=30)
     assert survives(f"tdms {pieces}", path.read_bytes(), path, 700) > 0
+
+
+@pytest.mark.parametrize(("name", "new"), [("wf_increment", 0.01), ("unit_string", "rad/s")])
+def test_a_property_that_changes_between_segments(tmp_path, name, new):
+    first = {"wf_increment": 0.005, "unit_string": "deg/s"}
+    with nptdms.TdmsWriter(tmp_path / "log") as writer:
+        for rows, said in ((slice(0, 600), first), (slice(600, N), first | {name: new})):
+            writer.write_segment(
+                [nptdms.ChannelObject("IMU", f"Gyro {a}", GYRO[rows, k], said) for k, a in enumerate("XYZ")]
+            )
+    record = read(tmp_path / "log")
+    np.testing.assert_array_equal(sensor(record, "gyro"), GYRO[:600] * (np.pi / 180))
+    assert record.streams[0].grid.rate == 200
+    (finding,) = record.findings
+    assert finding.severity == "error"
+    assert f"{name} of the channels of 'IMU' changes from {first[name]!r} to {new!r} after 600 rows" in finding.message
+
+
+def test_an_axis_that_is_shorter_is_told(tmp_path):
+    with nptdms.TdmsWriter(tmp_path / "log") as writer:
+        for channels, rows in ("XYZ", slice(0, 600)), ("XY", slice(600, N)):
+            writer.write_segment(
+                [
+                    nptdms.ChannelObject("IMU", f"Gyro {a}", GYRO[rows, k], STEP | {"unit_string": "deg/s"})
+                    for k, a in enumerate(channels)
+                ]
+            )
+    record = read(tmp_path / "log", topic="IMU/Gyro X")
+    assert ("error", True) in [(f.severity, "Gyro Z 600" in f.message) for f in record.findings]

@@ -5,6 +5,7 @@ import pytest
 
 from sigmatau.errors import OptionError
 from sigmatau.io.read import assemble, topics
+from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.results import Finding
 
@@ -32,7 +33,7 @@ def chosen(tables, *asked):
 
 
 def options(**said):
-    return assemble.Options.check(
+    return Options.check(
         **({"rate": None, "unit": None, "channels": None, "input": "rate", "scale": None, "offset": None} | said)
     )
 

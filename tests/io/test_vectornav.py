@@ -1,6 +1,7 @@
 """VectorNav's lines, made here from the manual: XOR or CRC-16 of what stands between $ and *."""
 
 import binascii
+import functools
 import gzip
 
 import numpy as np
@@ -60,7 +61,7 @@ def test_two_kinds_in_one_log(tmp_path):
     record = read(path, rate=100)
     check(record, 3, 0, slice(None))
     assert record.provenance.topics == ("VNGYR", "VNACC")
-    assert {f.severity for f in record.findings} <= {"warning"}
+    assert {f.severity for f in record.findings} <= {"warning", "info"}  # and that the others are not read
 
 
 def test_increments(tmp_path):
@@ -156,3 +157,18 @@ def test_mutated_files(tmp_path):
         # Eight bits let one mutation in 256 pass, if it changes more than one bit.
         assert sum(tuple(row) not in known for row in gyro.tolist()) <= 2
     assert outcomes["read"] > 100
+
+
+def test_a_sensor_that_was_switched_to_another_sentence(tmp_path):
+    def line(body):
+        return f"${body}*{functools.reduce(lambda a, b: a ^ b, body.encode()):02X}\r\n"
+
+    own, other = line("VNACC,+1.5,-2.5,+3.5"), line("VNGYR,+0.1,+0.2,+0.3")
+    (tmp_path / "log").write_text(own * 200 + other * 300)
+    (finding,) = read(tmp_path / "log", topic="VNACC", rate=40).findings
+    assert finding.severity == "error"
+    assert "from line 201 on come 300" in finding.message
+    assert "$VNGYR" in finding.message
+    (tmp_path / "log").write_text((own + other * 3) * 100)
+    (finding,) = read(tmp_path / "log", topic="VNACC", rate=40).findings
+    assert finding.severity == "info"

@@ -25,6 +25,8 @@ pub struct DataFlashScan {
     pub end: u64,
     /// Why it ends there, if that is not the end of the file.
     pub broken: Option<Break>,
+    /// What the rest of the file consists of alone, zeros or 0xff, if the last message was written to its end.
+    pub filler: Option<u8>,
 }
 
 /// A kind of message.
@@ -117,6 +119,7 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
     let mut places: [Option<usize>; 256] = [None; 256];
     let mut counts: Vec<Box<[usize; 256]>> = Vec::new();
     let mut last: Option<(u64, Undo)> = None;
+    let mut last_byte = MARKS[0];
     let broken = loop {
         let at = window.at();
         let header = window.ahead(HEADER)?;
@@ -124,6 +127,13 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
             break None;
         }
         if header[0] != MARKS[0] || header.len() > 1 && header[1] != MARKS[1] {
+            let first = header[0];
+            // Of a message whose last byte is such a byte it cannot be told whether it was written to its end.
+            if (first == 0 || first == 0xff) && first != last_byte && only(first, &mut window)? {
+                scan.filler = Some(first);
+                scan.end = at;
+                break None;
+            }
             let what = "no message begins there".to_owned();
             break Some(Break::Damaged { at, what });
         }
@@ -174,10 +184,13 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
             }
         }
         last = Some((at, undo));
+        last_byte = body.last().copied().unwrap_or(id);
         scan.messages += 1;
         window.skip(HEADER + size);
     };
-    scan.end = window.at();
+    if scan.filler.is_none() {
+        scan.end = window.at();
+    }
     if let (Some(Break::Damaged { .. }), Some((at, undo))) = (&broken, last) {
         match undo {
             Undo::Nothing => {}
@@ -199,6 +212,21 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
         kind.rows = (0..=u8::MAX).zip(counts.iter().copied()).filter(|&(_, rows)| rows > 0).collect();
     }
     Ok(scan)
+}
+
+/// Whether the rest of the file consists of one byte alone; it is passed over.
+fn only(byte: u8, window: &mut Window<impl Read + Seek>) -> io::Result<bool> {
+    loop {
+        let rest = window.ahead(1)?;
+        if rest.is_empty() {
+            return Ok(true);
+        }
+        if rest.iter().any(|&b| b != byte) {
+            return Ok(false);
+        }
+        let n = rest.len();
+        window.skip(n);
+    }
 }
 
 impl DataFlashKind {

@@ -91,3 +91,15 @@ fn any_byte_changed_is_taken_or_told() {
         }
     }
 }
+
+#[test]
+fn filler_behind_the_last_message_is_no_damage() {
+    for byte in [0, 0xff] {
+        let bytes = [log(6), vec![byte; 1000]].concat();
+        let (scan, x) = column(&bytes, 1);
+        assert_eq!((scan.broken, scan.filler, scan.end), (None, Some(byte), log(6).len() as u64));
+        assert_eq!(x, [101, 103, 105]);
+        let other = [bytes, vec![7]].concat();
+        assert!(scan_dataflash(Cursor::new(&other)).unwrap().broken.is_some());
+    }
+}

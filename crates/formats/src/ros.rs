@@ -11,6 +11,7 @@ mod unpack;
 
 pub use fields::{Columns, Program, ProgramError, RawStep};
 pub use pieces::{End, Fault};
+pub use unpack::message as unpacked;
 
 use pieces::{Container, Walk};
 use std::collections::BTreeMap;

@@ -31,6 +31,10 @@ pub struct Sentences {
     pub examples: Vec<(usize, String)>,
     /// Whole sentences of other names.
     pub others: usize,
+    /// The most of them, after the first row, without a row between; and the line, counted from 1, of the first of those.
+    pub gap: (usize, usize),
+    /// Name of the first of them.
+    pub other: String,
     /// Whether the last line is broken and has no line end.
     pub cut: bool,
 }
@@ -56,6 +60,7 @@ pub fn read_sentences(
     let mut line = Vec::new();
     let mut number = 0;
     let mut continued = false;
+    let mut run = (0, 0);
     loop {
         line.clear();
         let ended_early = match reader.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
@@ -77,7 +82,14 @@ pub fn read_sentences(
         if !continued {
             number += 1;
             let text = line.trim_ascii();
+            let before = (found.rows, found.others);
             let outcome = if text.is_empty() { Ok(()) } else { found.take(text, name, fields, wanted) };
+            if found.rows > before.0 {
+                run = (0, 0);
+            } else if found.others > before.1 && found.rows > 0 {
+                run = (run.0 + 1, if run.0 == 0 { number } else { run.1 });
+                found.gap = if run.0 > found.gap.0 { run } else { found.gap };
+            }
             if let Err(reason) = outcome {
                 found.broken += 1;
                 found.inner += usize::from(found.rows > 0);
@@ -101,7 +113,11 @@ impl Sentences {
     fn take(&mut self, text: &[u8], name: &[u8], fields: usize, wanted: &[usize]) -> Result<(), String> {
         let body = checked(text)?;
         let mut parts = body.split(|&b| b == b',');
-        if parts.next() != Some(name) {
+        let own = parts.next().unwrap_or_default();
+        if own != name {
+            if self.others == 0 {
+                self.other = String::from_utf8_lossy(own).into_owned();
+            }
             self.others += 1;
             return Ok(());
         }
@@ -187,6 +203,15 @@ mod tests {
         assert_eq!(found.columns, [[3.5, 9.0], [1.0, 7.0]]);
         assert_eq!((found.rows, found.broken, found.inner, found.others, found.cut), (2, 4, 3, 1, true));
         assert_eq!(found.examples.iter().map(|e| e.0).collect::<Vec<_>>(), [1, 5, 6, 8]);
+    }
+
+    #[test]
+    fn where_other_sentences_stand_in_the_way() {
+        let line = |body: &str| format!("${body}*{:04X}\n", crc16(body.as_bytes()));
+        let (own, other) = (line("VNGYR,1,2,3"), line("VNACC,1,2,3"));
+        let text = [other.repeat(9), own.clone(), other.clone(), own, other.repeat(3)].concat();
+        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[0]).unwrap();
+        assert_eq!((found.rows, found.others, found.gap, found.other.as_str()), (2, 13, (3, 13), "VNACC"));
     }
 
     #[test]

@@ -250,7 +250,7 @@ pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
                     _ => (None, Undo::Nothing),
                 };
                 let size = payload.len();
-                if wrong.is_none() {
+                if wrong.is_none() && least(kind).is_some() {
                     last = (at, undo);
                 }
                 (at, kind, size, wrong)
@@ -260,18 +260,15 @@ pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
             None if least(kind).is_none() => {
                 if kind.is_ascii_alphabetic() && size > 0 && walk.goes_on(size)? {
                     scan.unknown += 1;
+                    last = (at, Undo::Nothing);
                     None
                 } else {
-                    // It was taken for the last one that holds.
                     Some(format!("a message of the unknown kind {kind:#04x}, {size} bytes long"))
                 }
             }
             wrong => wrong,
         };
         if let Some(what) = wrong {
-            if last.0 == at {
-                last = (at, Undo::Nothing);
-            }
             give_up(&mut scan, &last, Break::Damaged { at, what });
             return Ok(scan);
         }

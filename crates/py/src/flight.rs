@@ -58,6 +58,7 @@ pub fn scan_dataflash(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDic
     found.set_item("definitions", definitions)?;
     found.set_item("messages", scan.messages)?;
     found.set_item("end", scan.end)?;
+    found.set_item("filler", scan.filler)?;
     found.set_item("broken", broken(scan.broken))?;
     Ok(found)
 }

@@ -38,7 +38,7 @@ mod _core {
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]
-    use crate::ros::{decode_messages, log_contents, log_messages};
+    use crate::ros::{decode_messages, log_contents, log_messages, unpacked};
     #[pymodule_export]
     use crate::sentences::read_sentences;
     #[pymodule_export]

@@ -3,6 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use sigmatau_formats::ros::{self, Columns, End, Fault, LogKind, Program, RawStep};
 use std::path::PathBuf;
 
@@ -70,6 +71,12 @@ pub fn decode_messages<'py>(
     Ok(arrays(py, columns))
 }
 
+/// A message that is compressed by zstd; None if it is damaged or too large.
+#[pyfunction]
+pub fn unpacked<'py>(py: Python<'py>, data: &[u8]) -> Option<Bound<'py, PyBytes>> {
+    py.detach(|| ros::unpacked(data)).map(|message| PyBytes::new(py, &message))
+}
+
 fn kind(bag: bool) -> LogKind {
     if bag { LogKind::Bag } else { LogKind::Mcap }
 }
@@ -89,6 +96,8 @@ fn end_fields(end: End) -> EndFields {
         Fault::BrokenOff => "broken_off",
         Fault::NoEnd => "no_end",
         Fault::Damaged => "damaged",
+        Fault::Behind => "behind",
+        Fault::Filler => "filler",
     };
     (kind, end.offset, end.what)
 }

@@ -7,8 +7,10 @@ use std::path::PathBuf;
 
 use crate::text::refused;
 
-/// Columns, then broken lines in all, those after the first row, the first ones, other sentences, and whether it was cut.
-type Found<'py> = (Vec<Bound<'py, PyArray1<f64>>>, usize, usize, Vec<(usize, String)>, usize, bool);
+/// Columns, then broken lines in all, those after the first row, the first ones, other sentences: how many, the most in
+/// one go and where, the name; and whether it was cut.
+type Others = (usize, (usize, usize), String);
+type Found<'py> = (Vec<Bound<'py, PyArray1<f64>>>, usize, usize, Vec<(usize, String)>, Others, bool);
 
 #[pyfunction]
 pub fn read_sentences<'py>(
@@ -21,5 +23,6 @@ pub fn read_sentences<'py>(
     let read = || formats::read_sentences(formats::open(&path)?, name.as_bytes(), fields, &wanted);
     let found = py.detach(read).map_err(refused)?;
     let columns = found.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
-    Ok((columns, found.broken, found.inner, found.examples, found.others, found.cut))
+    let others = (found.others, found.gap, found.other);
+    Ok((columns, found.broken, found.inner, found.examples, others, found.cut))
 }

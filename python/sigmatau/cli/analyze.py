@@ -27,6 +27,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.reading import Reading, read_log
 from sigmatau.errors import OptionError
+from sigmatau.io.read.split import files_of
 from sigmatau.io.write import atomic
 from sigmatau.results import damaged
 
@@ -108,8 +109,8 @@ def analyze_command(
     }
     outputs = Outputs(plot=plot, stability=stability, json=json)
     # A pattern of the shell may happen to match one log.
-    places = (*logs, plot, stability, json)
-    meant_as_several = jobs is not None or any(place is not None and place.is_dir() for place in places)
+    folders = [place for place in (*logs, plot, stability, json) if place is not None and place.is_dir()]
+    meant_as_several = jobs is not None or any(not files_of(place) for place in folders)  # a bag of ROS 2 is one log
     if len(logs) == 1 and not meant_as_several:
         return _one(logs[0], reading, settings, outputs, quiet=quiet)
     return _many(logs, reading, settings, outputs, jobs=jobs, quiet=quiet)

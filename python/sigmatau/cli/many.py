@@ -13,6 +13,7 @@ from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.split import files_of
 from sigmatau.results import Finding, damaged, duration_text
 
 __all__ = ["Outcome", "gather", "names", "run", "summary"]
@@ -67,11 +68,11 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     OptionError
         If a log is named twice.
     """
-    named = [place for place in places if not place.is_dir()]
+    named = [place for place in places if _is_log(place)]
     logs: dict[Path, Path] = {}  # by where they are in truth
     left_out: list[Path] = []
     for place in places:
-        if not place.is_dir():
+        if _is_log(place):
             if named.count(place) > 1:
                 raise OptionError(f"{place} is given twice", option="log")
             logs.setdefault(_truly(place), place)
@@ -85,6 +86,11 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
         left_out += [f for f in files if f not in found]
     asked = {_truly(place) for place in named}
     return list(logs.values()), [file for file in left_out if _truly(file) not in asked]
+
+
+def _is_log(place: Path) -> bool:
+    """Whether a place is one log: a file, or the folder of a ROS 2 bag."""
+    return not place.is_dir() or bool(files_of(place))
 
 
 def _truly(path: Path) -> Path:
@@ -101,14 +107,16 @@ def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
         entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
     except OSError as error:
         raise DataError(f"{folder}: cannot be read: {error.strerror or error}") from None
-    yield from (entry for entry in entries if entry.is_file())
+    yield from (entry for entry in entries if entry.is_file() or _is_log(entry))
     for entry in entries:
-        if entry.is_dir() and _truly(entry) not in above:
+        if not _is_log(entry) and entry.is_dir() and _truly(entry) not in above:
             yield from _files(entry, above)
 
 
 def _may_be_a_log(file: Path) -> bool:
     """Whether a file that was found, not named, is read: not if it is empty, a picture, or a text without numbers."""
+    if file.is_dir():
+        return True
     if file.suffix.lower() in _BESIDE:
         return False
     try:

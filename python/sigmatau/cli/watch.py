@@ -19,7 +19,7 @@ from sigmatau.cli.analyze import FIGURE_ENDINGS, write_figure, write_json
 from sigmatau.cli.options import check_output, key_numbers, key_values, say
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.io.live import Live, follow
-from sigmatau.io.read.assemble import Options
+from sigmatau.io.read.options import Options
 from sigmatau.record import MIN_SAMPLES, Provenance
 from sigmatau.results import Finding
 

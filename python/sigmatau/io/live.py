@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.assemble import Options, find_rate, resolve
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.part import find_rate
+from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import HEAD, Loaded, Table
 
 __all__ = ["Live", "follow"]

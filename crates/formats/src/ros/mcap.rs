@@ -132,14 +132,44 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
     }
 }
 
-/// Whether the file goes on to its end behind the data.
+/// Whether the file goes on to its end behind the data, and ends there.
 fn tail(source: &mut Source) -> io::Result<End> {
     let offset = source.at;
     let left = source.left();
-    if left >= TAIL as u64 && source.pass(left - MAGIC.len() as u64)? && source.take(8)? == MAGIC {
-        return Ok(End::complete());
+    let mut seen: Vec<u8> = Vec::new();
+    if left >= TAIL as u64 {
+        loop {
+            let more = source.take(1 << 16)?;
+            if more.is_empty() {
+                break;
+            }
+            seen.extend(more);
+            if let Some(at) = memchr::memmem::find(&seen, MAGIC) {
+                let end = source.at - (seen.len() - at - MAGIC.len()) as u64;
+                seen.drain(..at + MAGIC.len());
+                return behind(source, end, &seen);
+            }
+            seen.drain(..seen.len().saturating_sub(MAGIC.len()));
+        }
     }
     Ok(End::new(Fault::NoEnd, offset, "the end of the file is missing or damaged"))
+}
+
+/// What lies behind the end: nothing, what a disk is filled with, or another log that was appended.
+fn behind(source: &mut Source, end: u64, seen: &[u8]) -> io::Result<End> {
+    let left = source.length.saturating_sub(end);
+    let Some(&first) = seen.first() else { return Ok(End::complete()) };
+    let same = |bytes: &[u8]| bytes.iter().all(|&byte| byte == first);
+    let mut filler = (first == 0 || first == 0xff) && same(seen);
+    while filler {
+        let more = source.take(1 << 20)?;
+        if more.is_empty() {
+            let what = format!("{left} bytes of {first:#x} lie behind the end of the log");
+            return Ok(End::new(Fault::Filler, end, what));
+        }
+        filler = same(&more);
+    }
+    Ok(End::new(Fault::Behind, end, format!("{left} bytes lie behind the end of the log, and are not read")))
 }
 
 fn chunk(source: &mut Source, offset: u64, length: u64) -> io::Result<Next> {

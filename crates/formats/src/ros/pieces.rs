@@ -28,6 +28,10 @@ pub enum Fault {
     NoEnd,
     /// Something in it cannot be right.
     Damaged,
+    /// The log is whole, and bytes lie behind it.
+    Behind,
+    /// The log is whole, and zeros or 0xff lie behind it.
+    Filler,
 }
 
 /// How a walk through a file ended.

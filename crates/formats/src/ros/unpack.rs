@@ -51,6 +51,16 @@ pub fn unpack(packed: Vec<u8>, compression: Compression, size: usize) -> (Vec<u8
     (data, fault)
 }
 
+/// A message that is compressed by itself, as Zstandard; None if it is damaged or holds more than 64 MiB.
+#[must_use]
+pub fn message(packed: &[u8]) -> Option<Vec<u8>> {
+    const MOST: usize = 1 << 26;
+    let mut data = Vec::new();
+    let reader = zstd::stream::read::Decoder::with_buffer(packed).ok()?;
+    drain(reader, MOST, &mut data).ok()?;
+    (data.len() <= MOST).then_some(data)
+}
+
 /// Memory grows as the bytes come: a declared size alone takes none.
 fn drain(reader: impl Read, size: usize, into: &mut Vec<u8>) -> std::io::Result<()> {
     // One byte more shows a chunk that holds more than it declares.

@@ -11,11 +11,13 @@ import os
 import stat
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble
+from sigmatau.io.read import assemble, split
 from sigmatau.io.read.known import reader_of
+from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.topics import choose_tables
 from sigmatau.record import Record
@@ -49,7 +51,7 @@ def read(
     Parameters
     ----------
     path : str or path
-        The file.
+        The file; or the folder of a ROS 2 bag, whose parts are read as one.
     rate : float, optional
         Sampling rate, if the file has no time column or its stamps are not to be trusted. [Hz]
     unit : mapping, optional
@@ -91,7 +93,7 @@ def read(
         among the numbers; time going backwards. Its children are `NonFiniteError` for an infinity and
         `RecordTooShortError`.
     """
-    options = assemble.Options.check(
+    options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
     with opened(path, layout) as (file, tables):
@@ -104,9 +106,15 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
     name = os.fsdecode(path)
     tables: Sequence[Table] = ()
     try:
-        file = _regular(name)
-        head = _head(file)
-        tables = reader_of(head, file).read(file, head) if layout is None else _raw(file, head, layout)
+        file = Path(name)
+        files = () if "\0" in name else split.files_of(file)
+        if len(files) > 1:
+            tables = split.joined(file, files, _tables)
+        else:
+            file = _regular(os.fsdecode(files[0]) if files else name)
+            tables = _tables(file) if layout is None else _raw(file, layout)
+            if beside := split.part_of(file):
+                tables = [replace(table, findings=(*table.findings, *beside)) for table in tables]
         yield file, tables
     except OSError as error:
         raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
@@ -124,10 +132,15 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
         raise error.with_traceback(None) from None
 
 
-def _raw(file: Path, head: Head, layout: str) -> Sequence[Table]:
+def _tables(file: Path) -> Sequence[Table]:
+    head = _head(_regular(os.fsdecode(file)))
+    return reader_of(head, file).read(file, head)
+
+
+def _raw(file: Path, layout: str) -> Sequence[Table]:
     from sigmatau.io.read import raw  # only when it is asked for
 
-    return raw.read(file, head, layout)
+    return raw.read(file, _head(file), layout)
 
 
 def _regular(name: str) -> Path:

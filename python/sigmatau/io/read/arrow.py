@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import mmap
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import behind, lost
 from sigmatau.io.read.parts import WIDEST, parts, pick, real_columns
 from sigmatau.io.read.rows import NO_STAMP
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, need
@@ -95,7 +98,7 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
     return found, others
 
 
-def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
+def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
     """A column of an Arrow array of its field; a null is NaN, or the least integer in times and in an exact column."""
     import pyarrow as pa
 
@@ -109,13 +112,14 @@ def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[
             if not array.null_count and array.offset == 0 and len(array) == len(array.field(name))
             else array.flatten()[array.type.get_field_index(name)]  # which hands on the nulls of the struct
         )
-    if pa.types.is_fixed_size_list(array.type):
-        size = array.type.list_size
-        held = array.values.slice(array.offset * size, len(array) * size)
-        wide: NDArray[Any] = held.to_numpy(zero_copy_only=False).reshape(-1, size)
-        picked = pick(wide, column.part)
-        if array.null_count:  # what stands in the place of a list that is null is anything
-            picked = np.where(array.is_null().to_numpy(zero_copy_only=False), np.nan, picked)
+    if pa.types.is_fixed_size_list(array.type) or _is_list(array.type):
+        size = _size_of(array, column, row) if _is_list(array.type) else array.type.list_size
+        there = array.drop_null()  # what stands in the place of a list that is null is anything
+        held: NDArray[Any] = pick(there.flatten().to_numpy(zero_copy_only=False).reshape(-1, size), column.part)
+        if not array.null_count:
+            return held
+        picked = np.full((len(array), *held.shape[1:]), np.nan)
+        picked[~array.is_null().to_numpy(zero_copy_only=False)] = held
         return picked
     if pa.types.is_timestamp(array.type) or pa.types.is_duration(array.type):
         array = array.view(pa.int64())
@@ -124,6 +128,33 @@ def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[
         array = array.cast(pa.int64()).fill_null(NO_STAMP)
     plain: NDArray[Any] = array.to_numpy(zero_copy_only=False)
     return plain
+
+
+def _is_list(kind: Any) -> bool:  # noqa: ANN401
+    import pyarrow as pa
+
+    return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind))
+
+
+def _size_of(array: Any, column: ArrowColumn, row: int) -> int:  # noqa: ANN401
+    """How many numbers each list has; raises `DataError` if not all have as many."""
+    lengths = np.asarray(array.drop_null().value_lengths())
+    size = int(lengths[0]) if len(lengths) else 1
+    if (lengths != size).any() or column.part[0] >= size:
+        raise DataError(f"column {'.'.join(column.path)!r} holds lists of unequal length, after row {row}")
+    return size
+
+
+def _with_sizes(schema: Any, first: Any) -> Any:  # noqa: ANN401
+    """A schema with lists of a fixed size where the first row has so many numbers: pandas writes no fixed sizes."""
+    import pyarrow as pa
+
+    for k, field in enumerate(schema):
+        if _is_list(field.type) and len(first) and first.column(field.name)[0].is_valid:
+            size = len(first.column(field.name)[0])
+            if 0 < size <= WIDEST:
+                schema = schema.set(k, field.with_type(pa.list_(field.type.value_type, size)))
+    return schema
 
 
 def _plain(kind: Any) -> bool:  # noqa: ANN401
@@ -140,11 +171,6 @@ def _unit(field: Any) -> str | None:  # noqa: ANN401
 
 
 def _parquet(path: Path) -> Table:
-    import pyarrow.parquet as pq
-
-    def opened() -> Any:  # noqa: ANN401
-        return pq.ParquetFile(path, page_checksum_verification=True)
-
     size = path.stat().st_size
     with path.open("rb") as stream:
         stream.seek(-min(8, size), 2)
@@ -152,13 +178,23 @@ def _parquet(path: Path) -> Table:
             raise DataError(
                 "is cut off: Parquet keeps its directory at the end, which is not there; get or make it again"
             )
-    with opened() as file:
-        meta, schema = file.metadata, file.schema_arrow
-        found, others = columns_of(schema)
-        groups = [meta.row_group(k).num_rows for k in range(meta.num_row_groups)]
-        checked = _has_checksum(path, meta)
-    if sum(groups) != meta.num_rows:
-        raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
+    findings: tuple[Finding, ...] = ()
+    groups: list[tuple[tuple[int, int], int, int]] = []  # of which file, which group, of how many rows
+    bounds = _files_in(path)
+    for k, bound in enumerate(bounds):
+        with _opened_part(path, bound) as file:
+            meta = file.metadata
+            if k == 0:
+                schema = file.schema_arrow
+                found, others = columns_of(_with_sizes(schema, _first_row(file, schema)))
+                checked = _has_checksum(path, meta)
+            elif not file.schema_arrow.equals(schema):
+                findings = (lost(f"{size - bound[0]} bytes are another Parquet file with other columns, and not read"),)
+                break
+            rows = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
+        if sum(rows) != meta.num_rows:
+            raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(rows)}; it is damaged")
+        groups.extend((bound, n, held) for n, held in enumerate(rows))
     if checked is None:
         protection = "holds no rows"
     elif checked:
@@ -167,16 +203,57 @@ def _parquet(path: Path) -> Table:
         protection = "pages without checksums: damaged numbers would not be seen"
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
-        with opened() as file:
-            for k, rows in enumerate(groups):
-                place = f"row group {k + 1} of {len(groups)}"
-                held = file.read_row_group(k, columns=list(fields))
-                if len(held) != rows:
-                    raise _BatchError(f"{place} has {len(held)} of {rows} rows")
-                yield place, held
+        for bound in dict.fromkeys(bound for bound, _, _ in groups):
+            with _opened_part(path, bound) as file:
+                for k, (own, number, rows) in enumerate(groups):
+                    if own != bound:
+                        continue
+                    place = f"row group {k + 1} of {len(groups)}"
+                    held = file.read_row_group(number, columns=list(fields))
+                    if len(held) != rows:
+                        raise _BatchError(f"{place} has {len(held)} of {rows} rows")
+                    yield place, held
 
     note = f"Parquet, {len(groups)} row groups; {protection}"
-    return _table("parquet", found, others, (note,), batches, meta.num_rows, damage="damaged")
+    notes = (note,) if len(bounds) == 1 else (note, f"{len(bounds)} Parquet files, one after the other")
+    total = sum(rows for _, _, rows in groups)
+    return _table("parquet", found, others, notes, batches, total, damage="damaged", findings=findings)
+
+
+def _first_row(file: Any, schema: Any) -> Any:  # noqa: ANN401
+    """The first row of the columns that hold lists; nothing if there are none."""
+    names = [field.name for field in schema if _is_list(field.type)]
+    return (
+        next(file.iter_batches(batch_size=1, columns=names), ())
+        if names and len(set(schema.names)) == len(schema)
+        else ()
+    )
+
+
+def _files_in(path: Path) -> list[tuple[int, int]]:
+    """Where the Parquet files begin and end that make up a file: several, if they were joined by ``cat``.
+
+    The directory at the end is that of the last, and its places are those of the numbers of the first.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        borders = [0]
+        while (at := data.find(_PARQUET * 2, borders[-1])) >= 0:
+            directory = int.from_bytes(data[at - 4 : at], "little")
+            if not 0 < directory < at - borders[-1]:  # the same bytes among the numbers
+                return [(0, size)]
+            borders.append(at + len(_PARQUET))
+    return list(itertools.pairwise([*borders, size]))
+
+
+def _opened_part(path: Path, bound: tuple[int, int]) -> Any:  # noqa: ANN401
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    start, end = bound
+    whole = start == 0 and end == path.stat().st_size
+    source = path if whole else pa.BufferReader(pa.memory_map(str(path)).read_buffer().slice(start, end - start))
+    return pq.ParquetFile(source, page_checksum_verification=True)
 
 
 def _has_checksum(path: Path, meta: Any) -> bool | None:  # noqa: ANN401
@@ -207,19 +284,8 @@ def _ipc(path: Path, head: Head) -> Table:
     with path.open("rb") as stream:
         stream.seek(-min(8, path.stat().st_size), 2)
         tail = stream.read()
-    findings: list[Finding] = []
     notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: a damaged number would not be seen"]
-    if is_file and not tail.endswith(_END):
-        findings.append(_lost("broken_off", "the file breaks off: its end mark is missing"))
-    if not is_file and tail != _END_OF_STREAM:
-        findings.append(
-            Finding(
-                code="no_end_mark",
-                severity="warning",
-                message="the stream has no end mark: its writer was stopped, or the file is cut off between two batches",
-                effect="rows may be missing at the end",
-            )
-        )
+    ends = tail.endswith(_END) if is_file else tail == _END_OF_STREAM
 
     def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
         source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, and a directory
@@ -229,7 +295,7 @@ def _ipc(path: Path, head: Head) -> Table:
         schema = stream.schema
     found, others = columns_of(schema)
 
-    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
         with pa.memory_map(str(path)) as source, opened(source, options) as stream:
@@ -239,6 +305,7 @@ def _ipc(path: Path, head: Head) -> Table:
                 try:
                     batch = stream.read_next_batch()
                 except StopIteration:
+                    yield from _behind(path, source.tell(), is_file=is_file)
                     return
                 except MemoryError:  # a compressed buffer says how long it will be, and nothing bounds that
                     raise _BatchError(f"{place}: asks for more memory than there is, or is damaged") from None
@@ -247,8 +314,27 @@ def _ipc(path: Path, head: Head) -> Table:
                 yield place, batch
                 number += 1
 
-    kind = "broken_off" if findings else "damaged"
-    return _table("arrow", found, others, tuple(notes), batches, None, damage=kind, findings=tuple(findings))
+    return _table("arrow", found, others, tuple(notes), batches, None, damage="damaged" if ends else "broken_off")
+
+
+def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
+    """What lies behind the batches: their end mark; in a file its directory, with its length and a mark; then nothing."""
+    size = path.stat().st_size
+    if not is_file:
+        with path.open("rb") as stream:
+            stream.seek(max(0, end - len(_END_OF_STREAM)))
+            mark = stream.read(len(_END_OF_STREAM))
+        if mark == _END_OF_STREAM:
+            return behind(path, end, "the stream")
+        what = "the stream has no end mark: its writer was stopped, or the file is cut off between two batches"
+        return (_lost("no_end_mark", what),)
+    with path.open("rb") as stream:
+        stream.seek(end)
+        directory = stream.read(min(size - end, _SCHEMA))
+    at = directory.find(_END)
+    if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
+        return (_lost("broken_off", "the file breaks off: its end mark is missing"),)
+    return behind(path, end + at + len(_END), "the Arrow file")
 
 
 class _BatchError(Exception):
@@ -260,7 +346,7 @@ def _table(
     found: Sequence[ArrowColumn],
     others: Sequence[str],
     notes: tuple[str, ...],
-    batches: Callable[[Sequence[str]], Iterator[tuple[str, Any]]],
+    batches: Callable[[Sequence[str]], Iterator[tuple[str, Any] | Finding]],
     rows: int | None,
     *,
     damage: str,
@@ -277,35 +363,39 @@ def _table(
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
         fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
-        row, lost = 0, ""
+        row, fault = 0, ""
+        late: list[Finding] = []
         source = batches(fields)
         while True:
             try:
-                _, batch = next(source)
-                got = {i: numbers(batch.column(found[i].path[0]), found[i], exact=i == exact) for i in wanted}
+                item = next(source)
+                if isinstance(item, Finding):
+                    late.append(item)
+                    continue
+                _, batch = item
+                got = {i: numbers(batch.column(found[i].path[0]), found[i], row, exact=i == exact) for i in wanted}
             except StopIteration:
                 break
             except MemoryError:
                 raise
             except Exception as error:
-                lost = _text(error)
+                fault = _text(error)
                 break
             for index, values in got.items():
                 # Of a page on disk a copy, for the file is closed; of three columns in one array no more than is wanted.
                 pieces[index].append(np.array(values))
             row += batch.num_rows
-        late: tuple[Finding, ...] = ()
-        if lost:
+        if fault:
             declared = "" if rows is None else f" of {rows}"
-            late = (_lost(damage, f"{lost}: {row}{declared} rows are read"),)
+            late.append(_lost(damage, f"{fault}: {row}{declared} rows are read"))
             if not row:
-                raise DataError(f"is damaged or cut off: {lost}; nothing can be read: get or make the file again")
+                raise DataError(f"is damaged or cut off: {fault}; nothing can be read: get or make the file again")
         joined: dict[int, NDArray[Any]] = {}
         for index in wanted:
             held = pieces.pop(index)
             joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
         labels = {index: repr(found[index].column.name) for index in wanted}
-        return Loaded(columns=real_columns(joined, labels, exact), findings=late)
+        return Loaded(columns=real_columns(joined, labels, exact), findings=tuple(late))
 
     return Table(
         format=kind,

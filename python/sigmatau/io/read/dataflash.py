@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.chain import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
@@ -70,6 +71,7 @@ class _Kind:
     size: int
     instance: int | None
     rows: Sequence[tuple[int, int]]
+    several: bool = False  # kinds of this name
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -91,14 +93,16 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
     """
     scan = _formats.scan_dataflash(str(path))
-    kinds = [_Kind(*kind) for kind in scan["kinds"]]
-    findings = broken(scan, path.stat().st_size)
+    found = [_Kind(*kind) for kind in scan["kinds"]]
+    kinds = [replace(kind, several=sum(other.name == kind.name for other in found) > 1) for kind in found]
+    size, end = path.stat().st_size, int(scan["end"])
+    findings = behind(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
     units = _units(kinds, scan["definitions"])
     tables = [
         table
         for kind in kinds
         for instance, rows in kind.rows
-        for table in _tables(str(path), int(scan["end"]), kind, instance, rows, units.get(kind.number, {}), findings)
+        for table in _tables(str(path), end, kind, instance, rows, units.get(kind.number, {}), findings)
     ]
     if not tables:
         because = f": {findings[0].message}; get or make the file again" if findings else ""
@@ -119,6 +123,7 @@ def _tables(
     if not any(name not in ("TimeUS", "I") for name, _, _ in fields):
         return
     topic = kind.name if kind.instance is None else f"{kind.name}[{instance}]"
+    topic = f"{topic} of kind {kind.number}" if kind.several else topic
     columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
+from sigmatau.io.read.options import Options
 from sigmatau.io.read.parts import parts, pick, real_columns
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record import Record
@@ -61,7 +62,7 @@ def from_frame(
     TypeError
         If it is no data frame.
     """
-    options = assemble.Options.check(
+    options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=None
     )
     try:
@@ -110,7 +111,7 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         yield from _of_pandas(frame)
     elif isinstance(frame, Mapping):
         for name, values in frame.items():
-            yield from _of_array(str(name), np.asarray(values))
+            yield from _of_array(str(name), _unmasked(values))
     elif hasattr(frame, "columns") and hasattr(frame, "__getitem__"):
         for name in frame.columns:  # polars, and others of its kind
             yield from _of_array(str(name), np.asarray(frame[name]))
@@ -168,6 +169,19 @@ def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column)  # type: ignore[misc]
     for name in others:
         yield Column(name=name), lambda name=name: np.asarray(frame.column(name.split(".")[0]))  # type: ignore[misc]
+
+
+def _unmasked(values: Any) -> NDArray[Any]:  # noqa: ANN401
+    """An array, with NaN (or no time) for what is masked in it: the numbers under a mask are those that do not count."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    if not np.ma.is_masked(values):
+        return values.data
+    if values.dtype.kind not in "iufmM":
+        return np.asarray(values)
+    filled = values.data.astype(np.float64) if values.dtype.kind in "iu" else values.data.copy()
+    filled[np.ma.getmaskarray(values)] = np.nan if filled.dtype.kind == "f" else "NaT"
+    return filled
 
 
 def _stamp_unit(dtype: Any) -> str | None:  # noqa: ANN401

@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.parts import WIDEST, Leaf, gather, squeezed
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["check_heaps", "damaged", "open_file", "read", "sniff"]
+__all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff"]
 
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
-_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale", "scale_factor")
+_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
 _MANY = 10_000  # objects in a file: beyond this it is no log
 _RATIO = 1100  # the best that deflate can do
 _LARGE = 1 << 28  # other filters do better, so this much is never refused. [bytes]
@@ -44,6 +45,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             for names, dataset in walk(file):
                 leaves.extend(_leaves(path, names, dataset))
                 notes.extend(_noted(names, dataset))
+                if (scale := _scale(dataset)) != (1.0, 0.0):
+                    name = "/".join(names)
+                    notes.append(
+                        f"{name}: stored * {scale[0]:g} + {scale[1]:g}, as its scale_factor and add_offset say"
+                    )
                 checked.add(bool(dataset.fletcher32))
             notes.extend(_noted((), file))
         except DataError:
@@ -54,7 +60,33 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         raise DataError("has no dataset of numbers of shape (n,) or (n, k)")
     sums = "with checksums" if checked == {True} else "some without checksums" if True in checked else ""
     notes.append(f"HDF5, datasets {sums or 'without checksums: a damaged number would not be seen'}")
-    return gather(leaves, kind="hdf5", root="/", separator="/", notes=tuple(dict.fromkeys(notes)))
+    return gather(
+        leaves,
+        kind="hdf5",
+        root="/",
+        separator="/",
+        notes=tuple(dict.fromkeys(notes)),
+        findings=behind(path, declared_end(path, 0), "the HDF5 file"),
+    )
+
+
+def declared_end(path: Path, start: int) -> int:
+    """Where a file ends by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
+
+    Parameters
+    ----------
+    path : Path
+    start : int
+        Where the superblock is: behind the block of the user's own, if there is one. [bytes]
+    """
+    with path.open("rb") as stream:
+        stream.seek(start)
+        block = stream.read(64)
+    version = block[8] if len(block) == 64 else 0
+    if len(block) < 64 or block[13 if version < 2 else 9] != 8:  # of the widths that are written today
+        return path.stat().st_size
+    at = 40 if version == 0 else 44 if version == 1 else 28
+    return int.from_bytes(block[at : at + 8], "little")
 
 
 def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
@@ -130,7 +162,21 @@ def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:
         shape=shape,
         load=loader(path, names, shape=shape),
         unit=_unit(dataset),
+        fill=_number(dataset, "_FillValue"),
+        scale=_scale(dataset),
     )
+
+
+def _scale(dataset: Any) -> tuple[float, float]:  # noqa: ANN401
+    """Factor and offset of packed data: value = stored * scale_factor + add_offset (CF conventions 1.11, section 8.1)."""
+    factor, offset = _number(dataset, "scale_factor"), _number(dataset, "add_offset")
+    return 1.0 if factor is None else factor, 0.0 if offset is None else offset
+
+
+def _number(item: Any, key: str) -> float | None:  # noqa: ANN401
+    """An attribute that is one number."""
+    value = _attribute(item, key) if key in item.attrs else None
+    return float(value.item()) if value is not None and value.dtype.kind in "iuf" else None
 
 
 def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN401

@@ -11,6 +11,8 @@ from typing import Any
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.columns import recognise, unit_of
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.part import Part, part
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.topics import choose_tables, sensors
 from sigmatau.record import Record
@@ -195,7 +197,7 @@ def inspect(
     OptionError
         For an option of the wrong form, or a topic that is not there.
     """
-    options = assemble.Options.check(
+    options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
     with opened(path, layout) as (file, tables):
@@ -211,9 +213,9 @@ def inspect(
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})
             if wanted or (sensors(table) and not options.topic):
-                info, part = _looked_into(table, chosen or [table], of_this, chosen=wanted)
+                info, made = _looked_into(table, chosen or [table], of_this, chosen=wanted)
                 found.append(info)
-                parts += [part] if wanted and part is not None else []
+                parts += [made] if wanted and made is not None else []
             else:
                 found.append(_named(table))
         record = None
@@ -226,25 +228,25 @@ def inspect(
 
 
 def _looked_into(
-    table: Table, tables: Sequence[Table], options: assemble.Options, *, chosen: bool
-) -> tuple[TableInfo, assemble.Part | None]:
+    table: Table, tables: Sequence[Table], options: Options, *, chosen: bool
+) -> tuple[TableInfo, Part | None]:
     info = replace(_named(table), chosen=chosen)
     try:
-        part = assemble.part(table, assemble.of_table(table, tables, options))
+        made = part(table, assemble.of_table(table, tables, options))
     except OptionError as error:
         return _counted(table, replace(info, wanting=str(error))), None
     except DataError as error:
         return _unusable(info, error), None
-    grid = part.streams[0].grid
+    grid = made.streams[0].grid
     read = replace(
         info,
-        rows=part.rows,
+        rows=made.rows,
         rate=grid.rate,
         rate_source=grid.source,
-        notes=part.conversions,
-        findings=part.findings,
+        notes=made.conversions,
+        findings=made.findings,
     )
-    return read, part
+    return read, made
 
 
 def _counted(table: Table, info: TableInfo) -> TableInfo:

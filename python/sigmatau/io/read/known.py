@@ -6,6 +6,7 @@ A reader is a module with ``sniff(head, path) -> bool``, which recognises its fo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -56,7 +57,7 @@ _KNOWN = (
     _Known("hdf5", "an HDF5 file", _begins(b"\x89HDF")),
     _Known("arrow", "a Parquet or Arrow file", _begins(b"PAR1", b"ARROW1", b"\xff\xff\xff\xff")),
     _Known("tdms", "a TDMS file", _begins(b"TDSm")),
-    _Known("novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head),
+    _Known("novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head),
     _Known("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, packed=True),
     _Known("text", "text", lambda _: True, packed=True),
 )
@@ -70,15 +71,26 @@ _MARKS = (
     (b"FEA1", "a Feather file of version 1"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file"),
     (b"\x7fELF", "a program"),
-    (b"BZh", "compressed by bzip2"),
-    (b"\xfd7zXZ", "compressed by xz"),
-    (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
-    (b"\x1f\x8b", "compressed twice"),
+)
+
+# Compressed files, also inside of gzip: by what, and how they are decompressed.
+_COMPRESSED = (
+    (re.compile(rb"\x28\xb5\x2f\xfd"), "compressed by zstd", "zstd -d"),
+    (re.compile(rb"\xfd7zXZ\0"), "compressed by xz", "xz -d"),
+    (re.compile(rb"BZh[1-9](?:1AY&SY|\x17rE8P\x90)"), "compressed by bzip2", "bzip2 -d"),
+    (re.compile(rb"\x04\x22\x4d\x18"), "compressed by lz4", "lz4 -d"),
+    (re.compile(rb"7z\xbc\xaf\x27\x1c"), "an archive of 7-Zip", "7z x"),
+    (re.compile(rb"\x1f\x8b"), "compressed twice", "gzip -d"),
+    (re.compile(rb"(?s:.{257})ustar"), "an archive of tar", "tar -xf"),
 )
 
 
 def reader_of(head: Head, path: Path) -> Format:
     """The reader of a file; raises `DataError` if there is none, in words that say what the file is."""
+    for mark, what, command in _COMPRESSED:
+        if mark.match(head.data):
+            twice = " compressed by gzip" if head.gzip and "tar" in what else ""
+            raise DataError(f"is {what}{twice}: decompress it first ({command} {path.name}) and give what is in it")
     for known in _KNOWN:
         if not known.likely(head.data):
             continue
@@ -86,7 +98,7 @@ def reader_of(head: Head, path: Path) -> Format:
         if not reader.sniff(head.data, path):
             continue
         if head.gzip and not known.packed:
-            raise DataError(f"is {known.what} compressed by gzip; decompress it first")
+            raise DataError(f"is {known.what} compressed by gzip; decompress it first (gzip -d {path.name})")
         return reader
     found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
     if _every_other_byte_is_null(head.data):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read import hdf5, mat5
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.parts import Leaf, gather
 from sigmatau.io.read.table import Head, Table, need
 
@@ -32,6 +33,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if head.data[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n":
         version = "7.3"
         _walk_73(path, found)
+        found.findings.extend(behind(path, hdf5.declared_end(path, _HDF5_AT), "the HDF5 file"))
     else:
         version = "5"
         found.version_5 = True

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.errors import DataError
 from sigmatau.io.read.breaks import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.results import Finding
@@ -45,6 +46,9 @@ _SCALES: dict[int, tuple[str, float, float]] = {
 _IDS = {268: "RAWIMU", 325: "RAWIMUS", 1461: "RAWIMUX", 1462: "RAWIMUSX"}
 _ASCII = re.compile(rb"[#%](RAWIMU(?:SX|S|X|))A,[^;*#%\r\n]{0,200};([^*#%\r\n]{0,200})\*([0-9A-Fa-f]{8})")
 _BEGUN = re.compile(rb"[#%]RAWIMU(?:SX|S|X|)A,")
+_ANY = re.compile(rb"^[#%][A-Z][A-Z0-9_]{2,30}A,[^;*\r\n]{0,300};[^*\r\n]*\*[0-9A-Fa-f]{8}\r?$", re.MULTILINE)
+_TEXT = re.compile(rb"[\t\r\n\x20-\x7e]*")  # NMEA sentences, prompts and the like among binary messages
+_BETWEEN = 1 << 20  # of what stands between two messages so much is looked at. [bytes]
 _SYNC = re.compile(rb"\xaaD[\x12\x13]")
 _WEEK_NS = 604_800_000_000_000
 _DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
@@ -57,13 +61,20 @@ class _Found:
     rows: dict[str, list[tuple[int, int, tuple[int, ...]]]] = field(default_factory=dict)
     broken: list[int] = field(default_factory=list)  # positions
     end: int = 0  # of the last whole message
+    spans: list[tuple[int, int]] = field(default_factory=list)  # of whole messages, of any name if they are binary
+    junk: list[tuple[int, int]] = field(default_factory=list)  # bytes between them that belong to none
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether a whole RAWIMU log stands in the beginning of the file."""
-    if _BEGUN.search(head) is None and _SYNC.search(head) is None:
+    """Whether a whole RAWIMU log stands in the beginning of the file; or other logs do, and such further on."""
+    others = any(b"RAWIMU" not in match[0][:8] for match in _ANY.finditer(head))
+    if _BEGUN.search(head) is None and _SYNC.search(head) is None and not others:
         return False
-    return bool(_scan(head).rows)
+    found = _scan(head)
+    if found.rows or not (others or found.spans):
+        return bool(found.rows)
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        return bool(found.spans) or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -77,11 +88,15 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If the file is compressed.
+        If there is no RAWIMU among the logs.
     """
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _scan(data)
         rest = bytes(data[found.end : found.end + 400])
+    if not found.rows:
+        raise DataError(
+            f"is a NovAtel log without RAWIMU, RAWIMUS, RAWIMUX or RAWIMUSX; log one of them ({len(found.spans)} others)"
+        )
     findings = _findings(found, rest)
     return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in found.rows.items())
 
@@ -96,6 +111,7 @@ def _scan(data: bytes | mmap.mmap) -> _Found:
         start = match.start() + 1
         if _crc(data[start : match.end() - 9]) == int(match[3], 16) and _take_ascii(match[1].decode(), match[2], found):
             good += 1
+            found.spans.append(match.span())
             found.end = max(found.end, match.end())
         else:
             found.broken.append(match.start())
@@ -104,7 +120,25 @@ def _scan(data: bytes | mmap.mmap) -> _Found:
         whole = {match.start() for match in _ASCII.finditer(data)}
         found.broken.extend(start for start in begun if start not in whole)
     found.broken.sort()
+    found.junk = _between(data, found)
     return found
+
+
+def _between(data: bytes | mmap.mmap, found: _Found) -> list[tuple[int, int]]:
+    """Where bytes stand between whole messages that are no log of another name, nor text of another kind.
+
+    A RAWIMU whose first bytes are damaged is found by this alone: nothing begins there.
+    """
+    spans = np.array(sorted(found.spans), dtype=np.int64).reshape(-1, 2)
+    ends = np.maximum.accumulate(spans[:, 1])
+    wide = np.flatnonzero(spans[1:, 0] - ends[:-1] > 2)  # more than the end of a line
+    junk = []
+    for start, end in zip(ends[wide].tolist(), spans[wide + 1, 0].tolist(), strict=True):
+        held = data[start : min(end, start + _BETWEEN)]
+        left = _ANY.sub(lambda m: m[0] if b"RAWIMU" in m[0][:8] else b"", held)
+        if _TEXT.fullmatch(left) is None or b"RAWIMU" in left or b"\xaaD" in left or left.count(b";") > 0:
+            junk.append((start, end))
+    return junk
 
 
 def _crc(data: bytes) -> int:
@@ -129,6 +163,7 @@ def _messages(data: bytes | mmap.mmap, found: _Found) -> Iterator[tuple[str, byt
             name = _IDS.get(int.from_bytes(message[4:6], "little"))
             if name is not None:
                 yield name, message[header:]
+            found.spans.append((at, end + 4))
             at = end + 4
             found.end = at
         else:
@@ -211,6 +246,18 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
 def _findings(found: _Found, rest: bytes) -> tuple[Finding, ...]:
     findings = []
     rows = sum(map(len, found.rows.values()))
+    # Where a message with a wrong checksum stands has been said.
+    junk = [(a, b) for a, b in found.junk if not any(a <= at < b for at in found.broken[:1000])]
+    if junk:
+        findings.append(
+            Finding(
+                code="bytes_between",
+                severity="error",
+                message=f"{sum(b - a for a, b in junk)} bytes in {len(junk)} place{'s' if len(junk) > 1 else ''}, from byte"
+                f" {junk[0][0]} on, belong to no whole message; {rows} messages are whole",
+                effect="messages may be missing there, and times after them too early",
+            )
+        )
     inner = [at for at in found.broken if at < found.end]
     if inner:
         first = ", ".join(map(str, inner[:5]))

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import archive_ends, behind
 from sigmatau.io.read.parts import parts, pick
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 
@@ -53,12 +57,8 @@ def read(path: Path, head: Head) -> tuple[Table]:
 
 
 def _npy(path: Path) -> Table:
-    try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, MemoryError):
-        raise
-    except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
-        raise _damaged(error) from None
+    arrays, findings = _series(path)
+    array = arrays[0]
     _refuse_objects(array.dtype, path.name)
     loaders: list[Callable[[], NDArray[Any]]] = []
     if array.dtype.names:
@@ -68,15 +68,50 @@ def _npy(path: Path) -> Table:
         for name in array.dtype.names:
             for label, part in parts(name, array.dtype[name].shape):
                 columns.append(Column(name=label))
-                loaders.append(lambda name=name, part=part: pick(array[name], part))  # type: ignore[misc]
+                loaders.append(lambda name=name, part=part: _joined([pick(a[name], part) for a in arrays]))  # type: ignore[misc]
     else:
         columns = []
         _refuse_shape(array.shape)
         for _, part in parts("", array.shape[1:]):
             columns.append(Column(name=""))
-            loaders.append(lambda part=part: pick(array, part))  # type: ignore[misc]
+            loaders.append(lambda part=part: _joined([pick(a, part) for a in arrays]))  # type: ignore[misc]
     note = f"array of {array.dtype.base.name if not array.dtype.names else 'records'}, shape {array.shape}"
-    return _table("npy", columns, loaders, (note,))
+    if len(arrays) > 1:
+        note = f"{len(arrays)} arrays, one after the other, {sum(map(len, arrays))} rows in all; the first an {note}"
+    return _table("npy", columns, loaders, (note,), findings)
+
+
+def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
+    """The arrays of a file, which ``np.save`` to one open file puts one behind the other; all of one kind.
+
+    `np.load` would give the first and pass over the others.
+    """
+    try:
+        first = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:  # NumPy raises a dozen kinds on damaged files
+        raise _damaged(error) from None
+    arrays: list[NDArray[Any]] = [first]
+    at, size = first.offset + first.nbytes, path.stat().st_size
+    with path.open("rb") as stream, contextlib.suppress(ValueError):  # of NumPy: what follows is no header
+        while at < size:
+            stream.seek(at)
+            shape, order, dtype = _header(stream)
+            start = stream.tell()
+            end = start + dtype.itemsize * int(np.prod(shape, dtype=object))
+            if dtype != first.dtype or not shape or shape[1:] != first.shape[1:] or end > size:
+                break
+            mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, shape, order)
+            arrays.append(mapped)
+            at = end
+    what = "the array" if len(arrays) == 1 else f"the {len(arrays)} arrays of one kind that are read"
+    return arrays, behind(path, at, what)
+
+
+def _joined(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Pieces of a column as one; a single one stays on disk."""
+    return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
 def _npz(path: Path) -> Table:
@@ -87,10 +122,11 @@ def _npz(path: Path) -> Table:
         import zipfile  # in the call, for those who read text
 
         with zipfile.ZipFile(path) as archive:
+            first = min((m.header_offset for m in archive.infolist()), default=0)
             names = [n for n in archive.namelist() if n.endswith(".npy")]
             for name in names:
                 with archive.open(name) as member:
-                    shape, dtype = _header(member)
+                    shape, _, dtype = _header(member)
                 key = name.removesuffix(".npy")
                 if dtype.hasobject or dtype.names or dtype.kind not in "iufb":
                     refused.append(key)
@@ -98,8 +134,12 @@ def _npz(path: Path) -> Table:
                     for label, part in parts(key, shape[1:]):
                         columns.append(Column(name=label))
                         loaders.append(_Member(path, name, part))
-    except (OSError, MemoryError):
+    except MemoryError:
         raise
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+            raise
+        raise _damaged(error) from None
     except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
         raise _damaged(error) from None
     if not names:
@@ -107,7 +147,13 @@ def _npz(path: Path) -> Table:
     if not columns:
         why = f" ({', '.join(refused)} hold objects or words, which are refused)" if refused else ""
         raise DataError(f"has no array of numbers of shape (n,) or (n, 3){why}")
-    return _table("npz", columns, loaders, (f"archive of {', '.join(n.removesuffix('.npy') for n in names)}",))
+    return _table(
+        "npz",
+        columns,
+        loaders,
+        (f"archive of {', '.join(n.removesuffix('.npy') for n in names)}",),
+        archive_ends(path, first),
+    )
 
 
 class _Member:
@@ -135,7 +181,11 @@ class _Whole(io.RawIOBase):
 
 
 def _table(
-    kind: str, columns: Sequence[Column], loaders: Sequence[Callable[[], NDArray[Any]]], notes: tuple[str, ...]
+    kind: str,
+    columns: Sequence[Column],
+    loaders: Sequence[Callable[[], NDArray[Any]]],
+    notes: tuple[str, ...],
+    findings: tuple[Finding, ...],
 ) -> Table:
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raw: dict[int, NDArray[Any]] = {}
@@ -143,8 +193,12 @@ def _table(
             name = columns[index].name or f"number {index + 1}"
             try:
                 array = loaders[index]()
-            except (OSError, MemoryError):
+            except MemoryError:
                 raise
+            except OSError as error:
+                if error.errno != errno.EINVAL:  # a place before the beginning of the file
+                    raise
+                raise _damaged(error) from None
             except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
                 raise _damaged(error) from None
             if array.dtype.kind not in "iuf":
@@ -159,16 +213,22 @@ def _table(
             raw[exact] = whole_stamps(raw[exact])
         return Loaded(columns=raw)
 
-    return Table(format=kind, columns=tuple(columns), notes=notes, load=load, where=lambda row: f"row {row}")
+    return Table(
+        format=kind,
+        columns=tuple(columns),
+        notes=notes,
+        load=load,
+        where=lambda row: f"row {row}",
+        findings=findings,
+    )
 
 
-def _header(member: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.dtype[Any]]:
+    """Shape, order and type of the array whose file begins here."""
     version = np.lib.format.read_magic(member)
-    if version == (1, 0):
-        shape, _, dtype = np.lib.format.read_array_header_1_0(member)
-    else:
-        shape, _, dtype = np.lib.format.read_array_header_2_0(member)
-    return shape, dtype
+    read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, fortran, dtype = read_header(member)
+    return shape, "F" if fortran else "C", dtype
 
 
 def _refuse_objects(dtype: np.dtype[Any], name: str) -> None:

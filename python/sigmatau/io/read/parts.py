@@ -6,6 +6,7 @@ of one group and one length are a table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.columns import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record import MIN_SAMPLES
 from sigmatau.results import Finding
@@ -25,6 +27,7 @@ WIDEST = 64
 
 _AXES = frozenset("xyzXYZ")
 _NAMED = 8
+_UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +47,10 @@ class Leaf:
         As the file spells it.
     rate : float or None
         Sampling rate, if the format states one. [Hz]
+    fill : float or None
+        The number that stands for a missing sample.
+    scale : tuple of float
+        Factor and offset, in that order, that make the value of what is stored.
     """
 
     group: tuple[str, ...]
@@ -52,6 +59,19 @@ class Leaf:
     load: Callable[[], NDArray[Any]]
     unit: str | None = None
     rate: float | None = None
+    fill: float | None = None
+    scale: tuple[float, float] = (1.0, 0.0)
+
+    def values(self) -> tuple[NDArray[Any], int]:
+        """The array with NaN for missing samples, scaled; and how many are missing."""
+        array = self.load()
+        gone = None if self.fill is None else array == self.fill
+        missing = 0 if gone is None else int(np.count_nonzero(gone))
+        if missing:
+            array = array.astype(np.float64)
+            array[gone] = np.nan
+        factor, offset = self.scale
+        return (array if self.scale == (1.0, 0.0) else array * factor + offset), missing
 
 
 def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
@@ -60,8 +80,10 @@ def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, .
         yield name, (0,) * len(shape)
     elif len(shape) == 1:
         endings: Sequence[str] = "xyz" if shape[0] == 3 else [str(k + 1) for k in range(shape[0])]
+        stated = _UNIT.fullmatch(name)  # what stands in brackets stays at the end
+        stem, unit = stated.groups() if stated else (name, "")
         for k, ending in enumerate(endings):
-            yield f"{name}_{ending}", (k,)
+            yield f"{stem}_{ending}{unit}", (k,)
 
 
 def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
@@ -163,11 +185,38 @@ def gather(
         last = (members[0].name,) if groups.count(group) > 1 or (not group and not root) else ()
         topic = root + separator.join((*group, *last)) if len(by_home) > 1 or group or root else ""
         table = _table(kind, topic, group, rows, members, separator, notes, findings)
+        if groups.count(group) > 1:
+            others = [leaf for (home, _), held in by_home.items() if home == group for leaf in held]
+            table = replace(table, findings=(*findings, *_unequal(table, others)))
         rates = {leaf.rate for leaf in members}
         if len(rates) == 1 and None not in rates:
             table = replace(table, rate=rates.pop(), rate_source=rate_source)
         tables.append(table)
     return tuple(tables)
+
+
+def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
+    """Sensors of which one axis has another length than the others: they would be read without it, and without a word."""
+    held = {match[0] for match in recognise(table.columns) if match is not None}
+    named = [leaf for leaf in leaves if len(leaf.shape) == 1]
+    found = recognise([Column(name=f"{leaf.group[-1]}_{leaf.name}" if _is_axis(leaf) else leaf.name) for leaf in named])
+    for sensor in ("gyro", "accel"):
+        axes = [f"{sensor}_{axis}" for axis in "xyz"]
+        lengths = {
+            match[0]: (x.name, x.shape[0]) for x, match in zip(named, found, strict=True) if match and match[0] in axes
+        }
+        if held & set(axes) and len({rows for _, rows in lengths.values()}) > 1:
+            listed = ", ".join(f"{name} {rows}" for name, rows in lengths.values())
+            yield Finding(
+                code="unequal_lengths",
+                severity="error",
+                message=f"the axes of one sensor have unequal numbers of samples: {listed}",
+                effect="only those of one length are read together; the rest of the shorter ones is missing",
+            )
+
+
+def _is_axis(leaf: Leaf) -> bool:
+    return leaf.name in _AXES and len(leaf.shape) == 1 and bool(leaf.group)
 
 
 def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
@@ -195,7 +244,7 @@ def _table(
     sources: list[tuple[Leaf, tuple[int, ...]]] = []
     for leaf in members:
         path = [*leaf.group[len(group) :], leaf.name]
-        if leaf.name in _AXES and len(leaf.shape) == 1 and leaf.group:
+        if _is_axis(leaf):
             path = [*path[:-2], f"{leaf.group[-1]}_{leaf.name}"]  # group gyro, array x
         for label, part in parts(separator.join(path), leaf.shape[1:]):
             columns.append(Column(name=label, unit=leaf.unit))
@@ -206,16 +255,28 @@ def _table(
         for index in wanted:
             by_leaf.setdefault(id(sources[index][0]), []).append(index)
         raw: dict[int, NDArray[Any]] = {}
+        findings: list[Finding] = []
         for indices in by_leaf.values():
             leaf = sources[indices[0]][0]
-            array = leaf.load()
+            array, missing = leaf.values()
+            if missing:
+                findings.append(
+                    Finding(
+                        code="missing_samples",
+                        severity="error",
+                        message=f"{missing} numbers of {leaf.name} are {leaf.fill:g}, which the file says means missing",
+                        effect="they are left out as NaN",
+                    )
+                )
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
             for index in indices:  # a view holds the whole array in memory: only if all of it is wanted
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
-        return Loaded(columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact))
+        return Loaded(
+            columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact), findings=tuple(findings)
+        )
 
     return Table(
         format=kind,

@@ -6,7 +6,7 @@ import re
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import quote
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.read import roslog
+from sigmatau.io.read.behind import behind
 from sigmatau.io.read.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
 from sigmatau.results import Finding
@@ -49,6 +50,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     try:
         with closing(_open(path)) as base:
             topics, definitions = _topics(base)
+            packed = {topic.id for topic in topics if _is_packed(base, topic.id)}
     except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
         raise DataError(f"is damaged or cut off, and no topic could be read ({error}); get or make it again") from None
     if not topics:
@@ -70,9 +72,10 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         except DataError as error:
             tables.append(roslog.refused_table("rosbag2", topic.name, str(error), rows))
             continue
-        reader = _Reader(path=path, topic=topic, layout=layout, declared=rows)
+        reader = _Reader(path=path, topic=topic, layout=layout, declared=rows, packed=topic.id in packed)
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, layout, rows, reader))
-    return roslog.some_readable(tables)
+    found = _behind(path)
+    return tuple(replace(table, findings=found) for table in roslog.some_readable(tables))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,6 +120,34 @@ def _cut(path: Path) -> bool:
     return path.stat().st_size < (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
 
 
+def _behind(path: Path) -> tuple[Finding, ...]:
+    """What lies behind the pages that the head of the database counts, if that count is of the last change."""
+    with path.open("rb") as file:
+        head = file.read(100)
+    page, pages = int.from_bytes(head[16:18], "big"), int.from_bytes(head[28:32], "big")
+    if len(head) < 100 or pages == 0 or head[24:28] != head[92:96] or path.with_name(path.name + "-wal").exists():
+        return ()
+    return behind(path, pages * (65536 if page == 1 else page), "the database")
+
+
+def _is_packed(base: sqlite3.Connection, number: int) -> bool:
+    """Whether the first message of a topic is compressed: the mark of zstd is no header of a message."""
+    try:
+        first = base.execute("SELECT data FROM messages WHERE topic_id = ? LIMIT 1", (number,)).fetchone()
+    except sqlite3.Error:
+        return False
+    return first is not None and isinstance(first[0], bytes) and first[0].startswith(_ZSTD)
+
+
+def _sound(path: Path) -> bool:
+    """Whether SQLite finds no fault with the database: asked only if messages are missing, for it reads all of it."""
+    try:
+        with closing(_open(path)) as base:
+            return base.execute("PRAGMA quick_check(1)").fetchone() == ("ok",) and not _cut(path)
+    except (sqlite3.Error, UnicodeDecodeError):
+        return False
+
+
 def _are(number: object, *words: object) -> bool:
     return isinstance(number, int) and all(isinstance(word, str) for word in words)
 
@@ -141,13 +172,16 @@ def _declared(path: Path) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Batch:
-    """Messages one after the other, their ends and stamps; a fault that follows, and how many before it are in doubt."""
+    """Messages one after the other, their ends and stamps; a fault that follows, and how many before it are in doubt; how
+    many numbers of messages are missing.
+    """
 
     data: bytes
     ends: NDArray[np.int64]
     times: NDArray[np.int64]
     fault: str
     doubt: int
+    missing: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,10 +192,11 @@ class _Reader:
     topic: _Topic
     layout: Layout
     declared: int | None
+    packed: bool  # whether each message is compressed by zstd
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[_formats.Decoded] = []
-        rows, doubt, fault = 0, 0, ""
+        rows, doubt, missing, fault = 0, 0, 0, ""
         try:
             for batch in self._messages():
                 part = _formats.decode_messages(
@@ -169,12 +204,8 @@ class _Reader:
                 )
                 parts.append(part)
                 rows += part.rows
-                fault, doubt = batch.fault, batch.doubt
+                fault, doubt, missing = batch.fault, batch.doubt, batch.missing
                 if part.rows != len(batch.ends):
-                    if not rows and batch.data.startswith(_ZSTD):
-                        raise DataError(
-                            f"each message of {self.topic.name} is compressed: convert the bag by `ros2 bag convert`"
-                        )
                     fault, doubt = "a message does not hold what its definition says", 0
                     break
         except (sqlite3.Error, UnicodeDecodeError) as error:
@@ -185,7 +216,7 @@ class _Reader:
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
         decoded = _formats.Decoded(joined, rows)
         return Loaded(
-            columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault)
+            columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault, missing)
         )
 
     def _messages(self) -> Iterator[_Batch]:
@@ -196,20 +227,27 @@ class _Reader:
                 "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED",
                 (self.topic.id,),
             )
-            fault, last = "", None
+            fault, last, missing, sound = "", None, 0, None
             while not fault:
                 blobs: list[bytes] = []
                 times: list[int] = []
                 count = 0
                 try:
                     for number, blob, stamp in cursor:
-                        # Of all topics together: SQLite passes over pages that it cannot make sense of.
+                        # Of all topics together: SQLite passes over pages that it cannot make sense of. In a database
+                        # that is sound they were deleted, as filters of bags do.
                         if last is not None and number != last + 1:
-                            fault = f"after message {last} of all topics comes {number!r}"
-                            break
+                            if isinstance(number, int) and number > last and sound is None:
+                                sound = _sound(self.path)
+                            if not sound or number <= last:
+                                fault = f"after message {last} of all topics comes {number!r}"
+                                break
+                            missing += number - last - 1
                         last = number
                         count += 1
                         if blob != 0:
+                            if self.packed and isinstance(blob, bytes):
+                                blob = _formats.unpacked(blob)
                             if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
                                 fault = f"message {number} of all topics is none"
                                 break
@@ -228,11 +266,12 @@ class _Reader:
                     times=np.array(times, dtype=np.int64),
                     fault=fault,
                     doubt=doubt,
+                    missing=missing,
                 )
                 if not count and not fault:
                     return
 
-    def _findings(self, rows: int, fault: str) -> tuple[Finding, ...]:
+    def _findings(self, rows: int, fault: str, missing: int) -> tuple[Finding, ...]:
         of = "" if self.declared is None else f" of {self.declared}"
         if fault:
             message = f"{fault}; {rows}{of} messages of {self.topic.name} were read up to there"
@@ -240,6 +279,10 @@ class _Reader:
             message = (
                 f"the bag holds {rows} messages of {self.topic.name} where its metadata.yaml declares {self.declared}"
             )
+        elif missing:
+            message = f"the numbers of {missing} messages of all topics are missing in the bag, which is sound: deleted"
+            effect = f"whether any of {self.topic.name} were among them, its time stamps show"
+            return (Finding(code="deleted_messages", severity="info", message=message, effect=effect),)
         else:
             return ()
         return (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
+from sigmatau.io.read.behind import lost
 from sigmatau.io.read.messages import Layout, layout_of
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
@@ -19,6 +21,9 @@ __all__ = ["checked", "message_table", "read", "refused_table", "sniff", "some_r
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
 _WRITTEN = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
+
+_HEAD, _CHUNK, _MESSAGE, _CHUNK_CRC = 9, 6, 5, 24  # mcap.dev/spec: of a record; where the checksum of a chunk stands
+_RECORDS = 1000  # before the first chunk
 
 _NOT_READ = "not read: "
 
@@ -87,7 +92,26 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             declared=rows if contents.declared else None,
         )
         tables.append(message_table(kind, name, type_name, layout, rows, reader))
-    return some_readable(tables)
+    note = _protection(path, kind)
+    return tuple(replace(table, notes=(*table.notes, note)) if note else table for table in some_readable(tables))
+
+
+def _protection(path: Path, kind: _formats.LogKind) -> str:
+    """A note if no checksums vouch for the numbers: bags have none, and of MCAP the first chunk shows it."""
+    if kind == "rosbag1":
+        return "a ROS bag, without checksums: a damaged number would not be seen"
+    with path.open("rb") as stream:
+        at = len(_MCAP) + 3
+        for _ in range(_RECORDS):
+            stream.seek(at)
+            head = stream.read(_HEAD + _CHUNK_CRC + 4)
+            if len(head) < _HEAD + _CHUNK_CRC + 4 or head[0] == _MESSAGE:
+                break
+            if head[0] == _CHUNK:
+                checked = head[_HEAD + _CHUNK_CRC :] != bytes(4)
+                return "" if checked else "MCAP, chunks without checksums: a damaged number would not be seen"
+            at += _HEAD + int.from_bytes(head[1:_HEAD], "little")
+    return "MCAP, messages without checksums: a damaged number would not be seen"
 
 
 def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:
@@ -136,6 +160,10 @@ def findings_of(end: _formats.LogEnd, topic: str, rows: int, declared: int | Non
         message = f"{end.what} (byte {end.offset}); {count} were read, all that come before"
         effect = "no message is missing by what the file says" if declared is None or rows == declared else REST_MISSING
         return (Finding(code="broken_off", severity="warning", message=message, effect=effect),)
+    if end.kind == "filler":
+        return (Finding(code="filler", severity="info", message=end.what, effect="they hold nothing"),)
+    if end.kind == "behind":
+        return (lost(f"{end.what} (byte {end.offset})"),)
     if end.kind:
         message = f"{end.what} (byte {end.offset}); {count} were read up to there"
         return (Finding(code=end.kind, severity="error", message=message, effect=REST_MISSING),)

@@ -7,6 +7,7 @@ import io
 import logging
 import struct
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from sigmatau.results import Finding
 __all__ = ["read", "sniff"]
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
+_MEANING = ("unit_string", "wf_increment")
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 
 
@@ -35,6 +37,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     end, findings = _segments(path)
     leaves: list[Leaf] = []
     others: list[str] = []
+    changes = _changes(path, end)
     with _opened(path, end) as file:
         cut: dict[str, int] = {}
         if findings and file.file_status.channel_statuses:
@@ -42,6 +45,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             cut = {name: max(0, s.expected_length - s.read_length) for name, s in states.items()}
         for group in file.groups():
             channels = [c for c in group.channels() if len(c)]
+            changed = [changes[c.path] for c in channels if c.path in changes]
+            upto = min((change.rows for change in changed), default=end)
+            findings = (*findings, *dict.fromkeys(change.finding(group.name) for change in changed))
             for channel in channels:
                 if len(channel) > end:
                     raise DataError(
@@ -52,9 +58,12 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                     continue
                 # Where the file breaks off, the channels behind the break lack a part: all are cut alike.
                 whole = len(channel) + cut.get(channel.path, 0)
-                rows = min(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole)
+                rows = min(upto, *(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole))
                 stamps = channel.dtype.kind == "M"
-                unit = channel.properties.get("unit_string")
+                properties = dict(channel.properties)
+                if channel.path in changes:
+                    properties[changes[channel.path].name] = changes[channel.path].old
+                unit = properties.get("unit_string")
                 leaves.append(
                     Leaf(
                         group=(group.name,),
@@ -62,7 +71,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                         shape=(rows,),
                         load=_loader(path, end, group.name, channel.name, rows, len(channel)),
                         unit="us" if stamps else unit if isinstance(unit, str) else None,
-                        rate=_rate(channel.properties),
+                        rate=_rate(properties),
                     )
                 )
     notes = ["TDMS, without checksums: a damaged number would not be seen"]
@@ -112,6 +121,67 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
     return size, ()
 
 
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """A property of a channel that means something else from a row on; npTDMS takes the last value for the whole."""
+
+    rows: int
+    name: str
+    old: object
+    new: object
+
+    def finding(self, group: str) -> Finding:
+        return Finding(
+            code="property_changed",
+            severity="error",
+            message=f"{self.name} of the channels of {group!r} changes from {self.old!r:.40} to"
+            f" {self.new!r:.40} after {self.rows} rows, which alone are read",
+            effect=REST_MISSING.replace("get or make the file again", "give that part as a file of its own"),
+        )
+
+
+def _changes(path: Path, end: int) -> dict[str, _Change]:
+    """By channel, the first property of those that say what its numbers are that changes from one segment to another."""
+    from nptdms.reader import TdmsReader
+
+    class Watching(TdmsReader):  # type: ignore[misc]  # npTDMS has no types
+        """Notes what the properties of each segment change."""
+
+        def __init__(self, file: Any) -> None:  # noqa: ANN401
+            super().__init__(file)
+            self.seen: dict[tuple[str, str], object] = {}
+            self.before: dict[str, int] = {}
+            self.found: dict[str, _Change] = {}
+
+        def _update_object_metadata(self, segment: Any) -> None:  # noqa: ANN401
+            self.before = {name: int(held.num_values) for name, held in self.object_metadata.items()}
+            super()._update_object_metadata(segment)
+
+        def _update_object_properties(self, segment_object_properties: Any) -> None:  # noqa: ANN401
+            for name, items in (segment_object_properties or {}).items():
+                rows = self.before.get(name, 0)
+                for key, value in items:
+                    if key not in _MEANING and not key.startswith("NI_Scale"):
+                        continue
+                    old = self.seen.get((name, key))
+                    if rows and old is not None and old != value:
+                        self.found.setdefault(name, _Change(rows, key, old, value))
+                    else:
+                        self.seen[name, key] = value
+            super()._update_object_properties(segment_object_properties)
+
+    with _quiet(), path.open("rb") as stream:
+        reader = Watching(_Part(stream, end))
+        reader.read_metadata()
+    scaled = [change for change in reader.found.values() if change.name.startswith("NI_Scale")]
+    if scaled:
+        raise DataError(
+            f"its scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
+            f" {scaled[0].rows} rows; save each part as a file of its own"
+        )
+    return reader.found
+
+
 def _lost(code: str, message: str) -> Finding:
     return Finding(code=code, severity="error", message=message, effect=REST_MISSING)
 
@@ -149,14 +219,20 @@ def _opened(path: Path, end: int) -> Iterator[Any]:
     """The file by npTDMS, which is told no name, so that it does not take an old index for it."""
     import nptdms
 
-    # It would warn on standard error, by a logger of its own for each module, of what is a finding here.
-    loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]
+    with _quiet(), path.open("rb") as stream, nptdms.TdmsFile.open(_Part(stream, end)) as file:
+        yield file
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """What npTDMS raises as a `DataError`, without its words on standard error, which are of what is a finding here."""
+    loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]  # each module has its own
     enabled = [log.disabled for log in loggers]
     for log in loggers:
         log.disabled = True
     try:
-        with path.open("rb") as stream, np.errstate(all="ignore"), nptdms.TdmsFile.open(_Part(stream, end)) as file:
-            yield file
+        with np.errstate(all="ignore"):
+            yield
     except (DataError, MemoryError):
         raise
     except OSError as error:

@@ -17,6 +17,7 @@ __all__ = ["read", "sniff"]
 
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
 _NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
+_IN_TURN = 10  # so many of other sentences between two are no sign of anything
 _APPENDED = (b"S", b"T")  # fields after those of the sentence, which can be switched on
 
 
@@ -122,8 +123,29 @@ def _findings(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding,
                 else "before the first row: no row is missing between others",
             )
         )
+    findings.extend(_others(found, name, rows))
     if found.cut:
         findings.append(
             breaks.finding("broken_off", f"the file breaks off in the middle of a line; {rows} rows were read")
         )
     return tuple(findings)
+
+
+def _others(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
+    """What is said of whole sentences of other names: rows are missing from a log that was switched to another."""
+    if not found.others:
+        return ()
+    longest, line = found.gap
+    message = f"{found.others} whole sentences of other names, such as ${found.other}, are not read"
+    # Sentences that come in turn are spread evenly; a switch is a run of them that the shares do not explain.
+    if longest <= _IN_TURN + 4 * -(-found.others // max(rows, 1)):
+        return (Finding(code="other_sentences", severity="info", message=message, effect=f"those of ${name} are"),)
+    return (
+        Finding(
+            code="other_sentences",
+            severity="error",
+            message=f"{message}; from line {line} on come {longest} of them without one ${name}",
+            effect=f"the sensor was switched to another sentence there: rows of ${name} are missing, and times after it are"
+            " too early",
+        ),
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 from sigmatau import memory
 from sigmatau.errors import DataError
 from sigmatau.io.read import text
+from sigmatau.io.read.behind import archive_ends
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 
 if TYPE_CHECKING:
@@ -45,6 +47,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     left: list[str] = []
     try:
         with zipfile.ZipFile(path) as archive:
+            first = min((m.header_offset for m in archive.infolist()), default=0)
             members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
             if any(m.filename == "[Content_Types].xml" for m in members):
                 raise DataError("is an Excel or Word file; save the table as CSV")
@@ -56,23 +59,29 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                     tables.append(table)
                 else:
                     left.append(f"{member.filename} ({table})")
-    except (DataError, OSError, MemoryError):
+    except (DataError, MemoryError):
         raise
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+            raise
+        raise _damaged(error) from None
     except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
         raise _damaged(error) from None
     if not tables:
         why = f": {'; '.join(left[:3])}" if left else ""
         raise DataError(f"is a zip archive of none of the formats that are read: text tables, .npy, .npz{why}"[:400])
-    if left:
+    ends = archive_ends(path, first)
+    if left or ends:
         note = f"left out: {', '.join(left)}"[:300]
         tables = [
             Table(
                 format=t.format,
                 columns=t.columns,
-                notes=(*t.notes, note) if t is tables[0] else t.notes,
+                notes=(*t.notes, note) if left and t is tables[0] else t.notes,
                 load=t.load,
                 where=t.where,
                 topic=t.topic,
+                findings=(*t.findings, *ends),
             )
             for t in tables
         ]
@@ -91,7 +100,7 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
         return "compressed by gzip: unpack the archive and give the file"
     whole = member.file_size <= HEAD
     if not text.sniff(data, path):
-        return "binary data"
+        return "binary: unpack the archive and give the file"
     head = Head(data=data, whole=whole, gzip=False)
     name = PurePosixPath(member.filename).stem
     try:
@@ -133,8 +142,12 @@ def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
     try:
         with zipfile.ZipFile(path) as archive:
             return archive.read(member)
-    except (OSError, MemoryError):
+    except MemoryError:
         raise
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+            raise
+        raise _damaged(error) from None
     except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
         raise _damaged(error) from None
 

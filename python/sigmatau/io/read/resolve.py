@@ -1,0 +1,175 @@
+"""Which column of a table is what, and in which unit; what is not known is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from sigmatau import units
+from sigmatau.errors import OptionError
+from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, stated_unit, unit_of
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.table import Table, is_date
+from sigmatau.record import QUANTITIES, stream_name
+from sigmatau.results import Finding
+from sigmatau.streams import InputKind
+
+__all__ = ["SI", "Resolved", "resolve"]
+
+Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
+"""The columns chosen, the unit of each channel as spelled, notes and findings."""
+
+SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
+"""Units of the rates of both sensors."""
+
+
+def resolve(table: Table, options: Options) -> Resolved:
+    """Which column is what, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
+    choice = choose(table.columns, options.channels)
+    _check_keys(choice, options)
+    _check_kind(table, choice, options)
+    choice = _without_text_stamps(table, choice, options)
+    return choice, *_units(table, choice, options)
+
+
+def _check_keys(choice: Choice, options: Options) -> None:
+    """An option for a channel that is not read is a slip of the pen, and would go unseen."""
+    known = {*choice.channels, *map(stream_name, choice.channels)}
+    for name, keys in (("unit", options.unit), ("scale", options.scale), ("offset", options.offset)):
+        for key in keys:
+            if key in known or (key == "time" and name != "offset" and choice.time is not None):
+                continue
+            if key == "time" and choice.time is None:
+                raise OptionError(
+                    f"has no time column, for which a {name} is given; name it by --channels time=…", option=name
+                )
+            channels = ", ".join(choice.channels)
+            raise OptionError(f"--{name} {key}=…: no such channel is read; channels: {channels}", option=name)
+
+
+def _check_kind(table: Table, choice: Choice, options: Options) -> None:
+    if options.input == "rate":
+        for channel, index in choice.channels.items():
+            if stream_name(channel) in SI and holds_increments(table.columns[index]):
+                raise OptionError(
+                    f"column {table.label(index)} holds increments by its name: say --input increments", option="input"
+                )
+
+
+def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choice:
+    """Without a time column that holds dates or words, if a rate is given and nobody asked for that column."""
+    if choice.time is None or options.rate is None or "time" in options.channels:
+        return choice
+    try:
+        float(table.columns[choice.time].first or 0)
+    except ValueError:
+        note = f"time stamps in column {table.label(choice.time)} are no numbers and not used"
+        return replace(choice, time=None, notes=(*choice.notes, note))
+    return choice
+
+
+def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[str], list[Finding]]:
+    """Unit of each channel, as spelled by the user or the file, and what there is to say about it."""
+    recognised = recognise(table.columns)
+    unit: dict[str, str] = {}
+    notes: list[str] = []
+    overruled: list[Finding] = []
+    missing: list[str] = []
+    foreigners: list[str] = []
+    counts = False
+    indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
+    for channel, index in indices.items():
+        match = recognised[index]
+        stated = unit_of(table.columns[index])[1]
+        stream = "time" if channel == "time" else stream_name(channel)
+        if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
+            stated = match[1]
+        said = options.unit.get(channel, options.unit.get(stream))
+        if channel == "time" and is_date(table.columns[index].first):
+            said = None  # dates have no unit that one could err about
+        if said is not None and stated is not None and not _same(said, stated):
+            notes.append(f"{channel}: in {said} as given, though the file says {stated}")
+            overruled.append(
+                Finding(
+                    code="unit_overruled",
+                    severity="warning",
+                    channel=channel,
+                    message=f"the unit given is {said}, the file says {stated}",
+                    effect="the given unit is used",
+                )
+            )
+        foreign = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
+        if said is not None and foreign is not None:
+            overruled.append(
+                Finding(
+                    code="unit_overruled",
+                    severity="warning",
+                    channel=channel,
+                    message=f"the unit given is {said}, the file says {foreign[:20]!r}, which is no unit of it",
+                    effect="the numbers are taken in the given unit" + _scaled(channel, stream, options),
+                )
+            )
+        spelled = said or stated
+        if spelled is None:
+            if channel != "time":
+                missing.append(channel)
+                foreigners += [f"{channel} in {foreign[:20]!r}"] if foreign is not None else []
+                counts = counts or _whole(table.columns[index].first)
+            continue
+        if stream in SI or channel == "time":
+            _check_unit(channel, spelled, stream)
+        unit[channel] = spelled
+    if missing:
+        if foreigners and len(foreigners) == len(missing):
+            hint = (
+                f" (the file has {', '.join(foreigners)}: say --scale too, e.g. --scale {stream_name(missing[0])}=0.01)"
+            )
+        else:
+            hint = " (whole numbers may be counts: then say --scale too)" if counts and not options.scale else ""
+        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options) + hint)
+    return unit, notes, overruled
+
+
+def _whole(text: str) -> bool:
+    """Whether a first field is a number without decimals, other than 0."""
+    return text.lstrip("+-").isdigit() and text.strip("+-0") != ""
+
+
+def _scaled(channel: str, stream: str, options: Options) -> str:
+    given = channel in options.scale or stream in options.scale
+    return ", times the scale given" if given else ": give --scale if they are volts or counts"
+
+
+def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
+    """What has to be said for the rate, beside the units."""
+    known = table.rate is not None if choice.time is None else "time" in unit
+    if options.rate is not None or known:
+        return ""
+    return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
+
+
+def _check_unit(channel: str, spelled: str, stream: str) -> None:
+    kinds = ("s",) if stream == "time" else (SI[stream], units.integral(SI[stream]))
+    try:
+        units.find(spelled, si=kinds)
+    except OptionError as error:
+        raise OptionError(f"{channel}: {error}", option="unit") from None
+
+
+def _same(one: str, other: str) -> bool:
+    try:
+        return units.find(one) == units.find(other)
+    except OptionError:
+        return one == other
+
+
+def _ask_for_units(missing: list[str], kind: InputKind, *, no_rate: str) -> OptionError:
+    streams = list(dict.fromkeys(map(stream_name, missing)))
+    examples = {"gyro": "deg/s", "accel": "g"} if kind == "rate" else {"gyro": "rad", "accel": "m/s"}
+    example = " ".join(f"--unit {s}={examples.get(s, '1')}" for s in streams)
+    known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
+    table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
+    listed = f" (known: {table})" if table else " (any word; 1 for none)"
+    return OptionError(
+        f"does not state the unit of {', '.join(missing)}; say e.g. {example}{no_rate}{listed}", option="unit"
+    )

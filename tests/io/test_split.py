@@ -1,0 +1,126 @@
+"""Bags of ROS 2 as folders, split into several files."""
+
+import sqlite3
+
+import numpy as np
+import pytest
+from roslogs import IMU, imu, imu_cdr
+
+from sigmatau.cli import main
+from sigmatau.errors import DataError
+from sigmatau.io import read
+from sigmatau.io.read.inspection import inspect
+
+N, PARTS = 900, 3
+STAMPS, VALUES = imu(N)
+
+
+def six(record):
+    return np.stack([record.stream_of(f"{s}_{a}").column(f"{s}_{a}") for s in ("gyro", "accel") for a in "xyz"], axis=1)
+
+
+def db3(path, stamps, values, keep=lambda _: True, pack=bytes):
+    base = sqlite3.connect(path)
+    base.executescript(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
+        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+    )
+    base.execute("INSERT INTO topics VALUES(1, '/imu', ?, 'cdr')", (IMU,))
+    rows = [
+        (k + 1, 1, int(s), pack(imu_cdr(s, v))) for k, (s, v) in enumerate(zip(stamps, values, strict=True)) if keep(k)
+    ]
+    base.executemany("INSERT INTO messages VALUES(?, ?, ?, ?)", rows)
+    base.commit()
+    base.close()
+
+
+def metadata(folder, names, prefix=""):
+    listed = "".join(f"    - {prefix}{name}\n" for name in names)
+    (folder / "metadata.yaml").write_text(
+        f"rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n{listed}"
+        f"  message_count: {N}\n"
+    )
+
+
+@pytest.fixture
+def bag(tmp_path):
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    # In an order that is not that of the names.
+    names = ["b_10.db3", "b_2.db3", "a_3.db3"]
+    for k, name in enumerate(names):
+        rows = slice(k * N // PARTS, (k + 1) * N // PARTS)
+        db3(folder / name, STAMPS[rows], VALUES[rows])
+    metadata(folder, names)
+    return folder
+
+
+@pytest.mark.parametrize("prefix", ["", "bag/"])
+def test_the_parts_are_one_record(bag, prefix):
+    metadata(bag, ["b_10.db3", "b_2.db3", "a_3.db3"], prefix)
+    record = read(bag)
+    np.testing.assert_array_equal(six(record), VALUES)
+    assert record.findings == ()
+    assert record.provenance.path == str(bag)
+    assert "bag of 3 parts, joined in the order of metadata.yaml" in record.provenance.conversions
+    (table,) = inspect(bag).tables
+    assert (table.rows, table.findings) == (N, ())
+
+
+@pytest.mark.parametrize("damage", ["missing", "empty", "rubbish"])
+def test_a_part_that_cannot_be_read(bag, damage):
+    if damage == "missing":
+        (bag / "b_2.db3").unlink()
+    else:
+        (bag / "b_2.db3").write_bytes(b"" if damage == "empty" else b"SQLite format 3\0" + bytes(4000))
+    record = read(bag)
+    np.testing.assert_array_equal(six(record), np.concatenate([VALUES[: N // 3], VALUES[2 * N // 3 :]]))
+    assert [(f.code, f.severity) for f in record.findings if f.code == "part_missing"] == [("part_missing", "error")]
+    assert any("part 2 of 3, b_2.db3," in f.message for f in record.findings)
+
+
+def test_no_part_at_all(bag):
+    for part in bag.glob("*.db3"):
+        part.unlink()
+    with pytest.raises(DataError, match=r"bag: no part of the bag can be read: part 1 of 3, b_10\.db3, is missing"):
+        read(bag)
+
+
+def test_one_part_alone_says_so(bag):
+    record = read(bag / "b_2.db3")
+    np.testing.assert_array_equal(six(record), VALUES[N // 3 : 2 * N // 3])
+    (finding,) = record.findings
+    assert (finding.severity, finding.message) == ("info", "this is part 2 of 3 of a recording")
+
+
+def test_a_bag_of_one_part(bag):
+    metadata(bag, ["b_10.db3"])
+    record = read(bag)
+    np.testing.assert_array_equal(six(record), VALUES[: N // 3])
+    assert record.provenance.path == str(bag / "b_10.db3")
+
+
+def test_at_the_command_line(bag, capsys):
+    assert main(["analyze", str(bag), "--quiet"]) == 0
+    assert "gyro_x" in capsys.readouterr().out
+    assert main(["inspect", str(bag), "--quiet"]) == 0
+    assert f"{N} rows" in capsys.readouterr().out
+    # A folder of such folders is several logs.
+    assert main(["analyze", str(bag.parent), "--quiet"]) == 0
+    assert "bag" in capsys.readouterr().out
+
+
+def test_messages_that_were_deleted(tmp_path):
+    keep = [k for k in range(N) if not 300 <= k < 340]
+    db3(tmp_path / "a.db3", STAMPS, VALUES, lambda k: k in keep)
+    record = read(tmp_path / "a.db3")
+    np.testing.assert_array_equal(six(record), VALUES[keep])
+    assert [f.severity for f in record.findings if f.code == "deleted_messages"] == ["info"]
+
+
+def test_messages_that_are_compressed_each(tmp_path):
+    zstd = pytest.importorskip("backports.zstd", reason="backports.zstd packs what this test reads")
+    db3(tmp_path / "a.db3", STAMPS, VALUES, pack=zstd.compress)
+    record = read(tmp_path / "a.db3")
+    np.testing.assert_array_equal(six(record), VALUES)
+    assert record.findings == ()

@@ -86,26 +86,47 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
         for p, q in pairs_of_terms(len(full.names))
     ]
     nearer = sizes / np.sqrt(e.square_distance)
-    # Without gaps the mean difference is that of the two ends of the record. With them every lost sample leaves a mark on
-    # it, as large as the difference that it is missing from; at long times the blocks have it.
-    lost = np.where(
-        np.arange(len(sizes)) < _first_long(full), 4 * gaps.missing / gaps.n / (e.n_pairs * e.square_distance), 0.0
-    )
     nearer = sizes / np.sqrt(e.square_distance)
+    slopes = [np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) for p in terms]
+    # Without gaps the mean difference is that of the two ends of the record. Lost samples and the ends of an outage leave
+    # their marks on it: at short times as much as they leave of white noise, at long times the blocks have it.
+    short = _first_long(full)
+    more = np.zeros(len(sizes))
+    more[:short] = np.maximum(_white_slopes(gaps.there, full.m[:short]) - np.diag(slopes[_WHITE])[:short], 0)
+    for p in terms:
+        slopes[p] = slopes[p] + np.diag(more * design[:, p] / design[:, _WHITE])
     return replace(
         full,
         design=design,
         noise=np.array(noise),
-        slopes=np.array(
-            [
-                np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) + np.diag(lost * design[:, p])
-                for p in terms
-            ]
-        ),
+        slopes=np.array(slopes),
         squares=e.square_distance,
         gaps=gaps,
         powers=np.array([full.gains * sum(s[:, None] * full.spectra[a] for a, s in made_of[p]) for p in terms]),
     )
+
+
+def _white_slopes(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
+    """Variance of the ramp that white noise of variance 1 shows at each cluster size; exact for the mask."""
+    counts = np.concatenate([[0.0], np.cumsum(there)])
+    times = np.concatenate([[0.0], np.cumsum(there * np.arange(len(there), dtype=float))])
+    found = []
+    for size in m.tolist():
+        c1, c2 = (counts[k + size : len(counts) - size + k] - counts[k : len(counts) - 2 * size + k] for k in (0, size))
+        t1, t2 = (times[k + size : len(times) - size + k] - times[k : len(times) - 2 * size + k] for k in (0, size))
+        use = (2 * c1 >= size) & (2 * c2 >= size)
+        r1, r2 = (np.divide(use, c, out=np.zeros(len(c)), where=use) for c in (c1, c2))
+        distance = t2 * r2 - t1 * r1
+        # Of each sample, Σ d/m over the pairs that have it in their first cluster, and in their second.
+        sums = [np.concatenate([[0.0], np.cumsum(distance * r)]) for r in (r1, r2)]
+        at = np.arange(len(there))
+        last = len(distance)
+        weights = np.zeros(len(there))
+        for k, (sign, total) in enumerate(zip((-1.0, 1.0), sums, strict=True)):
+            upto, before = np.clip(at - k * size + 1, 0, last), np.clip(at - (k + 1) * size + 1, 0, last)
+            weights += sign * (total[upto] - total[before])
+        found.append(float(np.sum(weights[there] ** 2)) / float(np.sum(distance**2)) ** 2)
+    return np.array(found)
 
 
 def _of_processes(

@@ -30,7 +30,10 @@ def test_a_row_that_became_a_comment_is_told(tmp_path, mark, name):
     rows = list(ROWS)
     rows[30] = mark + rows[30][len(mark) :]
     record = read(write(tmp_path / name, HEADER + "".join(rows)), rate=100)
-    assert record.streams[0].grid.n == 59
+    assert (
+        record.streams[0].grid.n - (0 if record.streams[0].mask is None else int(record.streams[0].mask[:, 0].sum()))
+        == 59
+    )
     found = next(f for f in record.findings if f.code == "hidden_rows")
     assert found.severity == "error"
     assert found.message.startswith("line 32 begins with a comment mark and else looks like a row")
@@ -118,7 +121,11 @@ def test_compressed_after_it_was_cut(tmp_path):
     text = (HEADER + "".join(rows))[:-3]
     for name in ("log.csv", "log.csv.gz"):
         record = read(write(tmp_path / name, text))
-        assert record.streams[0].grid.n == 59
+        assert (
+            record.streams[0].grid.n
+            - (0 if record.streams[0].mask is None else int(record.streams[0].mask[:, 0].sum()))
+            == 59
+        )
         assert codes(record) == [("broken_off", "error")]
         assert "cut off in its last number" in record.findings[0].message
 

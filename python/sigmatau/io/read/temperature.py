@@ -18,6 +18,8 @@ from sigmatau.streams import Stream
 if TYPE_CHECKING:
     from sigmatau.io.read.timing import Timing
 
+_LONGEST = 40  # characters at the end of a name that may hold a unit
+
 __all__ = ["Thermometer", "degrees_of", "find_thermometer", "temperature_stream"]
 
 # Names in the form that `sigmatau.io.read.columns` compares them in, the more likely one first: of the whole sensor, of the
@@ -55,7 +57,7 @@ class Thermometer:
 
 def degrees_of(column: Column) -> str | None:
     """The unit of temperature that a column states; "" for another unit, None for none."""
-    in_brackets = re.search(r"[\[({]\s*([^\[\](){}]*)\s*[\])}]\s*$", column.name)
+    in_brackets = re.search(r"[\[({]([^\[\](){}]*)[\])}]\s*$", column.name[-_LONGEST:])
     stated = column.unit or (in_brackets[1] if in_brackets else None)
     return _SPELLED.get(stated.strip().lower(), "") if stated else None
 

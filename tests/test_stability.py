@@ -50,13 +50,15 @@ def test_a_change_is_where_it_is():
 
 
 def test_a_gap_leaves_a_window_out():
+    """If it is longer than a tenth of the window; a few samples less change nothing."""
     x = np.random.default_rng(seed_of("gap")).standard_normal(6000)
-    x[3000] = np.nan
+    x[3000:3070] = np.nan
+    x[600] = np.nan
     dynamic = dynamic_allan(Record.from_arrays(rate=RATE, gyro_x=x), "gyro_x")
     missing = ~np.isfinite(dynamic.adev).all(axis=1)
-    # Windows begin every 300 samples and have 600: those from 2700 and from 3000 on hold sample 3000.
+    # Windows begin every 300 samples and have 600: those from 2700 and from 3000 on hold the gap.
     assert np.flatnonzero(missing).tolist() == [9, 10]
-    assert "2 of them miss samples" in repr(dynamic)
+    assert "2 of them miss more than a tenth" in repr(dynamic)
     plain = json.loads(json.dumps(dynamic.to_dict(), allow_nan=False))
     assert plain["adev"][9] is None
     assert len(plain["adev"][0]) == len(plain["tau_s"])

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.allan import TauGrid, allan, cluster_sizes
-from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.record import Record
 from sigmatau.results import Printed, duration_text, seconds
 from sigmatau.streams import Stream
@@ -36,6 +36,7 @@ _WINDOWS = 10
 _LEAST_SAMPLES = 16
 _MOST_WINDOWS = 2000
 _PRINTED = 12
+_MOST_MISSING = 0.1  # of the samples of a window
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -52,7 +53,8 @@ class DynamicAllan(Printed):
     tau : ndarray, shape (n_tau,)
         Averaging times. [s]
     adev : ndarray, shape (n_times, n_tau)
-        Overlapped Allan deviation of each window; NaN where a window misses samples. [unit]
+        Overlapped Allan deviation of each window; NaN where a window misses more than a
+        tenth of its samples. [unit]
     n : int
         Samples in a window.
     window, step : float
@@ -113,7 +115,7 @@ class DynamicAllan(Printed):
         ]
         missing = int((~known).sum())
         if missing:
-            lines.append(f"  {missing} of them miss samples and have none")
+            lines.append(f"  {missing} of them miss more than a tenth of their samples and have none")
         if known.any():
             lines.append(f"  {'τ':>10}    median     smallest   largest    largest at t")
             chosen = np.unique(np.round(np.linspace(0, len(self.tau) - 1, _PRINTED)).astype(int))
@@ -139,7 +141,7 @@ def dynamic_allan(
     Parameters
     ----------
     data : Record or Stream
-        A window that misses samples has no deviation.
+        A window that misses more than a tenth of its samples has no deviation.
     channel : str
     window : float, optional
         Length of a window. Default: a tenth of the record. [s]
@@ -194,11 +196,11 @@ def dynamic_allan(
     one = stream.only(channel)
     adev = np.full((count, len(sizes)), np.nan)
     for k in range(count):
-        part = Record(streams=(one.cut(k * stride, k * stride + n),))
-        try:
-            adev[k] = allan(part, taus=sizes * tau0, threads=threads)[channel].adev
-        except NonFiniteError:
+        part = one.cut(k * stride, k * stride + n)
+        if part.mask is not None and part.mask.mean() > _MOST_MISSING:
             continue
+        curve = allan(Record(streams=(part,)), taus=sizes * tau0, threads=threads)[channel]
+        adev[k, np.isin(sizes, curve.m)] = curve.adev
     return DynamicAllan(
         channel=channel,
         quantity=stream.quantity,

@@ -19,6 +19,12 @@ def six(record):
     return np.stack([record.stream_of(f"{s}_{a}").column(f"{s}_{a}") for s in ("gyro", "accel") for a in "xyz"], axis=1)
 
 
+def there(record):
+    """Rows that are there: lost ones leave their places empty."""
+    values = six(record)
+    return values[~np.isnan(values).any(axis=1)]
+
+
 def db3(path, stamps, values, keep=lambda _: True, pack=bytes):
     base = sqlite3.connect(path)
     base.executescript(
@@ -74,7 +80,7 @@ def test_a_part_that_cannot_be_read(bag, damage):
     else:
         (bag / "b_2.db3").write_bytes(b"" if damage == "empty" else b"SQLite format 3\0" + bytes(4000))
     record = read(bag)
-    np.testing.assert_array_equal(six(record), np.concatenate([VALUES[: N // 3], VALUES[2 * N // 3 :]]))
+    np.testing.assert_array_equal(there(record), np.concatenate([VALUES[: N // 3], VALUES[2 * N // 3 :]]))
     assert [(f.code, f.severity) for f in record.findings if f.code == "part_missing"] == [("part_missing", "error")]
     assert any("part 2 of 3, b_2.db3," in f.message for f in record.findings)
 
@@ -114,7 +120,7 @@ def test_messages_that_were_deleted(tmp_path):
     keep = [k for k in range(N) if not 300 <= k < 340]
     db3(tmp_path / "a.db3", STAMPS, VALUES, lambda k: k in keep)
     record = read(tmp_path / "a.db3")
-    np.testing.assert_array_equal(six(record), VALUES[keep])
+    np.testing.assert_array_equal(there(record), VALUES[keep])
     assert [f.severity for f in record.findings if f.code == "deleted_messages"] == ["info"]
 
 

@@ -108,7 +108,10 @@ pub(crate) fn read(
     });
     let state = shared.state.into_inner().unwrap_or_else(PoisonError::into_inner);
     state.outcome.unwrap_or(Ok(()))?;
-    state.whole.map_or(Err(TextError::Empty), Rows::finish)
+    let table = state.whole.map_or(Err(TextError::Empty), Rows::finish)?;
+    let mut last = [b'\n'];
+    fill(source, &mut last, source.length().saturating_sub(1)).map_err(|e| TextError::Io(e.to_string()))?;
+    Ok(Table { open_end: last != [b'\n'], ..table })
 }
 
 /// Where the line after the first `lines` ones begins; nothing if there are no more.

@@ -64,7 +64,7 @@ pub struct Table {
     pub first_line: usize,
     /// Comments among the rows.
     pub remarks: Remarks,
-    /// Whether the last line of a stream has no line end.
+    /// Whether the last line has no line end.
     pub open_end: bool,
 }
 

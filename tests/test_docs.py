@@ -90,10 +90,10 @@ def _write_logs(folder):
 def test_command_lines(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     _write_logs(tmp_path)
-    command = command.replace("--hours 2", "--hours 0.01").replace("--idle 60", "--idle 0.2 --every 0.1")
+    command = command.replace("10min:50min", "1s:3s").replace("--hours 2", "--hours 0.01").replace("--idle 60", "--idle 0.2 --every 0.1")
     argv = shlex.split(command, comments=True)[1:]
     assert main(argv) == 0, capsys.readouterr().err
-    for written in re.findall(r"(?:--plot|--json|-o) (\S+)", command):
+    for written in re.findall(r"(?:--plot|--stability|--json|-o) (\S+)", command):
         assert (tmp_path / written).stat().st_size > 0
 
 
@@ -126,3 +126,17 @@ def test_one_version():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     crates = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]["version"]
     assert project == crates == __version__
+
+
+def test_every_finding_is_explained():
+    """docs/findings.md lists each code that the package may say, and no other."""
+    code = re.compile(r'code=(?:\(\s*)?"([a-z_]+)"|(?:_lost|finding)\(\s*"([a-z_]+)"')
+    said = {
+        next(filter(None, found))
+        for file in (ROOT / "python" / "sigmatau").rglob("*.py")
+        for found in code.findall(file.read_text(encoding="utf-8"))
+    }
+    page = (ROOT / "docs" / "findings.md").read_text(encoding="utf-8")
+    explained = set(re.findall(r"`([a-z_]+)`", "".join(line for line in page.splitlines() if line.startswith("| `"))))
+    assert said - explained == set()
+    assert explained - said - {"late_drift"} == set()

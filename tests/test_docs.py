@@ -90,7 +90,11 @@ def _write_logs(folder):
 def test_command_lines(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     _write_logs(tmp_path)
-    command = command.replace("10min:50min", "1s:3s").replace("--hours 2", "--hours 0.01").replace("--idle 60", "--idle 0.2 --every 0.1")
+    command = (
+        command.replace("10min:50min", "1s:3s")
+        .replace("--hours 2", "--hours 0.01")
+        .replace("--idle 60", "--idle 0.2 --every 0.1")
+    )
     argv = shlex.split(command, comments=True)[1:]
     assert main(argv) == 0, capsys.readouterr().err
     for written in re.findall(r"(?:--plot|--stability|--json|-o) (\S+)", command):

@@ -107,9 +107,8 @@ def main() -> None:
 _HEAD = """# What is said of clean records
 
 Made by `make study` (studies/false_alarms.py): {total} simulated records of six axes, half of them with gravity on the
-third accelerometer, seeds from the cells' names, each through `sigmatau.analyze`. **{warned} of them ({share:.1f} ±
-{error:.1f} %)
-had a warning or an error among their findings**; 5 % are allowed.
+third accelerometer, seeds from the cells' names, each through `sigmatau.analyze`. **{warned} of them
+({share:.1f} ± {error:.1f} %) had a warning or an error among their findings**; 5 % are allowed.
 
 Records with a warning, and which, by how often:
 

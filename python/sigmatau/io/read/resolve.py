@@ -8,6 +8,7 @@ from dataclasses import replace
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.columns import Choice, choose, holds_increments, recognise, stated_unit, unit_of
+from sigmatau.io.read.nameless import by_gravity
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table, is_date
 from sigmatau.record import QUANTITIES, stream_name
@@ -25,11 +26,13 @@ SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
 
 def resolve(table: Table, options: Options) -> Resolved:
     """Which column is what, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
-    choice = choose(table.columns, options.channels)
+    told = None if options.channels else by_gravity(table)
+    choice = choose(table.columns, options.channels if told is None else told[0])
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
-    return choice, *_units(table, choice, options)
+    unit, notes, findings = _units(table, choice, options)
+    return choice, unit, notes, findings if told is None else [told[1], *findings]
 
 
 def _check_keys(choice: Choice, options: Options) -> None:

@@ -11,7 +11,7 @@ HFI = {"time": 1, "gyro": "2:4", "accel": "5:7"}
 
 def said(record):
     found = {}
-    for stream in record.streams:
+    for stream in (s for s in record.streams if s.quantity != "temperature"):
         for finding in check(stream):
             found.setdefault((finding.code, finding.severity), []).append(finding)
     return found
@@ -55,7 +55,8 @@ def test_hfi_is_in_g_whatever_its_header_says(field_data, unit, codes):
 def test_mpu6050(field_data):
     """1/131 deg/s and 1/4096 g a step, a twelfth of the noise or less; 37 mg of bias, data sheet 80 mg."""
     record = read(field_data / "mpu6050_10min.npz", unit={"time": "s"})
-    steps = [resolution(record.stream_of(c), c).step for c in record.channels]
+    channels = [c for c in record.channels if c != "temperature"]
+    steps = [resolution(record.stream_of(c), c).step for c in channels]
     assert steps == pytest.approx([3.141592653589793 / 180 / 131] * 3 + [9.80665 / 4096] * 3, rel=1e-5)
     assert set(said(record)) == {("gravity", "info")}
 

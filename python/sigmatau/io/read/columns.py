@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.table import Column, listing
-from sigmatau.io.read.temperature import Thermometer, degrees_of, find_thermometer
+from sigmatau.io.read.thermometer import Thermometer, degrees_of, find_thermometer
 
 __all__ = ["Choice", "choose", "holds_increments", "recognise", "stated_unit", "unit_of"]
 

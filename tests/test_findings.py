@@ -253,3 +253,43 @@ class TestOptions:
             analyze(record, spikes="cut")
         with pytest.raises(OptionError, match="stability"):
             analyze(record).plot_stability()
+
+
+class TestAwkward:
+    """Records that reviewers found to crash or mislead."""
+
+    def test_every_second_sample_missing(self):
+        for k in range(6):
+            x = sensor(f"alternating {k}", {"random_walk": N, "bias_instability": 5e-5}, n=60_000)
+            x[::2] = np.nan
+            analyze(Record.from_arrays(rate=RATE, gyro_x=x))
+
+    @pytest.mark.parametrize("pattern", [[0.0, 1.0], [0.0, 1.0, 0.0, -1.0]])
+    def test_signals_that_repeat_themselves(self, pattern):
+        analyze(Record.from_arrays(rate=RATE, foo=np.tile(pattern, 5000)))
+        analyze(Record.from_arrays(rate=RATE, gyro_x=np.tile(pattern, 5000)))
+
+    @pytest.mark.parametrize("at", [20, 500, 30_000])
+    def test_a_spike_is_no_tilt(self, at):
+        x = sensor(f"one spike {at}", {"random_walk": N / 50, "bias_instability": 5e-5}, n=60_000)
+        x[at] += 3.0
+        found = check(Record.from_arrays(rate=RATE, gyro_x=x))
+        assert told(found, "spikes")
+        assert not told(found, "not_static")
+
+    def test_a_straight_line(self):
+        check(Record.from_arrays(rate=RATE, foo=np.arange(20_000.0)))
+
+    def test_bandwidths_of_channels(self):
+        x = np.stack([sensor(f"of channels {k}", {"random_walk": N}, n=20_000) for k in range(3)], axis=1)
+        record = Record.from_arrays(rate=RATE, gyro=x)
+        stated = told(check(record, bandwidth={"gyro_x": (30.0, 1), "gyro_y": (1000.0, 1)}), "aliasing")
+        factors = {finding.message.split(":")[0]: dict(finding.changes)["random_walk"] for finding in stated}
+        assert factors == {"gyro_x": pytest.approx(1.131, abs=1e-3), "gyro_y": pytest.approx(5.605, abs=1e-3)}
+
+    def test_a_map_of_a_short_log_is_left_out(self, tmp_path, capsys):
+        log = tmp_path / "log.csv"
+        np.savetxt(log, sensor("short map", {"random_walk": N}, n=100), header="gyro_x [rad/s]", comments="")
+        assert main(["analyze", str(log), "--rate", "100", "--stability", str(tmp_path / "s.png")]) == 0
+        assert "no map" in capsys.readouterr().err
+        assert not (tmp_path / "s.png").exists()

@@ -403,15 +403,15 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
     return np.unique(sizes_of).astype(np.int64)
 
 
-def refuse_missing(stream: Stream, what: str) -> None:
-    """Raise `NonFiniteError` if a sample of a stream is missing; `what` begins the sentence that says what needs it."""
+def refuse_missing(stream: Stream, what: str, *, instead: str = "take the Allan deviation") -> None:
+    """Raise `NonFiniteError` if a sample of a stream is missing; `what` needs every one, and `instead` does not."""
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])
     missing = int(stream.mask.any(axis=1).sum())
     raise NonFiniteError(
         f"`{stream.channels[column]}` has missing samples ({missing} rows, the first at index {row},"
-        f" t = {row * stream.grid.tau0:.6g} s); {what} needs every one: take the Allan deviation, or the longest run"
+        f" t = {row * stream.grid.tau0:.6g} s); {what} needs every one: {instead}, or the longest run"
         " without a gap, `Record.longest_run`",
         channel=stream.channels[column],
         index=row,

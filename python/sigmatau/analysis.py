@@ -223,7 +223,7 @@ def analyze(
         if stream.quantity == "temperature":  # it says why the sensors drift; its own noise is nobody's question
             continue
         if stream.mask is not None and long == "strided":
-            refuse_missing(stream, "an analysis in bounded memory")
+            refuse_missing(stream, "bounded memory, `long` 'strided',", instead="take `long` 'exact'")
         if long == "strided" or (long == "auto" and stream.mask is None and not memory.fits(stream, threads)):
             if (overlap, counting) != ("full", "standard"):
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
@@ -255,6 +255,12 @@ def analyze(
         findings += check_fits(record, fits)
         if window is not None:
             findings += bias_finding(whole, window, fits)
+    maps: dict[str, DynamicAllan] = {}
+    for channel in curves if stability else ():
+        try:
+            maps[channel] = dynamic_allan(record, channel, threads=threads)
+        except RecordTooShortError as error:
+            findings.append(Finding(code="no_map", severity="info", channel=channel, message=f"no map: {error}"))
     return Analysis(
         source=record.provenance,
         findings=by_severity(findings),
@@ -262,7 +268,7 @@ def analyze(
         fits=fits,
         read_off={channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: _grid_text(stream) for stream in record.streams},
-        stability={channel: dynamic_allan(record, channel, threads=threads) for channel in curves} if stability else {},
+        stability=maps,
     )
 
 

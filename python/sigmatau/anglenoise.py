@@ -66,6 +66,8 @@ def angle_noise(record: Record, fitted: NoiseFit, *, threads: int | None = None)
     if plain[0] < _STEEP * plain[2]:
         return None
     modified = deviation(one, kind="modified", taus=sizes, threads=threads)["x"].deviation ** 2
+    if not min(plain.min(), modified.min()) > 0:  # samples that repeat themselves
+        return None
     taus = sizes * fitted.tau0
     with_flicker, shares, beside = _told_apart(sizes, plain, modified, len(rates))
     at = int(np.argmax(shares[_FLICKER]))

@@ -147,7 +147,7 @@ def _one(log: Path, reading: Reading | None, settings: dict[str, Any], outputs: 
     if outputs.plot is not None:
         with working(f"drawing {outputs.plot}", quiet=quiet):
             write_figure(analysis, outputs.plot)
-    if outputs.stability is not None:
+    if outputs.stability is not None and analysis.stability:
         with working(f"drawing {outputs.stability}", quiet=quiet):
             write_stability(analysis, outputs.stability)
     if outputs.as_text:
@@ -207,7 +207,7 @@ def _in_a_process(
     analysis = analyze(read_log(log, reading, quiet=True), **settings)
     if outputs.plot is not None:
         write_figure(analysis, outputs.plot / f"{names[log]}.png")
-    if outputs.stability is not None:
+    if outputs.stability is not None and analysis.stability:
         write_stability(analysis, outputs.stability / f"{names[log]}.png")
     if outputs.json is not None:
         write_json(analysis, outputs.json / f"{names[log]}.json")

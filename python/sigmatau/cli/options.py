@@ -127,7 +127,7 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
             hertz = float(match[1]) if match else math.nan
         except ValueError:
             hertz = math.nan
-        if match is None or not (math.isfinite(hertz) and hertz > 0):
+        if match is None or not (0 < hertz < 1e6):
             raise OptionError(
                 f"--bandwidth {name}={text}: want hertz, and the order of the filter if it is known, e.g. gyro=30Hz or"
                 " gyro=30Hz/2",

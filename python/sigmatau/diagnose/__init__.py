@@ -7,6 +7,7 @@ noise that was fitted.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -101,7 +102,7 @@ def check_fits(record: Record, fits: Mapping[str, NoiseFit]) -> tuple[Finding, .
     return tuple(found)
 
 
-def _of_stream(stream: Stream, bandwidth: tuple[float, int | None] | None) -> list[Finding]:
+def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
     spectra = _spectra(stream)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
@@ -111,7 +112,10 @@ def _of_stream(stream: Stream, bandwidth: tuple[float, int | None] | None) -> li
     filters = {} if None in between else low_passes(stream, spectra=spectra)
     filters = {channel: fitted for channel, fitted in filters.items() if channel not in between}
     found += low_pass(stream, fits=filters)
-    found += aliasing(stream, bandwidth=bandwidth, fits=filters)
+    if bandwidth is None:
+        found += aliasing(stream, fits=filters)
+    for name, stated in (bandwidth or {}).items():
+        found += aliasing(stream if name == stream.name else replace(stream.only(name), name=name), bandwidth=stated)
     found += lines(stream)
     found += cross_axis(stream)
     return found
@@ -140,15 +144,16 @@ def _spectra(stream: Stream) -> dict[str, Spectrum]:
     return spectra
 
 
-def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, tuple[float, int | None]]:
+def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tuple[float, int | None]]]:
+    """What is stated of a stream and of its channels, by stream; of a channel that is named the stream's does not hold."""
     names = {stream.name: stream.name for stream in record.streams}
     names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
-    found = {}
+    found: dict[str, dict[str, tuple[float, int | None]]] = {}
     for name, value in bandwidth.items():
         if name not in names:
             raise OptionError(
                 f"`bandwidth` names {name!r}; the record has {', '.join(dict.fromkeys(names.values()))}",
                 option="bandwidth",
             )
-        found[names[name]] = value
+        found.setdefault(names[name], {})[name] = value
     return found

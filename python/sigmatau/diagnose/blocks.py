@@ -268,7 +268,8 @@ class Problem:
         y = y - q @ (q.T @ y)
         columns = columns / root
         columns = columns - q @ (q.T @ columns)
-        return np.asarray(y @ columns / np.linalg.norm(columns, axis=0))
+        size = np.linalg.norm(columns, axis=0)
+        return np.asarray(y @ columns / np.where(size > 0, size, np.inf))
 
     def solve(self, regressor: Floats, theta: Floats | None = None) -> Regression:
         """The coefficient of one regressor; see `regress`."""

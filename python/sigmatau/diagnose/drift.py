@@ -146,7 +146,9 @@ def _warm_up_finding(
     error = two_digits(regression.error / factor)
     settled = _SETTLED * time
     after = f"--window {_round_up(settled)}s: leaves it out"
-    if settled > stream.grid.duration / 2:
+    if settled > stream.grid.duration:
+        after = f"record again, from {duration_text(settled)} after power-on; all of this record is within it"
+    elif settled > stream.grid.duration / 2:
         after = (
             f"record again, from {duration_text(settled)} after power-on; --window {_round_up(settled)}s: leaves little"
         )

@@ -31,6 +31,9 @@ _MAINS = (50.0, 60.0)
 _NOTHING_LEFT = 0.05  # below, a factor says no more than that the fit has gone wrong
 
 
+_LEAST_RUN = 64  # samples
+
+
 def lines(stream: Stream) -> list[Finding]:
     """Findings ``spectral_line``: one a channel that has any, with all its lines.
 
@@ -181,6 +184,8 @@ def _effect(
 ) -> tuple[str, tuple[tuple[str, float], ...], float]:
     """In words; changes of coefficients; by which factor σ(τ) grows at worst."""
     whole = stream.only(channel).longest_run()
+    if whole.grid.n < _LEAST_RUN:
+        return "no run without a missing sample is long enough to tell what it does to σ(τ)", (), 1.0
     sizes = cluster_sizes("half", n=whole.grid.n, tau0=stream.grid.tau0)
     sizes = sizes[sizes <= whole.grid.n // 3]
     (measured,), _, _ = _kernels.allan_variances(
@@ -189,6 +194,8 @@ def _effect(
     column = sum((_avar(line, spectrum, sizes, stream.grid.tau0) for line in found), np.zeros(len(sizes)))
     # What is left is no less than the error of a single variance allows: a line may be all there is.
     rest = np.maximum(measured - column, 0.02 * measured)
+    if not rest.min() > 0:
+        return "the samples repeat themselves exactly: there is no noise beside it", (), 1.0
     factors = np.sqrt(measured / rest)
     worst = int(np.argmax(factors))
     factor = float(factors[worst])

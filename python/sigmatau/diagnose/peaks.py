@@ -44,6 +44,9 @@ _CORE = 3  # bins either side that hold a steady line: all but 1e-4 of its power
 _MOST_LISTED = 4
 
 
+_DYNAMIC = 1e-25  # of a spectrum in double precision
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line(Printed):
     """A line in a channel's spectrum.
@@ -157,12 +160,15 @@ def _clusters(spectrum: Periodogram) -> list[_Cluster]:
     """Where the spectrum stands out at any width."""
     bins = len(spectrum.density) - 1  # the last bin, half the sampling rate, has half the degrees of freedom
     averaged, width, hits = spectrum.density[:bins], 1, []
+    nothing = (
+        _DYNAMIC * float(averaged.max(initial=0.0)) or 1.0
+    )  # where a signal repeats itself, nothing is between its lines
     while width <= _WIDEST and bins >= 256 * width:
         blocks, steps, thresholds, mean_over_median = _law(len(averaged), width, spectrum.dof, bins)
         spans = list(zip(blocks[:-1], blocks[1:], steps, strict=True))
         medians = np.array([_median(averaged[a:b:step]) for a, b, step in spans]) * mean_over_median
         beside = np.concatenate(([medians[0]], medians, [medians[-1]]))
-        noise = np.maximum(np.maximum(beside[:-2], beside[2:]), medians)
+        noise = np.maximum(np.maximum(np.maximum(beside[:-2], beside[2:]), medians), nothing)
         largest = np.maximum.reduceat(averaged, blocks[:-1])
         for block in np.flatnonzero(largest > noise * thresholds):
             inside = averaged[blocks[block] : blocks[block + 1]]

@@ -303,5 +303,5 @@ def _finding(stream: Stream, channel: str, tested: SegmentTest | None, change: C
         where=where,
         size=largest,
         effect="coefficients are means over the record (of squares), and their intervals too short",
-        remedy="look what changed then (sigmatau.dynamic_allan shows it), and analyse a part that is even with --window",
+        remedy="look what changed then (--stability MAP.png shows it), and analyse a part that is even with --window",
     )

@@ -192,7 +192,7 @@ def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArra
             + (f": {affected(factor)}" if math.isfinite(factor) else "")
         ),
         changes=(("random_walk", factor),) if math.isfinite(factor) else (),
-        remedy="mask the spikes, see sigmatau.integrity.mask_spikes; find out whether sensor or log makes them",
+        remedy="mask the spikes, --spikes mask; find out whether sensor or log makes them",
     )
 
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.behind import archive_ends, behind
 from sigmatau.io.read.parts import parts, pick
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.record import MIN_SAMPLES
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
@@ -91,7 +92,10 @@ def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
     except (OSError, MemoryError):
         raise
     except Exception as error:  # NumPy raises a dozen kinds on damaged files
-        raise _damaged(error) from None
+        left = _rows_left(path)
+        if left is None:
+            raise _damaged(error) from None
+        return [left[0]], (left[1],)
     arrays: list[NDArray[Any]] = [first]
     at, size = first.offset + first.nbytes, path.stat().st_size
     with path.open("rb") as stream, contextlib.suppress(ValueError):  # of NumPy: what follows is no header
@@ -107,6 +111,21 @@ def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
             at = end
     what = "the array" if len(arrays) == 1 else f"the {len(arrays)} arrays of one kind that are read"
     return arrays, behind(path, at, what)
+
+
+def _rows_left(path: Path) -> tuple[NDArray[Any], Finding] | None:
+    """The whole rows of an array that is cut off; None if there are none, or it does not lie row by row."""
+    with contextlib.suppress(Exception), path.open("rb") as stream:
+        shape, order, dtype = _header(stream)
+        start = stream.tell()
+        a_row = dtype.itemsize * int(np.prod(shape[1:], dtype=object))
+        rows = (path.stat().st_size - start) // max(a_row, 1)
+        if dtype.hasobject or not shape or (order == "F" and len(shape) > 1) or not MIN_SAMPLES <= rows < shape[0]:
+            return None
+        mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, (rows, *shape[1:]))
+        message = f"the array is cut off: {rows} of {shape[0]} rows are there"
+        return mapped, Finding(code="broken_off", severity="error", message=message, effect=REST_MISSING)
+    return None
 
 
 def _joined(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:

@@ -387,7 +387,7 @@ def test_mutated(tmp_path, kind):
         else:
             with contextlib.suppress(DataError, OptionError):
                 read(path, rate=200.0)
-        assert time.perf_counter() - started < 5
+        assert time.perf_counter() - started < 50
     assert shorter > 300 or not kind.startswith("mcap/")
 
 

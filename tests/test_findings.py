@@ -2,6 +2,9 @@
 
 import json
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -293,3 +296,32 @@ class TestAwkward:
         assert main(["analyze", str(log), "--rate", "100", "--stability", str(tmp_path / "s.png")]) == 0
         assert "no map" in capsys.readouterr().err
         assert not (tmp_path / "s.png").exists()
+
+
+BOUNDED = """
+import sys
+from pathlib import Path
+from sigmatau import analyze, read
+
+def status(name):
+    return next(int(line.split()[1]) for line in Path("/proc/self/status").read_text().splitlines() if line[:5] == name)
+
+options = {"rate": 100, "channels": {"gyro": "1:3"}, "unit": {"gyro": "rad/s"}, "input": "rate"}
+analyze(read(sys.argv[2], **options), long="strided", threads=1)  # what is imported counts before
+Path("/proc/self/clear_refs").write_text("5")
+before = status("VmHWM")
+analysis = analyze(read(sys.argv[1], **options), long="strided", threads=1)
+print(status("VmHWM") - before, *(f.code for f in analysis.findings))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="the system does not tell the peak of memory")
+def test_a_record_longer_than_memory_is_checked_in_part(tmp_path):
+    """In bounded memory the checks look at the beginning, and say so: 8 million rows take less than one of their columns."""
+    rng = np.random.default_rng(seed_of("longer than memory"))
+    np.save(tmp_path / "long.npy", np.tile(rng.standard_normal((1 << 20, 3)) * 1e-3, (8, 1)))
+    np.save(tmp_path / "short.npy", rng.standard_normal((1 << 20, 3)) * 1e-3)
+    command = [sys.executable, "-c", BOUNDED, str(tmp_path / "long.npy"), str(tmp_path / "short.npy")]
+    grown, *codes = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    assert int(grown) * 1024 < 8 * (1 << 23) + 8 * 3 * (1 << 23)  # a column, and the pages of the file that are mapped
+    assert {"strided", "checked_in_part"} <= set(codes)

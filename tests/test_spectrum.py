@@ -159,4 +159,4 @@ def test_six_axes_of_a_million_samples():
     began = time.process_time()
     for spectrum in psd(record).values():
         spectrum.binned()
-    assert time.process_time() - began < 6.0
+    assert time.process_time() - began < 20 * known.cpu_unit()

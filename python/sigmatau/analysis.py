@@ -24,7 +24,7 @@ from sigmatau.allan import (
     refuse_missing,
 )
 from sigmatau.anglenoise import angle_noise, untold
-from sigmatau.diagnose import Bandwidth, check, check_fits
+from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits
 from sigmatau.diagnose import curves as curve_findings
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
@@ -54,6 +54,8 @@ SCHEMA = 1
 # Quantization noise rules if it makes so much of the variance at so many samples; with nothing beside it there is nothing
 # to gain.
 _AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
+
+_LOOKED_AT_BOUNDED = 1 << 20  # samples, of a record that does not fit in memory
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -215,7 +217,9 @@ def analyze(
     if spikes == "mask":
         record, masked = mask_spikes(record)
         findings += masked
-    findings += check(record, bandwidth=bandwidth)
+    bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
+    looked_at = _LOOKED_AT_BOUNDED if bounded else LOOKED_AT
+    findings += check(record, bandwidth=bandwidth, looked_at=looked_at)
     curves: dict[str, DeviationCurve] = {}
     found: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}
@@ -224,7 +228,7 @@ def analyze(
             continue
         if stream.mask is not None and long == "strided":
             refuse_missing(stream, "bounded memory, `long` 'strided',", instead="take `long` 'exact'")
-        if long == "strided" or (long == "auto" and stream.mask is None and not memory.fits(stream, threads)):
+        if stream.name in bounded:
             if (overlap, counting) != ("full", "standard"):
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
             found, for_fit = _strided(stream, taus)
@@ -252,7 +256,7 @@ def analyze(
             findings += curve_findings.of_fit(fits[channel])
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
-        findings += check_fits(record, fits)
+        findings += check_fits(record, fits, looked_at=looked_at)
         if window is not None:
             findings += bias_finding(whole, window, fits)
     maps: dict[str, DynamicAllan] = {}
@@ -330,6 +334,10 @@ def _curves(
         except RecordTooShortError as error:
             said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=str(error)))
     return found, said
+
+
+def _in_bounded_memory(stream: Stream, long: Long, threads: int | None) -> bool:
+    return long == "strided" or (long == "auto" and stream.mask is None and not memory.fits(stream, threads))
 
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:

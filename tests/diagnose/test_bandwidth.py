@@ -210,7 +210,7 @@ def test_speed():
     low_pass(clean.streams[0], spectra=spectra)
     began = time.process_time()
     low_pass(clean.streams[0], spectra=spectra)
-    assert time.process_time() - began < 1.5
+    assert time.process_time() - began < 4 * known.cpu_unit()
 
 
 def test_adis(field_data):

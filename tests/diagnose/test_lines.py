@@ -248,7 +248,7 @@ def test_speed():
     began = time.process_time()
     for stream in record.streams:
         assert lines(stream) == []
-    assert time.process_time() - began < 6.0
+    assert time.process_time() - began < 36 * known.cpu_unit()
 
 
 def test_adis(field_data):

@@ -134,7 +134,7 @@ def test_speed():
     upsampled(stream)
     began = time.process_time()
     upsampled(stream)
-    assert time.process_time() - began < 4.0
+    assert time.process_time() - began < 15 * known.cpu_unit()
 
 
 def test_field_data_are_not_interpolated(field_data):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from clean_records import record, rounded
 
-from known import seed_of
+from known import cpu_unit, seed_of
 from sigmatau import Record
 from sigmatau.integrity import CHECKS, check
 from sigmatau.terms import TERMS
@@ -150,7 +150,7 @@ def test_six_axes_of_a_million_samples_take_less_than_a_second():
     streams = Record.from_arrays(rate=100, gyro=x, accel=np.round(x / 1e-4) * 1e-4 + [0, 0, 9.8]).streams
     start = time.process_time()
     assert [f for stream in streams for f in check(stream)] == []
-    assert time.process_time() - start < 10.0
+    assert time.process_time() - start < 60 * cpu_unit()
 
 
 def test_long_records_are_looked_at_whole_for_what_may_be_anywhere():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import sigmatau
-from known import seed_of
+from known import cpu_unit, seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau.errors import DataError, NonFiniteError, OptionError
 from sigmatau.io import read
@@ -527,7 +527,7 @@ def test_speed(kind):
         start = time.process_time()
         found(t, 1e-9 if kind == "integers" else 1.0)
         spent.append(time.process_time() - start)
-    assert min(spent) < 1.0  # seconds, on a busy machine; a loop over rows would take more
+    assert min(spent) < 2.5 * cpu_unit()
 
 
 anything = hnp.arrays(

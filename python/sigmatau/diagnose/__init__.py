@@ -22,11 +22,11 @@ from sigmatau.fitting import NoiseFit
 from sigmatau.integrity import check as check_samples
 from sigmatau.integrity import quantization_mismatch
 from sigmatau.record import Record
-from sigmatau.results import Finding
+from sigmatau.results import Finding, duration_text
 from sigmatau.spectrum import Spectrum, psd
 from sigmatau.streams import Stream
 
-__all__ = ["LEAST_SAMPLES", "Bandwidth", "check", "check_fits"]
+__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits"]
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
@@ -37,7 +37,11 @@ LEAST_SAMPLES = 64
 """Shorter streams are not checked: nothing about them is sure."""
 
 
-def check(record: Record, *, bandwidth: Bandwidth | None = None) -> tuple[Finding, ...]:
+LOOKED_AT = 1 << 24
+"""So many samples of a stream are looked at: a day and a half at 128 Hz, some hundred megabytes a channel."""
+
+
+def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
     """What is wrong with a record, as far as samples and spectra show it, and what that does to which coefficient.
 
     Parameters
@@ -47,6 +51,9 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None) -> tuple[Findin
     bandwidth : mapping of str to (float, int or None), optional
         The sensors' own bandwidth by their data sheets, by stream (``{"gyro": (30.0, 1)}``) or channel: then it is said
         what sampling without an anti-alias filter folds into the random walk. [Hz]
+    looked_at : int
+        Samples of each stream that are looked at, from its beginning; it is said if there are more. Memory is a few times
+        that of so many samples of a channel.
 
     Returns
     -------
@@ -61,13 +68,16 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None) -> tuple[Findin
     stated = _by_stream(record, bandwidth or {})
     found: list[Finding] = []
     for stream in record.streams:
-        usable = None if stream.quantity == "temperature" else _usable(stream)
-        if usable is not None:
-            found += _of_stream(usable, stated.get(stream.name))
+        usable = None if stream.quantity == "temperature" else _usable(_beginning(stream, looked_at))
+        if usable is None:
+            continue
+        found += _of_stream(usable, stated.get(stream.name))
+        if usable.grid.n < stream.grid.n:
+            found.append(_in_part(stream, usable))
     return tuple(found)
 
 
-def check_fits(record: Record, fits: Mapping[str, NoiseFit]) -> tuple[Finding, ...]:
+def check_fits(record: Record, fits: Mapping[str, NoiseFit], *, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
     """What is wrong with a record, as far as it shows against the noise that was fitted.
 
     Drifts with the time since the start and with temperature, noise that does not stay the same, and quantization larger
@@ -78,6 +88,8 @@ def check_fits(record: Record, fits: Mapping[str, NoiseFit]) -> tuple[Finding, .
     record : Record
     fits : mapping of str to NoiseFit
         By channel.
+    looked_at : int
+        See `check`.
 
     Returns
     -------
@@ -91,6 +103,7 @@ def check_fits(record: Record, fits: Mapping[str, NoiseFit]) -> tuple[Finding, .
         of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
         if not of_stream:
             continue
+        stream = _beginning(stream, looked_at)
         for channel, fitted in of_stream.items():
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
@@ -121,6 +134,22 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     return found
 
 
+def _beginning(stream: Stream, samples: int) -> Stream:
+    return stream if stream.grid.n <= samples else stream.cut(0, samples)
+
+
+def _in_part(stream: Stream, part: Stream) -> Finding:
+    return Finding(
+        code="checked_in_part",
+        severity="info",
+        channel=stream.name,
+        message=f"the record is long: its first {duration_text(part.grid.duration)} are checked for faults,"
+        f" {part.grid.n} of {stream.grid.n} samples",
+        effect="what is wrong with the rest is not told",
+        remedy="check another part by --window",
+    )
+
+
 def _usable(stream: Stream) -> Stream | None:
     """The channels that have something to look at: enough samples, that change, and whose squares can be squared."""
     if stream.grid.n < LEAST_SAMPLES:
@@ -145,7 +174,7 @@ def _spectra(stream: Stream) -> dict[str, Spectrum]:
 
 
 def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tuple[float, int | None]]]:
-    """What is stated of a stream and of its channels, by stream; of a channel that is named the stream's does not hold."""
+    """What is stated of a stream and of its channels, by stream."""
     names = {stream.name: stream.name for stream in record.streams}
     names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
     found: dict[str, dict[str, tuple[float, int | None]]] = {}

@@ -96,6 +96,7 @@ class Gls:
             return Factor(_mended(covariance))
 
     def _squares(self, covariance: Floats, errors: Floats) -> float:
+        """Misfit rᵀV⁻¹r."""
         whitened = self._factor(covariance).whiten(errors)
         return float(whitened @ whitened)
 
@@ -135,10 +136,6 @@ class Gls:
                 break
         return theta
 
-    def chi2(self, theta: Floats) -> float:
-        """Misfit rᵀV⁻¹r."""
-        return self._squares(self.covariance(theta), self.avar - self.parts.design @ theta)
-
     def p_value(self, theta: Floats) -> float:
         """Probability of a larger misfit, if the model is right: the larger one for the variances and for their logarithms.
 
@@ -155,7 +152,7 @@ class Gls:
         mean, sd = psi(half) - np.log(half), np.sqrt(polygamma(1, half))
         of_logarithms = covariance * np.outer(sd / expected * np.sqrt(half), sd / expected * np.sqrt(half))
         ratio = np.log(self.avar / expected) - mean
-        misfit = min(self.chi2(theta), self._squares(of_logarithms, ratio))
+        misfit = min(self._squares(covariance, self.avar - expected), self._squares(of_logarithms, ratio))
         freedom = max(len(self.avar) - int((theta > 0).sum()), 1)
         return float(gammaincc(freedom / 2, misfit / 2))
 

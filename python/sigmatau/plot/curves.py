@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["curve_unit", "draw_analysis", "draw_curve", "draw_deviation", "draw_deviations", "save"]
+__all__ = ["curve_unit", "draw_analysis", "draw_curve", "draw_deviation", "draw_deviations", "need_matplotlib", "save"]
 
 # Okabe & Ito's palette: told apart with any colour vision, and in print by its lightness.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -140,7 +140,7 @@ def draw_deviations(
 
 
 def _axes() -> Axes:
-    _pyplot_needed()
+    need_matplotlib()
     from matplotlib.figure import Figure
 
     return Figure(figsize=(7, 5), layout="constrained").subplots()
@@ -204,7 +204,7 @@ def draw_analysis(
 
 def _panels(kinds: Mapping[str, tuple[str, str]]) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
     """A figure with axes for each quantity and unit: the axes, what they show, and which channels."""
-    _pyplot_needed()
+    need_matplotlib()
     from matplotlib.figure import Figure
 
     panels: dict[tuple[str, str], list[str]] = {}
@@ -309,6 +309,7 @@ def _cycle(n: int) -> list[str]:
     return [_COLOURS[k % len(_COLOURS)] for k in range(n)]
 
 
-def _pyplot_needed() -> None:
+def need_matplotlib() -> None:
+    """Raise ImportError with what to do if there is no matplotlib."""
     if importlib.util.find_spec("matplotlib") is None:
         raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import curve_unit
+from sigmatau.plot.curves import curve_unit, need_matplotlib
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -42,8 +41,7 @@ class MapLike(Protocol):
 
 def draw_all(maps: Mapping[str, MapLike]) -> Figure:
     """One map a channel, three in a row."""
-    if importlib.util.find_spec("matplotlib") is None:
-        raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")
+    need_matplotlib()
     from matplotlib.figure import Figure
 
     across = min(len(maps), 3)
@@ -68,8 +66,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
         Default: deg/h for gyros, µg for accelerometers, its own for other signals.
     """
     if ax is None:
-        if importlib.util.find_spec("matplotlib") is None:
-            raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")
+        need_matplotlib()
         from matplotlib.figure import Figure
 
         ax = Figure(figsize=(7.5, 4.6), layout="constrained").subplots()

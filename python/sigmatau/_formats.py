@@ -274,7 +274,7 @@ def log_messages(
     channels : sequence of int
         Their numbers.
     steps : sequence of (str, int, int)
-        The definition of the messages, see `sigmatau.io.read.messages`.
+        The definition of the messages, see `sigmatau.io.read.formats.messages`.
     cdr : bool
         Serialised as in ROS 2, or else as in ROS 1.
     wanted : sequence of int

@@ -37,7 +37,7 @@ def test_no_reader_is_passed_over(log):
     data = log[1].read_bytes()[:HEAD]
     taken = []
     for entry in known._KNOWN:
-        reader = known.import_module(f"sigmatau.io.read.{entry.module}")
+        reader = known.import_module(f"sigmatau.io.read.formats.{entry.module}")
         if reader.sniff(data, log[1]):
             assert entry.likely(data), entry.module
             taken.append(reader)

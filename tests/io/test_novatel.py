@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io import read
-from sigmatau.io.read import novatel
+from sigmatau.io.read.formats import novatel
 
 N = 100
 COUNTS = np.random.default_rng(seed_of("novatel")).integers(-(2**20), 2**20, size=(N, 6))

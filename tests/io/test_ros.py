@@ -16,7 +16,7 @@ from roslogs import IMU, imu, imu_cdr, imu_mcap, imu_ros1
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io import read
-from sigmatau.io.read.messages import IMU_ROS2
+from sigmatau.io.read.formats.messages import IMU_ROS2
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")
 pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")

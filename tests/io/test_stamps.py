@@ -13,9 +13,9 @@ from known import cpu_unit, seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau.errors import DataError, NonFiniteError, OptionError
 from sigmatau.io import read
-from sigmatau.io.read import stamps
-from sigmatau.io.read.grid import fit_grid, resolution
-from sigmatau.io.read.rows import in_order
+from sigmatau.io.read.time import stamps
+from sigmatau.io.read.time.grid import fit_grid, resolution
+from sigmatau.io.read.time.rows import in_order
 
 
 def where(row):

@@ -27,7 +27,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.reading import Reading, read_log
 from sigmatau.errors import OptionError
-from sigmatau.io.read.split import files_of
+from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.write import atomic
 from sigmatau.results import damaged
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.split import files_of
+from sigmatau.io.read.formats.split import files_of
 from sigmatau.results import Finding, damaged, duration_text
 
 __all__ = ["Outcome", "gather", "names", "run", "summary"]

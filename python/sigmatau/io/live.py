@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from sigmatau import _formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.columns import Choice
-from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
+from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.part import find_rate
 from sigmatau.io.read.resolve import resolve
@@ -38,7 +38,7 @@ _LONGEST_LINE = 1 << 20  # [bytes]
 _ABSURD = 1e100  # no sensor says so: a bad byte in the exponent
 _PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
 _MANY_BAD = 16  # lines of a piece, after which it is read line by line
-_GAP = 20  # sample intervals, as in `sigmatau.io.read.stamps`
+_GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
 
 
 def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:

@@ -15,7 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import assemble, split
+from sigmatau.io.read import assemble
+from sigmatau.io.read.formats import split
 from sigmatau.io.read.known import reader_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import HEAD, Head, Table
@@ -138,7 +139,7 @@ def _tables(file: Path) -> Sequence[Table]:
 
 
 def _raw(file: Path, layout: str) -> Sequence[Table]:
-    from sigmatau.io.read import raw  # only when it is asked for
+    from sigmatau.io.read.formats import raw  # only when it is asked for
 
     return raw.read(file, _head(file), layout)
 

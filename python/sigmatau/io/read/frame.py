@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
+from sigmatau.io.read.formats.parts import parts, pick, real_columns
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.parts import parts, pick, real_columns
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record import Record
 from sigmatau.streams import InputKind
@@ -162,7 +162,7 @@ def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
 
 
 def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
-    from sigmatau.io.read.arrow import columns_of, numbers
+    from sigmatau.io.read.formats.arrow import columns_of, numbers
 
     found, others = columns_of(frame.schema)
     for column in found:

@@ -94,7 +94,7 @@ def reader_of(head: Head, path: Path) -> Format:
     for known in _KNOWN:
         if not known.likely(head.data):
             continue
-        reader = cast("Format", import_module(f"sigmatau.io.read.{known.module}"))
+        reader = cast("Format", import_module(f"sigmatau.io.read.formats.{known.module}"))
         if not reader.sniff(head.data, path):
             continue
         if head.gzip and not known.packed:

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.io.read import disorder
 from sigmatau.io.read.columns import Choice, unit_of
-from sigmatau.io.read.jitter import scattered
-from sigmatau.io.read.lay import missing_values, own_rows, with_missing
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table
 from sigmatau.io.read.temperature import temperature_stream
-from sigmatau.io.read.timing import Timing, timed
+from sigmatau.io.read.time import disorder
+from sigmatau.io.read.time.jitter import scattered
+from sigmatau.io.read.time.lay import missing_values, own_rows, with_missing
+from sigmatau.io.read.time.timing import Timing, timed
 from sigmatau.io.read.unwritten import without_unwritten
 from sigmatau.record import MIN_SAMPLES, make_stream, stream_name
 from sigmatau.results import Finding

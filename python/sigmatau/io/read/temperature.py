@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.thermometer import Thermometer
-from sigmatau.io.read.timing import Timing
+from sigmatau.io.read.time.timing import Timing
 from sigmatau.record import MIN_SAMPLES, TEMPERATURE, make_stream
 from sigmatau.streams import Stream
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import remarks
-from sigmatau.io.read.grid import fit_grid, resolution
-from sigmatau.io.read.rows import Rows
+from sigmatau.io.read.time import remarks
+from sigmatau.io.read.time.grid import fit_grid, resolution
+from sigmatau.io.read.time.rows import Rows
 from sigmatau.results import Finding
 from sigmatau.streams import InputKind
 
@@ -77,12 +77,12 @@ class Fit:
 
 
 def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None) -> Fit:
-    """The grid and the sampling rate that the stamps say, see `sigmatau.io.read.grid`.
+    """The grid and the sampling rate that the stamps say, see `sigmatau.io.read.time.grid`.
 
     Parameters
     ----------
     used : Rows
-        From `sigmatau.io.read.rows.in_order`.
+        From `sigmatau.io.read.time.rows.in_order`.
     second : float or None
         One unit of the stamps. [s] None if it is not known: then `rate` says it.
     where : callable

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.behind import behind, lost
-from sigmatau.io.read.parts import WIDEST, parts, pick, real_columns
-from sigmatau.io.read.rows import NO_STAMP
+from sigmatau.io.read.formats.behind import behind, lost
+from sigmatau.io.read.formats.parts import WIDEST, parts, pick, real_columns
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, need
+from sigmatau.io.read.time.rows import NO_STAMP
 from sigmatau.results import Finding
 
 __all__ = ["ArrowColumn", "columns_of", "numbers", "read", "sniff"]

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sigmatau.io.read.grid import GridFit
-from sigmatau.io.read.rows import Rows
+from sigmatau.io.read.time.grid import GridFit
+from sigmatau.io.read.time.rows import Rows
 from sigmatau.results import Finding, seconds
 
 __all__ = ["PLAUSIBLE", "drift", "gaps", "host", "implausible", "not_round", "pauses"]

@@ -1,7 +1,7 @@
 """Text tables: CSV and its relatives, plain or gzip-compressed.
 
-The layout is found out in `sigmatau.io.read.layout`; the rows are read by compiled code, which holds every line to that
-layout and reads each number to the nearest double.
+The layout is found out in `layout`; the rows are read by compiled code, which holds every line to that layout and reads
+each number to the nearest double.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats, memory
 from sigmatau.errors import DataError, NonFiniteError
-from sigmatau.io.read import breaks
-from sigmatau.io.read.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.passed import Passed
+from sigmatau.io.read.formats import breaks
+from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
+from sigmatau.io.read.formats.passed import Passed
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.results import Finding
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.behind import archive_ends, behind
-from sigmatau.io.read.parts import parts, pick
+from sigmatau.io.read.formats.behind import archive_ends, behind
+from sigmatau.io.read.formats.parts import parts, pick
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record import MIN_SAMPLES
 from sigmatau.results import Finding

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
-from sigmatau.io.read.behind import lost
-from sigmatau.io.read.messages import Layout, layout_of
+from sigmatau.io.read.formats.behind import lost
+from sigmatau.io.read.formats.messages import Layout, layout_of
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
 

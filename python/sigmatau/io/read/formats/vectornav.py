@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
-from sigmatau.io.read import breaks
+from sigmatau.io.read.formats import breaks
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
 

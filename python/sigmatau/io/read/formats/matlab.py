@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read import hdf5, mat5
-from sigmatau.io.read.behind import behind
-from sigmatau.io.read.parts import Leaf, gather
+from sigmatau.io.read.formats import hdf5, mat5
+from sigmatau.io.read.formats.behind import behind
+from sigmatau.io.read.formats.parts import Leaf, gather
 from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["read", "sniff"]

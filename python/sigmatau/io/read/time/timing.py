@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.io.read import stamps
 from sigmatau.io.read.columns import Choice
-from sigmatau.io.read.lay import laid
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.rows import in_order
 from sigmatau.io.read.table import Table
+from sigmatau.io.read.time import stamps
+from sigmatau.io.read.time.lay import laid
+from sigmatau.io.read.time.rows import in_order
 from sigmatau.record import MIN_SAMPLES, stream_name
 from sigmatau.results import Finding
 
@@ -37,7 +37,7 @@ class Timing:
     source : str
         How the rate was found, in words.
     rows, places, n
-        See `sigmatau.io.read.stamps.Fit`; n is None where there are no stamps.
+        See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps.
     jitter : float or None
         Standard deviation of the stamps about the grid. [s]
     step : float

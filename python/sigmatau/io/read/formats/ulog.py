@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
-from sigmatau.io.read.chain import broken
+from sigmatau.io.read.formats.chain import broken
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sigmatau.io.read.timing import Timing
+from sigmatau.io.read.time.timing import Timing
 from sigmatau.results import Finding, two_digits
 from sigmatau.streams import Stream
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
-from sigmatau.io.read.behind import behind
-from sigmatau.io.read.chain import broken
+from sigmatau.io.read.formats.behind import behind
+from sigmatau.io.read.formats.chain import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 

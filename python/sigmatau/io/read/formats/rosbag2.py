@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
-from sigmatau.io.read import roslog
-from sigmatau.io.read.behind import behind
-from sigmatau.io.read.messages import IMU_ROS2, Layout, layout_of
+from sigmatau.io.read.formats import roslog
+from sigmatau.io.read.formats.behind import behind
+from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
 from sigmatau.results import Finding
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from sigmatau import memory
 from sigmatau.errors import DataError
-from sigmatau.io.read import text
-from sigmatau.io.read.behind import archive_ends
+from sigmatau.io.read.formats import text
+from sigmatau.io.read.formats.behind import archive_ends
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ __all__ = [
     "all_finite",
     "allan_variances",
     "band_limited_avar",
+    "band_limited_psd",
     "bytes_read",
     "covariance_tensors",
     "dataflash_columns",
@@ -20,6 +21,7 @@ __all__ = [
     "deviation_limits",
     "deviations_of_channels",
     "gauss_markov_avar",
+    "gauss_markov_psd",
     "log_contents",
     "log_messages",
     "masked_covariance",
@@ -96,6 +98,8 @@ def term_avar(
 def term_psd(term: str, coefficient: float, f: _Floats, tau0: float | None) -> _Floats: ...
 def gauss_markov_avar(sigma: float, time: float, m: _Ints, tau0: float, averaged: bool) -> _Floats: ...
 def sinusoid_avar(amplitude: float, frequency: float, m: _Ints, tau0: float) -> _Floats: ...
+def gauss_markov_psd(sigma: float, time: float, f: _Floats, tau0: float | None) -> _Floats: ...
+def band_limited_psd(random_walk: float, order: int, corner: float, f: _Floats, tau0: float | None) -> _Floats: ...
 def band_limited_avar(random_walk: float, shape: str, corner: float, m: _Ints, tau0: float) -> _Floats: ...
 def strides(m: _Ints) -> _Ints: ...
 def simulate(

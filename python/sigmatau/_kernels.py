@@ -20,10 +20,12 @@ __all__ = [
     "all_finite",
     "allan_variances",
     "band_limited_avar",
+    "band_limited_psd",
     "covariance_tensors",
     "deviation_limits",
     "deviations",
     "gauss_markov_avar",
+    "gauss_markov_psd",
     "masked_covariance",
     "masked_expectations",
     "masked_variances",
@@ -326,9 +328,21 @@ def sinusoid_avar(amplitude: float, frequency: float, m: ArrayLike, tau0: float)
 def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
     """Expected Allan variance of white noise behind a low-pass, sampled.
 
-    `shape` is ``"first_order"``, ``"butterworth2"`` or ``"brick_wall"``; `corner` in Hz.
+    `shape` is ``"butterworth1"`` (or ``"first_order"``) … ``"butterworth9"``, or ``"brick_wall"``; `corner` in Hz.
     """
     return _core.band_limited_avar(random_walk, shape, corner, _sizes(m), tau0)
+
+
+def gauss_markov_psd(sigma: float, time: float, f: NDArray[np.float64], tau0: float | None) -> NDArray[np.float64]:
+    """Two-sided density of a first-order Gauss-Markov process, sampled if `tau0` is given."""
+    return _core.gauss_markov_psd(sigma, time, np.ascontiguousarray(f, dtype=np.float64), tau0)
+
+
+def band_limited_psd(
+    random_walk: float, order: int, corner: float, f: NDArray[np.float64], tau0: float | None
+) -> NDArray[np.float64]:
+    """Two-sided density of white noise behind a Butterworth filter, folded by sampling if `tau0` is given."""
+    return _core.band_limited_psd(random_walk, order, corner, np.ascontiguousarray(f, dtype=np.float64), tau0)
 
 
 def covariance_tensors(

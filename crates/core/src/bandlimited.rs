@@ -1,21 +1,31 @@
 //! White noise behind a filter: the sampled process, with what aliases into it.
 //!
 //! For samples of autocovariance rₖ the sum of l of them has the variance V(l) = l·r₀ + 2 Σ (l − k) rₖ, k = 1 … l − 1,
-//! and the Allan variance is (4V(m) − V(2m)) / (2m²). All three filters have rₖ whose sums are known.
+//! and the Allan variance is (4V(m) − V(2m)) / (2m²). All filters here have rₖ whose sums are known.
 
 use crate::special::exp_minus_one;
 use realfft::num_complex::Complex64;
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::f64::consts::PI;
 
 /// A low-pass filter of unit gain at zero frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Filter {
-    /// One pole: gain 1 / (1 + jf / `corner_hz`).
-    FirstOrder,
-    /// Butterworth filter with two poles.
-    Butterworth2,
+    /// Butterworth filter with so many poles, |H|² = 1 / (1 + (f / `corner_hz`)²ⁿ); with one of them an RC filter.
+    Butterworth(u8),
     /// All below the corner, nothing above.
     BrickWall,
+}
+
+/// The poles of a Butterworth filter in the left half-plane, in units of its corner, one of each conjugate pair, each with
+/// the factor of its residue in r(t) = −Σ p / (2n) · e^(p ωc |t|): 2 for a pair, 1 for the real one.
+pub(crate) fn poles(order: u8) -> impl Iterator<Item = (Complex64, f64)> {
+    let n = usize::from(order);
+    (0..n.div_ceil(2)).map(move |k| {
+        let angle = PI * (2 * k + n + 1) as f64 / (2 * n) as f64;
+        let real = 2 * k + 1 == n;
+        let pole = if real { Complex64::new(-1.0, 0.0) } else { Complex64::cis(angle) };
+        (pole, if real { 1.0 } else { 2.0 })
+    })
 }
 
 /// Allan variance, at every cluster size, of white noise of density `n`² behind a filter, sampled every `tau0`.
@@ -24,14 +34,13 @@ pub enum Filter {
 /// the result is N² / T. The standard deviation of the samples is [`band_limited_sigma`].
 #[must_use]
 pub fn band_limited_avar(n: f64, filter: Filter, corner_hz: f64, tau0: f64, m: &[usize]) -> Vec<f64> {
-    let variance = band_limited_sigma(n, filter, corner_hz).powi(2);
     let turn = 2.0 * PI * corner_hz * tau0;
     let avar = |m: usize| match filter {
-        Filter::FirstOrder => variance * exponential_avar(Complex64::new(turn, 0.0), m).re,
-        // rₖ = r₀ e^(−θ) (cos θ + sin θ), θ = ω_c k τ₀ / √2: the real part of (1 − j) e^((−1 + j) θ).
-        Filter::Butterworth2 => {
-            let pole = Complex64::new(1.0, -1.0);
-            variance * (pole * exponential_avar(pole * (turn * FRAC_1_SQRT_2), m)).re
+        Filter::Butterworth(order) => {
+            let sum: f64 = poles(order)
+                .map(|(pole, times)| times * (-pole * exponential_avar(-pole * turn, m)).re)
+                .sum();
+            n * n * PI * corner_hz / f64::from(order) * sum
         }
         Filter::BrickWall => brick_wall_avar(n, corner_hz, tau0, m),
     };
@@ -43,8 +52,11 @@ pub fn band_limited_avar(n: f64, filter: Filter, corner_hz: f64, tau0: f64, m: &
 pub fn band_limited_sigma(n: f64, filter: Filter, corner_hz: f64) -> f64 {
     let noise_bandwidth = corner_hz
         * match filter {
-            Filter::FirstOrder => 0.5 * PI,
-            Filter::Butterworth2 => 0.5 * PI * FRAC_1_SQRT_2,
+            // (π / 2n) / sin(π / 2n)
+            Filter::Butterworth(order) => {
+                let angle = 0.5 * PI / f64::from(order);
+                angle / angle.sin()
+            }
             Filter::BrickWall => 1.0,
         };
     n * (2.0 * noise_bandwidth).sqrt()
@@ -195,9 +207,11 @@ mod tests {
     fn all_filters_pass_white_noise_at_long_times() {
         // The deficit falls as the time constant over T, 10⁻⁶ here, times the excess of what aliases.
         let (n, tau0, m) = (0.5, 1e-3, 10_000_000);
-        for filter in [Filter::FirstOrder, Filter::Butterworth2, Filter::BrickWall] {
+        for filter in
+            [Filter::Butterworth(1), Filter::Butterworth(2), Filter::Butterworth(5), Filter::BrickWall]
+        {
             let got = band_limited_avar(n, filter, 20.0, tau0, &[m])[0];
-            let aliased = if filter == Filter::FirstOrder { 2e-3 } else { 1e-5 };
+            let aliased = if filter == Filter::Butterworth(1) { 2e-3 } else { 1e-5 };
             assert_relative(got, n * n / (m as f64 * tau0), aliased, &format!("{filter:?}"));
         }
     }
@@ -205,7 +219,7 @@ mod tests {
     #[test]
     fn variance_of_the_samples_is_twice_their_allan_variance_when_they_are_independent() {
         // e^(−τ₀ω) is 10⁻²⁷ here.
-        for filter in [Filter::FirstOrder, Filter::Butterworth2] {
+        for filter in [Filter::Butterworth(1), Filter::Butterworth(2)] {
             let got = band_limited_avar(1.0, filter, 20.0, 0.5, &[1])[0];
             assert_relative(got, band_limited_sigma(1.0, filter, 20.0).powi(2), 1e-15, "");
         }

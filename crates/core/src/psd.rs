@@ -5,7 +5,8 @@
 //! σ²(m) = 4 ∫ S(f) sin⁴(πfmτ₀) / (m² sin²(πfτ₀)) df, from 0 to 1 / (2τ₀).
 //! A one-sided density is twice the value given here.
 
-use crate::bandlimited::Filter;
+use crate::bandlimited::{Filter, poles};
+use realfft::num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// Quantization noise, (2πf)² τ₀Q²: the right-hand side of eq. (14) of the paper.
@@ -81,9 +82,28 @@ pub fn gauss_markov_sampled(sigma: f64, tc: f64, tau0: f64, f: f64) -> f64 {
 pub fn band_limited(n: f64, filter: Filter, corner_hz: f64, f: f64) -> f64 {
     let ratio = f / corner_hz;
     let gain = match filter {
-        Filter::FirstOrder => 1.0 / (1.0 + ratio * ratio),
-        Filter::Butterworth2 => 1.0 / (1.0 + ratio.powi(4)),
+        Filter::Butterworth(order) => 1.0 / (1.0 + ratio.powi(2 * i32::from(order))),
         Filter::BrickWall => f64::from(u8::from(ratio.abs() <= 1.0)),
     };
     n * n * gain
+}
+
+/// White noise of density `n`² behind a Butterworth filter, sampled: Σ over its images, summed in closed form.
+///
+/// With poles p and a = −p ωc τ₀ each exponential e^(−a|k|) has the spectrum sinh a / (cosh a − cos 2πfτ₀).
+#[must_use]
+pub fn band_limited_sampled(n: f64, order: u8, corner_hz: f64, tau0: f64, f: f64) -> f64 {
+    let turn = 2.0 * PI * corner_hz * tau0;
+    let phase = Complex64::new(0.0, PI * f * tau0);
+    let sum: f64 = poles(order)
+        .map(|(pole, times)| {
+            let half = -0.5 * pole * turn;
+            // cosh a − cos φ = 2 sinh((a + jφ) / 2) sinh((a − jφ) / 2)
+            let spectrum = (2.0 * half).sinh() / (2.0 * (half + phase).sinh() * (half - phase).sinh());
+            // Far above the corner sinh overflows, and the ratio is 1.
+            let spectrum = if half.re > 300.0 { Complex64::new(1.0, 0.0) } else { spectrum };
+            times * (-pole * spectrum).re
+        })
+        .sum();
+    n * n * 0.5 * turn / f64::from(order) * sum
 }

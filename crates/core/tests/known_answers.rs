@@ -179,10 +179,14 @@ fn filters() {
     let first_order = [0.002120410495, 0.001313891963, 0.0004527064906, 3.379255146e-5, 3.394926653e-7];
     // σ = 0.05 behind one pole at 30 Hz: N² = 2σ² / ω_c.
     let n = 0.05 * (2.0 / (2.0 * PI * 30.0)).sqrt();
-    assert_all_close(&band_limited_avar(n, Filter::FirstOrder, 30.0, TAU0, &SIZES), &first_order, rounding);
+    assert_all_close(
+        &band_limited_avar(n, Filter::Butterworth(1), 30.0, TAU0, &SIZES),
+        &first_order,
+        rounding,
+    );
     let butterworth = [0.001135520778, 0.001001415634, 0.0003444209893, 2.534229398e-5, 2.54341456e-7];
     assert_all_close(
-        &band_limited_avar(0.005, Filter::Butterworth2, 30.0, TAU0, &SIZES),
+        &band_limited_avar(0.005, Filter::Butterworth(2), 30.0, TAU0, &SIZES),
         &butterworth,
         rounding,
     );

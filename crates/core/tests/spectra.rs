@@ -1,7 +1,7 @@
 //! Closed forms of the Allan variance against the integrals of the spectral densities: eq. (11) of the paper, and the
 //! integral for samples.
 
-use sigmatau_core::bandlimited::{Filter, band_limited_avar};
+use sigmatau_core::bandlimited::{Filter, band_limited_avar, band_limited_sigma};
 use sigmatau_core::{psd, terms};
 use std::f64::consts::PI;
 
@@ -133,11 +133,44 @@ fn densities_of_samples_tend_to_the_continuous_ones() {
 }
 
 #[test]
+fn folded_butterworth_noise_is_the_sum_of_its_images() {
+    for order in 2..=6 {
+        for corner in [3.0, 30.0, 70.0] {
+            for f in [0.01, 7.0, 33.3, 50.0] {
+                let filter = Filter::Butterworth(order);
+                let images: f64 = (-3000..=3000)
+                    .map(|i| psd::band_limited(0.3, filter, corner, f + f64::from(i) / TAU0))
+                    .sum();
+                let got = psd::band_limited_sampled(0.3, order, corner, TAU0, f);
+                // Far above the corner what is left of the poles' parts is the small difference of large ones.
+                let rounding = 1e-9 * images + 1e-15 * 0.09;
+                assert!(
+                    (got - images).abs() < rounding,
+                    "order {order}, {corner} Hz at {f} Hz: {got}, not {images}"
+                );
+            }
+        }
+    }
+    // The RC filter's images, x coth x at f = 0.
+    let x = PI * 30.0 * TAU0;
+    assert_relative(psd::band_limited_sampled(0.3, 1, 30.0, TAU0, 0.0), 0.09 * x / x.tanh(), 1e-14, "RC");
+    // A corner far above the sampling rate: white, with all images of the pass band.
+    let white = psd::band_limited_sampled(0.3, 2, 1e5, TAU0, 20.0);
+    assert_relative(
+        white,
+        band_limited_sigma(0.3, Filter::Butterworth(2), 1e5).powi(2) * TAU0,
+        1e-12,
+        "white",
+    );
+}
+
+#[test]
 fn filters_fold_their_density() {
     // The folded density is that of eq. (11) with the transfer function of the samples taken to all frequencies.
     for (filter, folds, tolerance) in [
-        (Filter::FirstOrder, 20_000, 1e-4), // the tail falls as 1 / f²: 2 / π² · f_c / (folds · f_s) is missing
-        (Filter::Butterworth2, 300, 1e-9),
+        (Filter::Butterworth(1), 20_000, 1e-4), // the tail falls as 1 / f²: 2 / π² · f_c / (folds · f_s) is missing
+        (Filter::Butterworth(2), 300, 1e-9),
+        (Filter::Butterworth(5), 20, 1e-9),
         (Filter::BrickWall, 1, 1e-3), // a jump inside a panel
     ] {
         for m in [1, 2, 7, 50] {

@@ -44,7 +44,9 @@ mod _core {
     #[pymodule_export]
     use crate::stream::{Accumulator, strides};
     #[pymodule_export]
-    use crate::terms::{band_limited_avar, gauss_markov_avar, sinusoid_avar, term_avar, term_psd};
+    use crate::terms::{band_limited_avar, band_limited_psd, gauss_markov_avar, gauss_markov_psd};
+    #[pymodule_export]
+    use crate::terms::{sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]
     use crate::text::{TextError, bytes_read, parse_text, read_text, write_text};
 }

@@ -110,13 +110,51 @@ pub fn band_limited_avar<'py>(
     m: PyReadonlyArray1<'py, i64>,
     tau0: f64,
 ) -> Floats<'py> {
-    let filter = match shape {
-        "first_order" => Filter::FirstOrder,
-        "butterworth2" => Filter::Butterworth2,
-        "brick_wall" => Filter::BrickWall,
+    let filter = match (shape, order_of(shape)) {
+        (_, Some(order)) => Filter::Butterworth(order),
+        ("brick_wall", _) => Filter::BrickWall,
         _ => return Err(PyValueError::new_err(format!("unknown filter {shape}"))),
     };
     let sizes = sizes(&m)?;
     let avar = py.detach(|| bandlimited::band_limited_avar(random_walk, filter, corner, tau0, &sizes));
     Ok(avar.into_pyarray(py))
+}
+
+/// `butterworth1` … `butterworth9`; the first is also called `first_order`.
+fn order_of(shape: &str) -> Option<u8> {
+    if shape == "first_order" {
+        return Some(1);
+    }
+    shape.strip_prefix("butterworth")?.parse().ok().filter(|order| (1..10).contains(order))
+}
+
+#[pyfunction]
+pub fn gauss_markov_psd<'py>(
+    py: Python<'py>,
+    sigma: f64,
+    time: f64,
+    f: PyReadonlyArray1<'py, f64>,
+    tau0: Option<f64>,
+) -> Floats<'py> {
+    let form = |&f: &f64| match tau0 {
+        Some(tau0) => psd::gauss_markov_sampled(sigma, time, tau0, f),
+        None => psd::gauss_markov(sigma, time, f),
+    };
+    Ok(f.as_slice()?.iter().map(form).collect::<Vec<_>>().into_pyarray(py))
+}
+
+#[pyfunction]
+pub fn band_limited_psd<'py>(
+    py: Python<'py>,
+    random_walk: f64,
+    order: u8,
+    corner: f64,
+    f: PyReadonlyArray1<'py, f64>,
+    tau0: Option<f64>,
+) -> Floats<'py> {
+    let form = |&f: &f64| match tau0 {
+        Some(tau0) => psd::band_limited_sampled(random_walk, order, corner, tau0, f),
+        None => psd::band_limited(random_walk, Filter::Butterworth(order), corner, f),
+    };
+    Ok(f.as_slice()?.iter().map(form).collect::<Vec<_>>().into_pyarray(py))
 }

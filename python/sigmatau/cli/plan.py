@@ -15,12 +15,9 @@ from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import NoiseModel, value_in_si
 from sigmatau.planning import plan
-from sigmatau.record import stream_name
 from sigmatau.terms import TERMS, coefficient_unit
 
 __all__ = ["plan_command"]
-
-_RATE_UNITS = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 
 
 @dataclass(frozen=True)
@@ -134,11 +131,7 @@ def plan_command(
 def _channels(source: Path) -> dict[str, _Channel]:
     if source.suffix.lower() != ".json":
         model = NoiseModel.read(source)
-        quantities = {"gyro": "angular_rate", "accel": "acceleration"}
-        return {
-            name: _Channel(name, quantities[stream_name(name)], _RATE_UNITS[quantities[stream_name(name)]], noise)
-            for name, noise in model.channels.items()
-        }
+        return {name: _Channel(name, noise.quantity, noise.unit, noise) for name, noise in model.channels.items()}
     try:
         content = json_module.loads(source.read_text(encoding="utf-8"))
     except OSError as error:

@@ -54,11 +54,11 @@ def test_values_with_units(tmp_path):
     ("text", "words"),
     [
         ("", "no channel"),
-        ("[channels.gyro_x]", "has no term"),
+        ("[channels.gyro_x]", "no term"),
         ("[channel.gyro_x]\nrandom_walk = '1 deg/sqrt(h)'", "unknown key 'channel'"),
         ("channels = 3", "tables"),
         ("[channels.gyro_x]\narw = '1 deg/sqrt(h)'", "unknown term 'arw'"),
-        ("[channels.gyro_x]\ngauss_markov = [{}]", "unknown term 'gauss_markov'"),
+        ("[channels.gyro_x]\ngauss_markov = [{}]", "gauss_markov is a list of"),
         ("[channels.gyro_x]\nrandom_walk = 0.3", "no value with a unit"),
         ("[channels.gyro_x]\nrandom_walk = '0.3'", "no value with a unit"),
         ("[channels.gyro_x]\nrandom_walk = '0.3 furlongs'", "unknown unit 'furlongs'"),

@@ -1,0 +1,250 @@
+"""The noise of one channel: coefficients of the five terms, and what else is there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import _kernels, terms
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.results import Printed
+from sigmatau.terms import TERMS, coefficient_unit, display_units
+
+__all__ = ["STATIONARY", "ChannelModel"]
+
+Floats = NDArray[np.float64]
+
+STATIONARY = ("quantization", "random_walk")
+"""Terms that have an autocovariance; of the others only differences are stationary."""
+
+_NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class ChannelModel(Mapping[str, float], Printed):
+    """The noise of one channel in SI and continuous form: a mapping from term to coefficient, and what else is there.
+
+    A term that is absent is absent, not zero. Coefficients of 0 are left out.
+
+    Attributes
+    ----------
+    terms : mapping of str to float
+        Coefficients by term, as in `sigmatau.terms.TERMS`; positive, a ramp may be negative. [SI]
+    gauss_markov : tuple of GaussMarkov
+    sinusoid : tuple of Sinusoid
+    bandwidth : LowPass or None
+        What the white noise passed before it was sampled.
+    quantity, unit : str
+        Of the rate: ``"angular_rate"`` in ``"rad/s"``, ``"acceleration"`` in ``"m/s^2"``, or ``"signal"``.
+    intervals : mapping of str to (float, float)
+        Confidence intervals of coefficients, where the model comes from a fit. [SI]
+    limits : mapping of str to float
+        What terms are below that were not seen, where the model comes from a fit; they are no part of the model. [SI]
+    covariance : tuple of (tuple of str, ndarray)
+        Names and covariance of coefficients, where the model comes from a fit. [SI]
+    level : float
+        Probability of the intervals and limits.
+    """
+
+    terms: Mapping[str, float] = field(default_factory=dict)
+    gauss_markov: tuple[GaussMarkov, ...] = ()
+    sinusoid: tuple[Sinusoid, ...] = ()
+    bandwidth: LowPass | None = None
+    quantity: str = "angular_rate"
+    unit: str = "rad/s"
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    limits: Mapping[str, float] = field(default_factory=dict)
+    covariance: tuple[tuple[str, ...], Floats] = _NO_COVARIANCE
+    level: float = 0.95
+
+    def __post_init__(self) -> None:
+        for name, value in {**self.terms, **self.limits}.items():
+            if name not in TERMS:
+                raise DataError(f"unknown term {name!r}; terms: {', '.join(TERMS)}")
+            if not math.isfinite(value) or (value < 0 and name != "rate_ramp"):
+                raise DataError(f"{name} must be a positive number, not {value!r}")
+        given = {name: float(value) for name, value in self.terms.items() if value}
+        object.__setattr__(self, "terms", given)
+        if not (given or self.gauss_markov or self.sinusoid):
+            raise DataError(f"no term; terms: {', '.join(TERMS)}, gauss_markov, sinusoid")
+        if self.bandwidth is not None and "random_walk" not in given:
+            raise DataError("a bandwidth is that of white noise, and there is no random_walk")
+
+    def __getitem__(self, term: str) -> float:
+        try:
+            return self.terms[term]
+        except KeyError:
+            raise KeyError(f"no coefficient {term!r}; the model has: {', '.join(self.terms) or 'none'}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.terms)
+
+    def __len__(self) -> int:
+        return len(self.terms)
+
+    def avar(self, *, m: ArrayLike, tau0: float) -> Floats:
+        """Expected Allan variance, exact for sampled data.
+
+        Parameters
+        ----------
+        m : array_like of int, shape (n_tau,)
+            Cluster sizes in samples.
+        tau0 : float
+            Sample interval. [s]
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(unit of the rate)²]
+
+        Raises
+        ------
+        ValueError
+            For a size below 1, a tau0 that is not positive.
+
+        References
+        ----------
+        Eqs. (15), (17), (19), (21) and (23) of :doi:`10.1109/TIM.2007.908635` in their sampled forms, see
+        `sigmatau.terms.avar`; IEEE Std 952, annex C, for Gauss-Markov processes and sinusoids.
+        """
+        return np.asarray(sum(self.avar_of_parts(m=m, tau0=tau0).values()))
+
+    def avar_of_parts(self, *, m: ArrayLike, tau0: float) -> dict[str, Floats]:
+        """Expected Allan variance of each part of the model; keys are terms, ``"gauss_markov"`` and ``"sinusoid"``."""
+        sizes = np.atleast_1d(np.asarray(m))
+        parts: dict[str, Floats] = {}
+        for term, value in self.terms.items():
+            if term == "random_walk" and self.bandwidth is not None:
+                terms.avar(term, value, m=sizes, tau0=tau0)  # for its checks
+                shape = f"butterworth{self.bandwidth.order}"
+                parts[term] = _kernels.band_limited_avar(value, shape, self.bandwidth.corner, sizes, tau0)
+            else:
+                parts[term] = terms.avar(term, value, m=sizes, tau0=tau0)
+        if not parts:
+            terms.avar("random_walk", 1.0, m=sizes, tau0=tau0)  # for its checks
+        for gm in self.gauss_markov:
+            added = _kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
+            parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
+        for line in self.sinusoid:
+            added = _kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
+            parts["sinusoid"] = parts.get("sinusoid", 0.0) + added
+        return parts
+
+    def adev(self, *, m: ArrayLike, tau0: float) -> Floats:
+        """Expected Allan deviation, the root of `avar`; shape (n_tau,). [unit of the rate]"""
+        return np.sqrt(self.avar(m=m, tau0=tau0))
+
+    def psd(self, f: ArrayLike, *, tau0: float | None = None) -> Floats:
+        """Two-sided power spectral density of the noise, without its sinusoids, which are lines, and its ramp.
+
+        Parameters
+        ----------
+        f : array_like, shape (n_f,)
+            Frequencies, positive. [Hz]
+        tau0 : float, optional
+            Sample interval: the exact spectrum of the samples, with what folds back, below 1/(2·tau0). Required for
+            quantization, whose density is tied to it. Default: the continuous forms of the paper. [s]
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            [(unit of the rate)²/Hz, two-sided]
+
+        Raises
+        ------
+        OptionError
+            For a model with quantization without `tau0`; for frequencies that are not positive.
+
+        References
+        ----------
+        Eqs. (14), (16), (18) and (20) of :doi:`10.1109/TIM.2007.908635`.
+        """
+        frequency = np.atleast_1d(np.asarray(f, dtype=np.float64))
+        if frequency.size and not (np.isfinite(frequency).all() and frequency.min() > 0):
+            raise OptionError("`f` must be positive frequencies", option="f")
+        if tau0 is None and "quantization" in self.terms:
+            raise OptionError("the density of quantization noise needs the sample interval `tau0`", option="tau0")
+        if tau0 is not None and not (math.isfinite(tau0) and tau0 > 0):
+            raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="tau0")
+        total = np.zeros(frequency.shape)
+        for term, value in self.terms.items():
+            if term == "random_walk" and self.bandwidth is not None:
+                order, corner = self.bandwidth.order, self.bandwidth.corner
+                total += _kernels.band_limited_psd(value, order, corner, frequency, tau0)
+            elif term != "rate_ramp":
+                total += terms.psd(term, value, frequency, tau0=tau0)
+        for gm in self.gauss_markov:
+            total += _kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
+        return total
+
+    def parts(self) -> dict[str, ChannelModel]:
+        """Each part of the noise as a model of its own; keys are terms, ``"gauss_markov"`` and ``"sinusoid"``."""
+        parts = {
+            term: replace(
+                self._bare(), terms={term: value}, bandwidth=self.bandwidth if term == "random_walk" else None
+            )
+            for term, value in self.terms.items()
+        }
+        if self.gauss_markov:
+            parts["gauss_markov"] = replace(self._bare(), terms={}, gauss_markov=self.gauss_markov)
+        if self.sinusoid:
+            parts["sinusoid"] = replace(self._bare(), terms={}, sinusoid=self.sinusoid)
+        return parts
+
+    def scaled(self, factor: float) -> ChannelModel:
+        """The same noise, `factor` times as large, without intervals; raises `DataError` if that is not positive."""
+        if not (math.isfinite(factor) and factor > 0):
+            raise DataError(f"a factor must be a positive number, not {factor!r}")
+        return ChannelModel(
+            terms={term: factor * value for term, value in self.terms.items()},
+            gauss_markov=tuple(GaussMarkov(sigma=factor * g.sigma, time=g.time) for g in self.gauss_markov),
+            sinusoid=tuple(Sinusoid(amplitude=factor * s.amplitude, frequency=s.frequency) for s in self.sinusoid),
+            bandwidth=self.bandwidth,
+            quantity=self.quantity,
+            unit=self.unit,
+        )
+
+    def _bare(self) -> ChannelModel:
+        """Some white noise in the channel's unit, to be replaced."""
+        return ChannelModel(terms={"random_walk": 1.0}, quantity=self.quantity, unit=self.unit)
+
+    def unit_of(self, term: str) -> str:
+        """SI unit of a coefficient."""
+        return coefficient_unit(term, self.quantity, self.unit)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, each with its unit."""
+        content: dict[str, Any] = {
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "terms": {term: {"value": value, "unit": self.unit_of(term)} for term, value in self.terms.items()},
+        }
+        for term, (low, high) in self.intervals.items():
+            content["terms"][term] |= {"low": low, "high": high, "level": self.level}
+        if self.limits:
+            content["limits"] = {t: {"upper_limit": v, "unit": self.unit_of(t)} for t, v in self.limits.items()}
+        if self.gauss_markov:
+            content["gauss_markov"] = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
+        if self.sinusoid:
+            content["sinusoid"] = [{"amplitude": s.amplitude, "frequency_hz": s.frequency} for s in self.sinusoid]
+        if self.bandwidth is not None:
+            content["bandwidth"] = {"order": self.bandwidth.order, "corner_hz": self.bandwidth.corner}
+        return content
+
+    def __repr__(self) -> str:
+        rows = []
+        for term, value in self.terms.items():
+            text, factor = display_units(term, self.quantity, self.unit)[0]
+            rows.append(f"{TERMS[term].label(self.quantity)} {value / factor:.6g} {text}")
+        text, factor = display_units("bias_instability", self.quantity, self.unit)[0]
+        rows += [f"Gauss-Markov {g.sigma / factor:.4g} {text} over {g.time:.4g} s" for g in self.gauss_markov]
+        rows += [f"sinusoid {s.amplitude / factor:.4g} {text} at {s.frequency:.4g} Hz" for s in self.sinusoid]
+        if self.bandwidth is not None:
+            rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
+        return ", ".join(rows)

@@ -1,0 +1,218 @@
+"""Model files: TOML in which each value says its unit.
+
+.. code-block:: toml
+
+    [channels.gyro_x]
+    random_walk = "0.3 deg/sqrt(h)"            # or noise_density = "0.005 deg/s/sqrt(Hz)", sided = "one"
+    bias_instability = "12 deg/h"
+    rate_random_walk = "20 deg/h/sqrt(h)"
+    gauss_markov = [{ sigma = "5 deg/h", time = "300 s" }]
+    sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
+    bandwidth = { order = 1, corner = "30 Hz" }
+
+    [correlation.random_walk]
+    gyro_x = { gyro_y = 0.3 }
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from sigmatau import units
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.record import stream_name
+from sigmatau.terms import TERMS, coefficient_unit
+
+__all__ = ["channels_of", "correlation_of", "toml", "value_in_si"]
+
+_QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
+_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*?)\s*")
+_OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit")
+
+
+def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
+    """The channels of a parsed model file; raises `DataError` that names channel and key."""
+    channels = content.get("channels", {})
+    if not isinstance(channels, Mapping) or not all(isinstance(c, Mapping) for c in channels.values()):
+        raise DataError("a model file has tables [channels.NAME], e.g. [channels.gyro_x]")
+    return {name: _channel(name, table) for name, table in channels.items()}
+
+
+def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str], float]]:
+    """The correlations of a parsed model file: ``[correlation.random_walk]``, ``gyro_x = { gyro_y = 0.3 }``."""
+    result: dict[str, dict[tuple[str, str], float]] = {}
+    tables = content.get("correlation", {})
+    example = "[correlation.random_walk] has lines such as gyro_x = { gyro_y = 0.3 }"
+    if not isinstance(tables, Mapping) or not all(isinstance(t, Mapping) for t in tables.values()):
+        raise DataError(example)
+    for term, table in tables.items():
+        pairs = result.setdefault(term, {})
+        for first, others in table.items():
+            if not isinstance(others, Mapping):
+                raise DataError(f"correlation of {term}: {first} = {others!r}; {example}")
+            for second, value in others.items():
+                if isinstance(value, bool) or not isinstance(value, int | float):
+                    raise DataError(f"correlation of {term} between {first} and {second}: {value!r} is no number")
+                pairs[first, second] = float(value)
+    return result
+
+
+def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping[tuple[str, str], float]]) -> str:
+    """A model as text of a model file, in SI."""
+    blocks = []
+    for name, channel in channels.items():
+        lines = [f"[channels.{_key(name)}]"]
+        if channel.quantity == "signal":
+            lines.append(f"unit = {json.dumps(channel.unit)}")
+        lines += [f"{term} = {_quoted(value, channel.unit_of(term))}" for term, value in channel.terms.items()]
+        if channel.gauss_markov:
+            rows = (
+                f"{{ sigma = {_quoted(g.sigma, channel.unit)}, time = {_quoted(g.time, 's')} }}"
+                for g in channel.gauss_markov
+            )
+            lines.append(f"gauss_markov = [{', '.join(rows)}]")
+        if channel.sinusoid:
+            rows = (
+                f"{{ amplitude = {_quoted(s.amplitude, channel.unit)}, frequency = {_quoted(s.frequency, 'Hz')} }}"
+                for s in channel.sinusoid
+            )
+            lines.append(f"sinusoid = [{', '.join(rows)}]")
+        if channel.bandwidth is not None:
+            corner = _quoted(channel.bandwidth.corner, "Hz")
+            lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner} }}")
+        blocks.append("\n".join(lines))
+    for term, pairs in correlation.items():
+        rows_of: dict[str, list[str]] = {}
+        for (first, second), value in pairs.items():
+            rows_of.setdefault(first, []).append(f"{_key(second)} = {value!r}")
+        lines = [f"{_key(first)} = {{ {', '.join(rows)} }}" for first, rows in rows_of.items()]
+        blocks.append("\n".join([f"[correlation.{term}]", *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def value_in_si(text: str, si: str, what: str) -> float:
+    """``"0.5 deg/h"`` in the SI unit `si`; raises `OptionError` that begins with `what`."""
+    match = _VALUE.fullmatch(text)
+    if match is None:
+        raise OptionError(f'{what} {text!r}: want a value with its unit, e.g. "1 {_unit_example(si)}"', option="value")
+    return float(match[1]) * _factor(match[2], si)
+
+
+def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
+    quantity, unit = _quantity(name, table)
+    unknown = next((key for key in table if key not in TERMS and key not in _OTHER_KEYS), None)
+    if unknown is not None:
+        listed = ", ".join((*TERMS, *(key for key in _OTHER_KEYS if key not in ("sided", "unit"))))
+        raise DataError(f"channel {name!r}: unknown term {unknown!r}; terms: {listed}")
+    terms: dict[str, float] = {}
+    for key, text in table.items():
+        term = "random_walk" if key == "noise_density" else key
+        if term not in TERMS:
+            continue
+        if term in terms:
+            raise DataError(f"channel {name!r}: random_walk and noise_density are the same coefficient; give one")
+        value = _value(name, key, text, coefficient_unit(term, quantity, unit))
+        terms[term] = value * _two_sided(name, table) if key == "noise_density" else value
+    if "sided" in table and "noise_density" not in table:
+        raise DataError(f"channel {name!r}: `sided` belongs to noise_density, which is not given")
+    try:
+        return ChannelModel(
+            terms=terms,
+            gauss_markov=tuple(
+                GaussMarkov(
+                    sigma=_part(name, "gauss_markov", row, "sigma", unit),
+                    time=_part(name, "gauss_markov", row, "time", "s"),
+                )
+                for row in _rows(name, table, "gauss_markov", ("sigma", "time"))
+            ),
+            sinusoid=tuple(
+                Sinusoid(
+                    amplitude=_part(name, "sinusoid", row, "amplitude", unit),
+                    frequency=_part(name, "sinusoid", row, "frequency", "Hz"),
+                )
+                for row in _rows(name, table, "sinusoid", ("amplitude", "frequency"))
+            ),
+            bandwidth=_bandwidth(name, table),
+            quantity=quantity,
+            unit=unit,
+        )
+    except DataError as error:
+        text = str(error)
+        raise DataError(text if text.startswith("channel ") else f"channel {name!r}: {text}") from None
+
+
+def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
+    known = _QUANTITIES.get(stream_name(name))
+    unit = table.get("unit")
+    if known is not None:
+        if unit is not None:
+            raise DataError(f"channel {name!r}: `unit` is for other signals; each value here says its own unit")
+        return known
+    if not isinstance(unit, str) or not unit.strip():
+        raise DataError(f'channel {name!r}: names begin with gyro_ or accel_; another signal says its unit, unit = "V"')
+    return "signal", unit.strip()
+
+
+def _rows(name: str, table: Mapping[str, Any], key: str, parts: tuple[str, str]) -> list[Mapping[str, Any]]:
+    rows = table.get(key, [])
+    rows = [rows] if isinstance(rows, Mapping) else rows
+    if not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(parts) for r in rows):
+        raise DataError(f"channel {name!r}: {key} is a list of {{ {parts[0]} = …, {parts[1]} = … }}, not {rows!r}")
+    return rows
+
+
+def _part(name: str, key: str, row: Mapping[str, Any], part: str, si: str) -> float:
+    return _value(name, f"{part} of {key}", row[part], si, written=part)
+
+
+def _bandwidth(name: str, table: Mapping[str, Any]) -> LowPass | None:
+    row = table.get("bandwidth")
+    if row is None:
+        return None
+    if not isinstance(row, Mapping) or set(row) != {"order", "corner"}:
+        raise DataError(f'channel {name!r}: bandwidth is {{ order = 1, corner = "30 Hz" }}, not {row!r}')
+    return LowPass(order=row["order"], corner=_part(name, "bandwidth", row, "corner", "Hz"))
+
+
+def _two_sided(name: str, table: Mapping[str, Any]) -> float:
+    sided = table.get("sided")
+    if sided not in ("one", "two"):
+        raise DataError(
+            f'channel {name!r}: noise_density needs sided = "one" or "two", because a one-sided density is √2 larger'
+            " (most datasheets state it one-sided)"
+        )
+    return 1 / math.sqrt(2) if sided == "one" else 1.0
+
+
+def _value(channel: str, key: str, text: object, si: str, *, written: str | None = None) -> float:
+    example = f'{written or key} = "1 {_unit_example(si)}"'
+    match = _VALUE.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        raise DataError(f"channel {channel!r}: {key} = {text!r} is no value with a unit; write e.g. {example}")
+    try:
+        return float(match[1]) * _factor(match[2], si)
+    except OptionError as error:
+        raise DataError(f"channel {channel!r}: {key}: {error}") from None
+
+
+def _factor(unit: str, si: str) -> float:
+    """One `unit` in `si`; the unit of a signal that is in no table is known as it is spelled."""
+    return 1.0 if unit.strip() == si else units.find(unit, si=si if units.known(si) else None).factor
+
+
+def _unit_example(si: str) -> str:
+    return next(reversed(units.known(si)), si)
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=True)
+
+
+def _quoted(value: float, unit: str) -> str:
+    return json.dumps(f"{value!r} {unit}", ensure_ascii=False)

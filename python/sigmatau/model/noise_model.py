@@ -1,0 +1,218 @@
+"""Noise models: the noise of the channels of a sensor, from a file, a fit, or by hand."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.write import atomic
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.file import channels_of, correlation_of, toml
+from sigmatau.model.result import channels_of_result
+from sigmatau.record import stream_name
+from sigmatau.results import Printed
+
+__all__ = ["CORRELATED", "Correlation", "NoiseModel"]
+
+Correlation = Mapping[str, Mapping[tuple[str, str], float]]
+
+CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
+"""Terms whose noise may be correlated between channels."""
+
+_QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class NoiseModel(Printed):
+    """The noise of the channels of a sensor, in SI and continuous form.
+
+    Attributes
+    ----------
+    channels : mapping of str to ChannelModel
+        A plain mapping from term to coefficient will do: ``{"gyro_x": {"random_walk": 8.7e-5}}``; terms as in
+        `sigmatau.terms.TERMS`. Names that begin with ``gyro_`` or ``accel_`` are rates of rotation and accelerations.
+    correlation : mapping of str to mapping of (str, str) to float
+        By term, how the noise of two channels is correlated, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
+        What is not said is independent.
+    """
+
+    channels: Mapping[str, ChannelModel]
+    correlation: Correlation = field(default_factory=dict)
+
+    def __init__(
+        self, *, channels: Mapping[str, ChannelModel | Mapping[str, float]], correlation: Correlation | None = None
+    ) -> None:
+        if not channels:
+            raise DataError("the model has no channel; give at least one, e.g. [channels.gyro_x]")
+        object.__setattr__(self, "channels", {name: _channel(name, given) for name, given in channels.items()})
+        object.__setattr__(self, "correlation", {term: dict(pairs) for term, pairs in (correlation or {}).items()})
+        self._check_correlation()
+
+    def _check_correlation(self) -> None:
+        for term, pairs in self.correlation.items():
+            if term not in CORRELATED:
+                raise DataError(f"correlation of {term!r}: only {', '.join(CORRELATED)} may be correlated")
+            for (a, b), value in pairs.items():
+                for name in (a, b):
+                    if term not in self.channels.get(name, {}):
+                        raise DataError(f"correlation of {term}: the model has no {term} of a channel {name!r}")
+                if a == b or (b, a) in pairs:
+                    raise DataError(f"correlation of {term} between {a} and {b}: give each pair of two channels once")
+                if self.channels[a].bandwidth != self.channels[b].bandwidth and term == "random_walk":
+                    raise DataError(f"correlation of {term}: {a} and {b} have different bandwidths")
+                if not (math.isfinite(value) and -1 <= value <= 1):
+                    raise DataError(f"correlation of {term} between {a} and {b} must be −1 to 1, not {value!r}")
+            if np.linalg.eigvalsh(self.correlation_matrix(term)).min() < -1e-9:
+                raise DataError(f"correlations of {term} contradict each other: no noise has all of them")
+
+    @classmethod
+    def read(cls, path: str | Path) -> Self:
+        """The model of a TOML file, or that of the JSON that ``sigmatau analyze`` writes.
+
+        Raises
+        ------
+        DataError
+            If the file cannot be read or understood: which channel, which key, what was got.
+        """
+        path = Path(path)
+        is_json = path.suffix.lower() == ".json"
+        try:
+            text = path.read_text(encoding="utf-8")
+            content = json.loads(text) if is_json else tomllib.loads(text)
+        except OSError as error:
+            raise DataError(f"{path}: {error.strerror or error}") from None
+        except (ValueError, RecursionError) as error:  # of which TOML's, JSON's and Unicode's are kinds
+            raise DataError(f"{path}: no {'JSON' if is_json else 'TOML file'}: {error}") from None
+        try:
+            return cls.from_result(content) if is_json else cls.from_dict(content)
+        except ValueError as error:
+            raise DataError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The model of a parsed model file: ``{"channels": {"gyro_x": {"random_walk": "0.3 deg/sqrt(h)"}}}``."""
+        unknown = sorted(set(content) - {"channels", "correlation"})
+        if unknown:
+            raise DataError(
+                f"unknown key {unknown[0]!r}; a model file has tables [channels.NAME] and [correlation.TERM]"
+            )
+        return cls(channels=channels_of(content), correlation=correlation_of(content))
+
+    @classmethod
+    def from_result(cls, content: Mapping[str, Any], *, channels: Iterable[str] | None = None) -> Self:
+        """The model of a result of `analyze`, as its ``to_dict`` or its JSON has it.
+
+        Observed terms are in the model, and those that together describe the curve where the record cannot tell which of
+        them is there; limits of the others are kept beside it.
+
+        Parameters
+        ----------
+        content : mapping
+        channels : iterable of str, optional
+            Which channels. Default: all that have a fit.
+
+        Raises
+        ------
+        DataError
+            If this is no result, or a channel has no model.
+        """
+        return cls(channels=channels_of_result(content, channels=channels))
+
+    def correlation_matrix(self, term: str) -> NDArray[np.float64]:
+        """How the noise of one term is correlated between the channels; shape (n_channels, n_channels)."""
+        names = list(self.channels)
+        matrix = np.eye(len(names))
+        for (a, b), value in self.correlation.get(term, {}).items():
+            i, j = names.index(a), names.index(b)
+            matrix[i, j] = matrix[j, i] = value
+        return matrix
+
+    def of(self, channels: Iterable[str]) -> NoiseModel:
+        """Some of the channels as a model of their own."""
+        names = list(channels)
+        for name in names:
+            self._of(name)
+        kept = {
+            term: {pair: value for pair, value in pairs.items() if set(pair) <= set(names)}
+            for term, pairs in self.correlation.items()
+        }
+        return NoiseModel(
+            channels={n: self.channels[n] for n in names}, correlation={t: p for t, p in kept.items() if p}
+        )
+
+    def avar(self, channel: str, *, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+        """Expected Allan variance of a channel; see `ChannelModel.avar`. [(rate unit)²]"""
+        return self._of(channel).avar(m=m, tau0=tau0)
+
+    def adev(self, channel: str, *, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+        """Expected Allan deviation of a channel; see `ChannelModel.avar`. [rate unit]"""
+        return self._of(channel).adev(m=m, tau0=tau0)
+
+    def psd(self, channel: str, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
+        """Two-sided power spectral density of a channel; see `ChannelModel.psd`. [(rate unit)²/Hz]"""
+        return self._of(channel).psd(f, tau0=tau0)
+
+    def _of(self, channel: str) -> ChannelModel:
+        try:
+            return self.channels[channel]
+        except KeyError:
+            raise KeyError(f"no channel {channel!r}; channels: {', '.join(self.channels)}") from None
+
+    def to_toml(self) -> str:
+        """The model as text of a model file, in SI, which reads back to the same bits."""
+        return toml(self.channels, self.correlation)
+
+    def write(self, path: str | Path) -> None:
+        """Write a model file; raises `DataError` if it cannot be written."""
+        with atomic(path) as temporary:
+            temporary.write_text(self.to_toml(), encoding="utf-8")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, by channel."""
+        correlation = {
+            term: [{"channels": list(pair), "value": value} for pair, value in pairs.items()]
+            for term, pairs in self.correlation.items()
+        }
+        return {
+            "channels": {name: channel.to_dict() for name, channel in self.channels.items()},
+            **({"correlation": correlation} if correlation else {}),
+        }
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, NoiseModel) and self.to_dict() == other.to_dict()
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.channels))
+
+    def __repr__(self) -> str:
+        lines = [f"{name}: {channel!r}" for name, channel in self.channels.items()]
+        for term, pairs in self.correlation.items():
+            shown = itertools.islice(pairs.items(), 15)
+            lines.append(f"correlation of {term}: " + ", ".join(f"{a} {b} {value:+.2g}" for (a, b), value in shown))
+        return "\n".join(lines)
+
+
+def _channel(name: str, given: ChannelModel | Mapping[str, float]) -> ChannelModel:
+    quantity = _QUANTITIES.get(stream_name(name))
+    try:
+        if not isinstance(given, ChannelModel):
+            if quantity is None:
+                raise DataError("names begin with gyro_ or accel_; give another signal as a ChannelModel with its unit")
+            return ChannelModel(terms=given, quantity=quantity[0], unit=quantity[1])
+    except DataError as error:
+        raise DataError(f"channel {name!r}: {error}") from None
+    if quantity is not None and (given.quantity, given.unit) != quantity:
+        raise DataError(
+            f"channel {name!r}: a name like this is that of {quantity[0]} in {quantity[1]}, not {given.unit}"
+        )
+    return given

@@ -55,6 +55,8 @@ SCHEMA = 1
 # to gain.
 _AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
 
+_LEFT_OUT = ("out_of_range", "constant_channel", "too_few_samples")  # findings of channels that have no curve
+
 _LOOKED_AT_BOUNDED = 1 << 20  # samples, of a record that does not fit in memory
 
 
@@ -246,7 +248,8 @@ def analyze(
             else:
                 findings.append(curve_findings.constant(stream, channel))
     if not curves:
-        raise DataError("no channel is left to analyse: " + "; ".join(f"{f.channel}: {f.message}" for f in findings))
+        why = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _LEFT_OUT)
+        raise DataError("no channel is left to analyse: " + "; ".join(why))
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
         for channel, curve in curves.items():

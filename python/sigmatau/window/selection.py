@@ -194,8 +194,8 @@ def bias_finding(
     Returns
     -------
     list of Finding
-        ``"selection_bias"``, one for each channel of the streams that were chosen by their own calm: a warning if the Allan
-        variance or a coefficient comes out more than 5 % too small.
+        ``"selection_bias"``, one for each channel of the streams that were chosen by their own calm: a warning if a
+        coefficient comes out more than 5 % too small or too large.
 
     Notes
     -----
@@ -249,10 +249,9 @@ def _finding(stream: Stream, bias: SelectionBias) -> Finding:
     known = {term: max(factor, _LEAST_FACTOR) for term, factor in bias.factors.items()}
     changes = tuple((term, factor) for term, factor in known.items() if abs(factor - 1) > 1 - _MATTERS)
     words = [f"{TERMS[term].label(stream.quantity)} {_times(factor)} the sensor's own" for term, factor in changes]
-    matters = min(ratios, default=1.0) < _MATTERS or bool(changes)
     return Finding(
         code="selection_bias",
-        severity="warning" if matters else "info",
+        severity="warning" if changes else "info",
         channel=bias.channel,
         message=(
             f"the calmest {duration_text(bias.window)} of {duration_text(bias.record)} were chosen by their own scatter: the"

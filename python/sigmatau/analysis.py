@@ -248,8 +248,8 @@ def analyze(
             else:
                 findings.append(curve_findings.constant(stream, channel))
     if not curves:
-        why = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _LEFT_OUT)
-        raise DataError("no channel is left to analyse: " + "; ".join(why))
+        reasons = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _LEFT_OUT)
+        raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
         for channel, curve in curves.items():

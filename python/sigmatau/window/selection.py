@@ -47,6 +47,7 @@ _LEAST_FACTOR = 0.2
 
 _SHORTEST_SHARE = 3  # averaging times up to a third of the window, as in a fit
 _MATTERS = 0.95
+_MISLEADS = 0.8  # Allan variance over the sensor's own
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -195,7 +196,7 @@ def bias_finding(
     -------
     list of Finding
         ``"selection_bias"``, one for each channel of the streams that were chosen by their own calm: a warning if a
-        coefficient comes out more than 5 % too small or too large.
+        coefficient comes out more than 5 % too small or too large, or the Allan variance more than 20 % too small.
 
     Notes
     -----
@@ -251,7 +252,7 @@ def _finding(stream: Stream, bias: SelectionBias) -> Finding:
     words = [f"{TERMS[term].label(stream.quantity)} {_times(factor)} the sensor's own" for term, factor in changes]
     return Finding(
         code="selection_bias",
-        severity="warning" if changes else "info",
+        severity="warning" if changes or min(ratios, default=1.0) < _MISLEADS else "info",
         channel=bias.channel,
         message=(
             f"the calmest {duration_text(bias.window)} of {duration_text(bias.record)} were chosen by their own scatter: the"

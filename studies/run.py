@@ -12,6 +12,7 @@ from studies import (
     intervals,
     read_off,
     robustness,
+    round_trip,
     selection,
     stability,
 )
@@ -24,6 +25,7 @@ STUDIES = (
     coverage,
     gaps,
     bandwidth,
+    round_trip,
     stability,
     selection,
     false_alarms,

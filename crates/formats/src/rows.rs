@@ -8,7 +8,7 @@ use memchr::{memchr, memchr3, memrchr};
 use crate::date;
 use crate::number::{long_fraction, scan, short_number};
 use crate::remarks::Remarks;
-use crate::text::{Delimiter, Dialect, Table, TextError};
+use crate::table::{Delimiter, Dialect, Table, TextError};
 
 /// Characters of a field that an error quotes.
 const QUOTED: usize = 40;

@@ -6,11 +6,13 @@
 mod bag;
 mod fields;
 mod mcap;
+mod parts;
 mod pieces;
+mod source;
 mod unpack;
 
 pub use fields::{Columns, Program, ProgramError, RawStep};
-pub use pieces::{End, Fault};
+pub use parts::{Channel, End, Fault};
 pub use unpack::message as unpacked;
 
 use pieces::{Container, Walk};
@@ -26,25 +28,6 @@ pub enum LogKind {
     Mcap,
     /// ROS 1 bag, version 2.0.
     Bag,
-}
-
-/// A series of messages of one topic and type.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Channel {
-    /// Number by which messages name it.
-    pub id: u32,
-    /// Topic.
-    pub topic: String,
-    /// Type of the messages, e.g. `sensor_msgs/msg/Imu`.
-    pub type_name: String,
-    /// How the definition is written: `ros2msg`, `ros1msg`, ….
-    pub definition_encoding: String,
-    /// Definition of the messages.
-    pub definition: Vec<u8>,
-    /// How the messages are written: `cdr`, `ros1`, ….
-    pub message_encoding: String,
-    /// Messages, declared or counted.
-    pub messages: u64,
 }
 
 /// What a file holds.
@@ -82,7 +65,7 @@ pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
     }
     let mut all: BTreeMap<u32, Channel> = BTreeMap::new();
     let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
-    let mut schemas = mcap::Schemas::new();
+    let mut schemas = parts::Schemas::new();
     let end = walk(
         path,
         kind,

@@ -1,18 +1,21 @@
 //! Messages of the Robot Operating System: recorded in MCAP files and ROS 1 bags, or given as bytes.
 //!
 //! Both files are a row of records, most of them in compressed chunks. [`pieces`] cuts a file into chunks, which are
-//! unpacked and decoded side by side and put together in the order of the file; [`fields`] decodes a message.
+//! unpacked and decoded side by side and put together in the order of the file; [`program`] decodes a message.
 
 mod bag;
-mod fields;
+mod cursor;
 mod mcap;
 mod parts;
 mod pieces;
+mod program;
 mod source;
+mod steps;
 mod unpack;
 
-pub use fields::{Columns, Program, ProgramError, RawStep};
 pub use parts::{Channel, End, Fault};
+pub use program::{Columns, Program};
+pub use steps::{ProgramError, RawStep};
 pub use unpack::message as unpacked;
 
 use pieces::{Container, Walk};

@@ -1,7 +1,8 @@
 //! A file cut into chunks, which are worked on side by side and put together in order.
 
-use super::fields::{Columns, Program, Row};
+use super::cursor::Row;
 use super::parts::{Channel, End, Fault, Next, Piece, Record, Schemas};
+use super::program::{Columns, Program};
 use super::source::Source;
 use super::unpack::{Compression, unpack};
 use super::{bag, mcap};

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import known
-from sigmatau import Record, _kernels, allan, analyze
+from sigmatau import Record, _arguments, allan, analyze
 from sigmatau.accumulate import accumulate
 from sigmatau.allan import cluster_sizes
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
@@ -352,7 +352,7 @@ def test_columns_of_any_layout_are_the_same(n):
         [plain[0], table[5:, 1], plain[2].tolist()],
     ]
     for columns in layouts:
-        got = _kernels._contiguous(columns, "abc")
+        got = _arguments.contiguous(columns, "abc")
         assert [column.tolist() for column in got] == [column.tolist() for column in plain]
         assert all(column.flags.c_contiguous and column.dtype == np.float64 and column.dtype.isnative for column in got)
 

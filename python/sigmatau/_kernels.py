@@ -1,7 +1,7 @@
-"""The one door to the compiled numerics: casts, checks, and the words of their errors.
+"""The one door to the compiled numerics, and the words of their errors; casts and checks are in `sigmatau._arguments`.
 
-Nothing but this and `sigmatau._formats` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go in as contiguous
-float64 and come out so.
+Nothing but this, `sigmatau._formats` and `sigmatau._logs` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go
+in as contiguous float64 and come out so.
 """
 
 from __future__ import annotations
@@ -12,7 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
-from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau._arguments import (
+    check_counting,
+    check_overlap,
+    check_threads,
+    contiguous,
+    in_order,
+    non_finite,
+    whole_sizes,
+)
+from sigmatau.errors import OptionError, RecordTooShortError
 
 __all__ = [
     "Accumulator",
@@ -38,10 +47,6 @@ __all__ = [
     "term_psd",
     "theo1_expectation",
 ]
-
-
-_MOST_THREADS = 1024
-_TOGETHER = 4096  # samples of each column that are copied together
 
 
 class Factor:
@@ -128,7 +133,7 @@ class Accumulator:
 
 def strides(m: ArrayLike) -> NDArray[np.int64]:
     """Distance of the starts that each cluster size is averaged over in bounded memory."""
-    return _core.strides(_sizes(m))
+    return _core.strides(whole_sizes(m))
 
 
 def all_finite(arrays: Sequence[NDArray[np.float64]]) -> list[bool]:
@@ -157,10 +162,10 @@ def allan_variances(
         Mean of all the overlapping second differences of the phase over m²: change of the rate per sample, by channel.
     pairs : ndarray of int, shape (n_tau,)
     """
-    _check_overlap(overlap)
-    _check_counting(counting)
-    _check_threads(threads)
-    arrays = _contiguous(columns, names)
+    check_overlap(overlap)
+    check_counting(counting)
+    check_threads(threads)
+    arrays = contiguous(columns, names)
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     n = len(arrays[0])
     least_pairs = 1 if counting == "standard" or overlap == "none" else 2
@@ -174,7 +179,7 @@ def allan_variances(
             arrays, sizes, overlap == "full", counting == "paper", threads or 0
         )
     except _core.NonFinite as error:
-        raise _non_finite(error, arrays, names) from None
+        raise non_finite(error, arrays, names) from None
     return variances, ramps, pairs
 
 
@@ -185,15 +190,15 @@ def masked_variances(
 
     A size without a pair of clusters at least half full has 0 pairs, and NaN.
     """
-    _check_overlap(overlap)
-    _check_counting(counting)
-    _check_threads(threads)
-    (array,) = _contiguous([column], [name])
+    check_overlap(overlap)
+    check_counting(counting)
+    check_threads(threads)
+    (array,) = contiguous([column], [name])
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     try:
         return _core.masked_variances(array, sizes, overlap == "full", counting == "paper", threads or 0)
     except _core.NonFinite as error:
-        raise _non_finite(error, [array], [name]) from None
+        raise non_finite(error, [array], [name]) from None
 
 
 def masked_covariance(
@@ -213,7 +218,7 @@ def masked_covariance(
         Covariance of the ramps.
     """
     times = [float(time) for time in correlation_times]
-    avar, noise, slopes = _core.masked_covariance(np.ascontiguousarray(there), _sizes(m), block, times)
+    avar, noise, slopes = _core.masked_covariance(np.ascontiguousarray(there), whole_sizes(m), block, times)
     k = len(m)
     return avar.reshape(-1, k), noise.reshape(-1, k, k), slopes.reshape(-1, k, k)
 
@@ -233,8 +238,8 @@ def masked_expectations(
     ratios : ndarray, shape (n_tau, n_times)
         Their variances over those where nothing is missing; NaN where the process is a random walk within the clusters.
     """
-    _check_threads(threads)
-    columns, times, ratios = _core.masked_expectations(np.ascontiguousarray(there), _sizes(m), threads or 0)
+    check_threads(threads)
+    columns, times, ratios = _core.masked_expectations(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
     return columns.reshape(len(m), -1), times, ratios.reshape(len(m), -1)
 
 
@@ -256,21 +261,21 @@ def deviations(
 
     Those that measure the phase itself are in the unit of the rate times one sample.
     """
-    _check_overlap(overlap)
-    _check_threads(threads)
-    arrays = _contiguous(columns, names)
+    check_overlap(overlap)
+    check_threads(threads)
+    arrays = contiguous(columns, names)
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     try:
         return _core.deviations_of_channels(kind, arrays, sizes, overlap == "full", threads or 0)
     except _core.NonFinite as error:
-        raise _non_finite(error, arrays, names) from None
+        raise non_finite(error, arrays, names) from None
 
 
 def stationary_moments(
     kind: str, *, overlap: str, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Expected variances and degrees of freedom of ``"allan"``, ``"modified"`` or ``"hadamard"`` variances."""
-    return _core.stationary_moments(kind, overlap == "full", n, _sizes(m), _five(coefficients), tau0)
+    return _core.stationary_moments(kind, overlap == "full", n, whole_sizes(m), in_order(coefficients), tau0)
 
 
 def quadratic_edf(
@@ -278,7 +283,7 @@ def quadratic_edf(
 ) -> NDArray[np.float64]:
     """Degrees of freedom of ``"total"`` or ``"theo1"``."""
     try:
-        return _core.quadratic_edf(kind, n, _sizes(m), _five(coefficients), tau0)
+        return _core.quadratic_edf(kind, n, whole_sizes(m), in_order(coefficients), tau0)
     except ValueError as error:
         if "quantization" in str(error):
             raise OptionError(
@@ -292,7 +297,7 @@ def quadratic_edf(
 
 def theo1_expectation(m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
     """Expected Theo1 variances at the even sizes `m`."""
-    return _core.theo1_expectation(_sizes(m), _five(coefficients), tau0)
+    return _core.theo1_expectation(whole_sizes(m), in_order(coefficients), tau0)
 
 
 def term_avar(
@@ -305,7 +310,7 @@ def term_avar(
     averaged: bool = False,
 ) -> NDArray[np.float64]:
     """Expected Allan variance of one term; see `sigmatau.terms.avar`."""
-    return _core.term_avar(term, coefficient, _sizes(m), tau0, cutoff, averaged)
+    return _core.term_avar(term, coefficient, whole_sizes(m), tau0, cutoff, averaged)
 
 
 def term_psd(term: str, coefficient: float, f: NDArray[np.float64], tau0: float | None) -> NDArray[np.float64]:
@@ -317,12 +322,12 @@ def gauss_markov_avar(
     sigma: float, time: float, m: ArrayLike, tau0: float, *, averaged: bool = False
 ) -> NDArray[np.float64]:
     """Expected Allan variance of a first-order Gauss-Markov process, sampled or averaged over each sample."""
-    return _core.gauss_markov_avar(sigma, time, _sizes(m), tau0, averaged)
+    return _core.gauss_markov_avar(sigma, time, whole_sizes(m), tau0, averaged)
 
 
 def sinusoid_avar(amplitude: float, frequency: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
     """Expected Allan variance of a sampled sinusoid of random phase."""
-    return _core.sinusoid_avar(amplitude, frequency, _sizes(m), tau0)
+    return _core.sinusoid_avar(amplitude, frequency, whole_sizes(m), tau0)
 
 
 def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
@@ -330,7 +335,7 @@ def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLik
 
     `shape` is ``"butterworth1"`` (or ``"first_order"``) … ``"butterworth9"``, or ``"brick_wall"``; `corner` in Hz.
     """
-    return _core.band_limited_avar(random_walk, shape, corner, _sizes(m), tau0)
+    return _core.band_limited_avar(random_walk, shape, corner, whole_sizes(m), tau0)
 
 
 def gauss_markov_psd(sigma: float, time: float, f: NDArray[np.float64], tau0: float | None) -> NDArray[np.float64]:
@@ -377,63 +382,3 @@ def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: in
         seed,
         stream,
     )
-
-
-def _five(coefficients: Mapping[str, float]) -> list[float]:
-    names = ("quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
-    return [float(coefficients.get(name, 0.0)) for name in names]
-
-
-def _check_overlap(overlap: str) -> None:
-    if overlap not in ("full", "none"):
-        raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
-
-
-def _check_counting(counting: str) -> None:
-    if counting not in ("standard", "paper"):
-        raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
-
-
-def _check_threads(threads: int | None) -> None:
-    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
-        raise OptionError(f"`threads` must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
-
-
-def _non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: Sequence[str]) -> NonFiniteError:
-    channel, index = error.args[1], error.args[2]
-    name = names[channel]
-    value = float(arrays[channel][index])
-    return NonFiniteError(
-        f"`{name}` is {value:g} in SI at index {index}: not finite, or too large to be squared; cut it out first",
-        channel=name,
-        index=index,
-    )
-
-
-def _contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArray[np.float64]]:
-    """Each column as contiguous float64; those that are not are copied side by side, a piece of each at a time.
-
-    The columns of a table that is stored row by row share its cache lines: one column after the other would fetch them all
-    anew for each.
-    """
-    arrays = [np.asarray(column) for column in columns]
-    for array, name in zip(arrays, names, strict=True):
-        if array.ndim != 1:
-            raise ValueError(f"`{name}` must have one dimension, got shape {array.shape}")
-    ready = [array.dtype == np.float64 and array.flags.c_contiguous and array.dtype.isnative for array in arrays]
-    copies = [array if done else np.empty(len(array)) for array, done in zip(arrays, ready, strict=True)]
-    apart = [(copy, array) for copy, array, done in zip(copies, arrays, ready, strict=True) if not done]
-    for start in range(0, max((len(array) for _, array in apart), default=0), _TOGETHER):
-        for copy, array in apart:
-            copy[start : start + _TOGETHER] = array[start : start + _TOGETHER]
-    return copies
-
-
-def _sizes(m: ArrayLike) -> NDArray[np.int64]:
-    sizes = np.ascontiguousarray(m)
-    if sizes.dtype.kind not in "iu":
-        rounded = np.rint(sizes)
-        if not np.array_equal(rounded, sizes):
-            raise ValueError("`m` must be whole numbers of samples")
-        sizes = rounded
-    return np.atleast_1d(sizes.astype(np.int64))

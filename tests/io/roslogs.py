@@ -5,6 +5,7 @@ import struct
 import zlib
 
 import numpy as np
+import pytest
 
 IMU = "sensor_msgs/msg/Imu"
 START = 1_700_000_000_123_456_789
@@ -88,3 +89,43 @@ def imu_mcap(n, per_chunk, compression="zstd", *, crc=True, summary=True, topic=
         for k in range(0, n, per_chunk)
     ]
     return mcap([extra, *parts], {7: n} if summary else None, head, crc=crc), stamps, values
+
+
+CHANNELS = [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]
+N = 600
+
+
+def six(record):
+    return np.stack([record.stream_of(c).column(c) for c in CHANNELS], axis=1)
+
+
+def rosbags_log(kind, folder, n=N):
+    """A log by rosbags, and the numbers in it."""
+    pytest.importorskip("rosbags", reason="rosbags writes what these tests read")
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    stamps, values = imu(n)
+    ros1 = kind.startswith("bag")
+    if ros1:
+        path = folder / "log.bag"
+        writer = rosbag1.Writer(path)
+        if kind != "bag":
+            writer.set_compression(rosbag1.Writer.CompressionFormat[kind.removeprefix("bag-").upper()])
+    else:
+        path = folder / kind / f"{kind}.{kind.split('-')[0]}"
+        plugin = rosbag2.StoragePlugin.MCAP if kind.startswith("mcap") else rosbag2.StoragePlugin.SQLITE3
+        writer = rosbag2.Writer(folder / kind, version=9, storage_plugin=plugin)
+        if kind == "mcap-zstd":
+            writer.set_compression(rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD)
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    with writer:
+        connection = writer.add_connection("/imu", IMU, typestore=store)
+        note = writer.add_connection("/note", "std_msgs/msg/String", typestore=store)
+        for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
+            writer.write(connection, stamp + 1000, imu_ros1(stamp, row) if ros1 else imu_cdr(stamp, row))
+        writer.write(note, stamp, text("hello") if ros1 else b"\0\1\0\0" + text(b"hello\0"))
+    return path, stamps, values
+
+
+KINDS = ["mcap", "mcap-zstd", "db3", "bag", "bag-lz4", "bag-bz2"]

@@ -4,7 +4,9 @@ import pytest
 
 from sigmatau.errors import OptionError
 from sigmatau.io import read
-from sigmatau.io.read.columns import Column, choose, recognise, unit_of
+from sigmatau.io.read.columns import choose
+from sigmatau.io.read.names import recognise, unit_of
+from sigmatau.io.read.table import Column
 
 RECOGNISED = {
     # name of the column: channel, unit that the name says

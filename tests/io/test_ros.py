@@ -2,63 +2,19 @@
 
 import contextlib
 import itertools
-import shutil
 import sqlite3
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
 import roslogs
-from roslogs import IMU, imu, imu_cdr, imu_mcap, imu_ros1
+from roslogs import IMU, KINDS, N, imu, imu_cdr, imu_mcap, imu_ros1, rosbags_log, six
 
-from known import seed_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io import read
 from sigmatau.io.read.formats.messages import IMU_ROS2
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")
 pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")
-
-CHANNELS = [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]
-N = 600
-
-
-def six(record):
-    return np.stack([record.stream_of(c).column(c) for c in CHANNELS], axis=1)
-
-
-def rosbags_log(kind, folder, n=N):
-    """A log by rosbags, and the numbers in it."""
-    pytest.importorskip("rosbags", reason="rosbags writes what these tests read")
-    from rosbags import rosbag1, rosbag2
-    from rosbags.typesys import Stores, get_typestore
-
-    stamps, values = imu(n)
-    ros1 = kind.startswith("bag")
-    if ros1:
-        path = folder / "log.bag"
-        writer = rosbag1.Writer(path)
-        if kind != "bag":
-            writer.set_compression(rosbag1.Writer.CompressionFormat[kind.removeprefix("bag-").upper()])
-    else:
-        path = folder / kind / f"{kind}.{kind.split('-')[0]}"
-        plugin = rosbag2.StoragePlugin.MCAP if kind.startswith("mcap") else rosbag2.StoragePlugin.SQLITE3
-        writer = rosbag2.Writer(folder / kind, version=9, storage_plugin=plugin)
-        if kind == "mcap-zstd":
-            writer.set_compression(rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD)
-    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
-    with writer:
-        connection = writer.add_connection("/imu", IMU, typestore=store)
-        text = writer.add_connection("/note", "std_msgs/msg/String", typestore=store)
-        for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
-            writer.write(connection, stamp + 1000, imu_ros1(stamp, row) if ros1 else imu_cdr(stamp, row))
-        writer.write(text, stamp, roslogs.text("hello") if ros1 else b"\0\1\0\0" + roslogs.text(b"hello\0"))
-    return path, stamps, values
-
-
-KINDS = ["mcap", "mcap-zstd", "db3", "bag", "bag-lz4", "bag-bz2"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -304,145 +260,3 @@ def test_a_database_that_is_no_bag(tmp_path):
         base.execute("CREATE TABLE t (x)")
     with pytest.raises(DataError, match="no ROS 2 bag"):
         read(tmp_path / "a.db3")
-
-
-def outcome(path, values):
-    """Rows that were read, which must be the first ones; the severest finding, or None."""
-    try:
-        record = read(path, rate=200.0)
-    except (DataError, OptionError):
-        return None, "refused"
-    rows = record.provenance.rows
-    np.testing.assert_array_equal(six(record), values[:rows])
-    codes = [(f.severity, f.code) for f in record.findings if f.code in ("broken_off", "damaged")]
-    return rows, min(codes, default=None)
-
-
-def made(kind, folder, n=3000):
-    if kind.startswith("mcap/"):
-        data, _, values = imu_mcap(n, 50, kind.split("/")[1].replace("none", ""))
-        path = folder / "log.mcap"
-        path.write_bytes(data)
-        return path, values
-    path, _, values = rosbags_log(kind, folder, n)
-    # Alone, so that nothing beside it tells what it should hold.
-    return shutil.copy(path, folder / "alone"), values
-
-
-ALL = ["mcap/none", "mcap/zstd", "mcap/lz4", *KINDS]
-
-
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.99])
-@pytest.mark.parametrize("kind", ALL)
-def test_cut_off(tmp_path, kind, share):
-    path, values = made(kind, tmp_path)
-    data = path.read_bytes()
-    path.write_bytes(data[: int(share * len(data))])
-    rows, found = outcome(path, values)
-    assert found in ("refused", ("error", "broken_off"), ("error", "damaged"), ("warning", "broken_off"))
-    if kind in ("mcap/none", "mcap/zstd", "mcap/lz4", "mcap", "bag"):
-        # No more than a chunk is lost, and the index at the end, of some percent.
-        assert share - 0.02 <= rows / len(values) <= share + 0.05
-    if found == ("warning", "broken_off"):
-        assert rows == len(values)
-
-
-@pytest.mark.parametrize("kind", ALL)
-def test_a_flipped_page(tmp_path, kind):
-    path, values = made(kind, tmp_path)
-    data = bytearray(path.read_bytes())
-    start = len(data) // 2 // 4096 * 4096
-    data[start : start + 4096] = bytes(255 - b for b in data[start : start + 4096])
-    path.write_bytes(data)
-    rows, found = outcome(path, values)
-    assert found in ("refused", ("error", "damaged"), ("error", "broken_off"))
-    assert rows is None or rows < len(values)
-    if kind.startswith("mcap/"):
-        assert abs(rows - 0.5 * len(values)) < 0.05 * len(values)
-
-
-@pytest.mark.parametrize("kind", ["mcap/none", "mcap/zstd", "mcap/lz4", "mcap", "db3", "bag", "bag-lz4", "bag-bz2"])
-def test_mutated(tmp_path, kind):
-    rng = np.random.default_rng(seed_of(f"mutated {kind}"))
-    path, values = made(kind, tmp_path, n=12)
-    whole = path.read_bytes()
-    shorter = 0
-    for _ in range(600):
-        data = bytearray(whole)
-        for _ in range(int(rng.integers(1, 4))):
-            at = int(rng.integers(len(data)))
-            if rng.random() < 0.5:
-                data[at] = int(rng.choice([0, 1, 0x7F, 0x80, 0xFF, data[at] ^ 1]))
-            elif rng.random() < 0.5:
-                del data[at : at + int(rng.integers(1, 50))]
-            else:
-                data[at:at] = rng.bytes(int(rng.integers(1, 20)))
-        path.write_bytes(data)
-        started = time.perf_counter()
-        if kind.startswith("mcap/"):
-            # Checksums over all: what is read is true, and never silently shorter.
-            rows, found = outcome(path, values)
-            assert found is not None or rows == len(values)
-            shorter += found is not None
-        else:
-            with contextlib.suppress(DataError, OptionError):
-                read(path, rate=200.0)
-        assert time.perf_counter() - started < 50
-    assert shorter > 300 or not kind.startswith("mcap/")
-
-
-MEASURE = """
-import resource, sys
-from sigmatau.errors import DataError
-from sigmatau.io import read
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-for path in sys.argv[1:]:
-    try:
-        read(path)
-        sys.exit(f"{path} was read")
-    except DataError as error:
-        assert "byte" in str(error), error
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
-"""
-
-
-def test_declared_lengths_take_no_memory(tmp_path):
-    data, _, _ = imu_mcap(30, 10)
-    at = data.index(b"\x06", 8 + 9 + 8)  # the first chunk, behind the head
-    paths = []
-    # Its length, the length of what it holds, and of what is packed.
-    for place, size in itertools.product((1, 25, 49), (1 << 29, 1 << 40, (1 << 64) - 1)):
-        changed = bytearray(data)
-        changed[at + place : at + place + 8] = size.to_bytes(8, "little")
-        paths.append(tmp_path / f"{place}-{size}.mcap")
-        paths[-1].write_bytes(changed[: -len(changed) // 2] if place == 1 else changed)
-    run = subprocess.run(  # a process of its own, for its high-water mark
-        [sys.executable, "-c", MEASURE, *map(str, paths)], capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stderr
-    kib = int(run.stdout)
-    assert kib < 50_000
-
-
-def test_damage_that_stamps_show_before_it_is_found_out(tmp_path):
-    data, _, values = imu_mcap(N, 100, "", crc=False)
-    at = data.index(imu_cdr(*(x[400] for x in imu(N))))
-    wrong = bytearray(data)
-    wrong[at + 4 : at + 8] = b"\0\0\0\0"  # the seconds of one stamp
-    (tmp_path / "log").write_bytes(wrong)
-    record = read(tmp_path / "log")  # one stamp that stands far off: its row is left out and its place empty
-    lost = np.isnan(six(record)).any(axis=1)
-    assert np.flatnonzero(lost).tolist() == [400]
-    np.testing.assert_array_equal(six(record)[~lost], np.delete(values, 400, axis=0))
-    assert {f.code for f in record.findings} == {"wrong_stamps", "gaps"}
-    (tmp_path / "log").write_bytes(wrong[: at + 20_000])
-    record = read(tmp_path / "log")
-    assert {f.code for f in record.findings if f.severity == "error"} == {"broken_off"}
-    wrong[at + 4 : at + 8] = data[at + 4 : at + 8]
-    for k in (400, 401, 402):  # and stamps that cannot be put in order
-        place = data.index(imu_cdr(*(x[k] for x in imu(N))))
-        wrong[place + 4 : place + 8] = (int.from_bytes(data[place + 4 : place + 8], "little") - 2).to_bytes(4, "little")
-    (tmp_path / "log").write_bytes(wrong)
-    with pytest.raises(DataError, match=r"message 400 .*time goes backwards.*no checksums"):
-        read(tmp_path / "log")
-    assert "without checksums" in "".join(record.provenance.conversions)

@@ -6,38 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
+from stamping import codes, found, ordered, record_of
 
 import sigmatau
 from known import cpu_unit, seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
-from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.io import read
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.grid import fit_grid, resolution
-from sigmatau.io.read.time.rows import in_order
-
-
-def where(row):
-    return f"line {row + 1}"
-
-
-def ordered(t, *samples):
-    return in_order(np.asarray(t), samples, where, "'t'")
-
-
-def found(t, second=1.0, **more):
-    return stamps.fit(ordered(t), second, where, "'t'", **more)
-
-
-def codes(fit_or_record, *, least="info"):
-    wanted = {"info": ("info", "warning", "error"), "warning": ("warning", "error")}[least]
-    return [f.code for f in fit_or_record.findings if f.severity in wanted]
-
-
-def record_of(t, x=None, **options):
-    x = np.arange(len(t)) % 7.0 if x is None else x
-    return sigmatau.from_frame({"t": np.asarray(t), "wx": x}, unit={"gyro": "rad/s", "time": "s"}, **options)
 
 
 class TestRate:
@@ -195,164 +170,6 @@ class TestPlaces:
         assert set(codes(one)) & {"irregular_stamps", "host_stamps", "long_pauses"}
 
 
-class TestOrder:
-    def test_backwards_and_standing_still(self):
-        with pytest.raises(DataError, match=r"line 4: time goes backwards in column 't', from 2\.0 to 1\.5; sort"):
-            ordered([0, 1.0, 2.0, 1.5, 3.0])
-        with pytest.raises(DataError, match="1 times more"):
-            ordered([0, 1.0, 0.5, 1.5, 1.0])
-        with pytest.raises(DataError, match=r"all stamps in column 't' are 5"):
-            ordered([5, 5, 5])
-        extremes = ordered([np.iinfo(np.int64).min + 1, np.iinfo(np.int64).max])
-        assert extremes.intervals[0] > 1e19  # and does not wrap
-
-    def test_a_clock_that_was_set_back(self):
-        t = np.arange(5000) / 100.0
-        t[3000:] -= 1.0
-        with pytest.raises(DataError, match=r"line 3001: time goes backwards .* from 29\.99 to 29\.0"):
-            ordered(t)
-
-    def test_late_rows_are_put_in_order(self):
-        t = np.arange(5000) / 100.0
-        x = np.arange(5000.0)
-        at = np.arange(5000)
-        at[[1000, 1001]] = at[[1001, 1000]]
-        at[2000:2012] = np.r_[2004:2012, 2000:2004]  # a packet of four after its successors
-        record = record_of(t[at], x[at])
-        np.testing.assert_array_equal(record.streams[0].column("gyro_x"), x)
-        (finding,) = record.findings
-        assert (finding.code, finding.severity, finding.size) == ("rows_out_of_order", "warning", 5)
-        assert "5 of 5000 rows" in finding.message
-        assert "row 1001" in finding.message
-
-    def test_a_stamp_that_is_wrong_leaves_its_place_empty(self):
-        for wrong in (1e6, -5.0, 30.004, 12.304):  # the last falls between two others
-            t = np.arange(5000) / 100.0
-            t[1234] = wrong
-            record = record_of(t, np.arange(5000.0))
-            assert codes(record) == ["wrong_stamps", "gaps"], wrong
-            assert record.findings[0].where in ("row 1234", "row 1235")
-            column = record.streams[0].column("gyro_x")
-            assert np.flatnonzero(np.isnan(column)).tolist() == [1234]
-            np.testing.assert_array_equal(np.delete(column, 1234), np.delete(np.arange(5000.0), 1234))
-
-    def test_many_rows_out_of_order_are_refused(self):
-        rng = np.random.default_rng(seed_of("shuffled"))
-        with pytest.raises(DataError, match="time goes backwards"):
-            ordered(rng.permutation(1000) / 100.0)
-
-    def test_rows_without_a_stamp(self):
-        t = np.arange(2000) / 100.0
-        t[[50, 700]] = np.nan
-        record = record_of(t, np.arange(2000.0))
-        assert codes(record) == ["missing_stamps", "gaps"]
-        assert "2 of 2000 rows have no time stamp, the first: row 50" in record.findings[0].message
-        assert np.flatnonzero(record.streams[0].mask[:, 0]).tolist() == [50, 700]
-        t[:1200] = np.nan
-        with pytest.raises(NonFiniteError, match="no time stamp in 1200 of 2000 rows"):
-            record_of(t)
-
-
-class TestDuplicates:
-    def test_every_sample_twice(self):
-        rng = np.random.default_rng(seed_of("twice"))
-        x = rng.normal(size=5000)
-        record = record_of(np.repeat(np.arange(5000) / 100.0, 2), np.repeat(x, 2))
-        np.testing.assert_array_equal(record.streams[0].column("gyro_x"), x)
-        assert record.streams[0].grid.rate == pytest.approx(100.0, rel=1e-12)
-        (finding,) = record.findings
-        assert (finding.code, finding.severity, finding.size) == ("duplicate_samples", "warning", 5000)
-        assert "1.41 times" in finding.effect
-
-    @pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
-    def test_the_effect_that_is_stated(self, share):
-        """Kept, and taken at the rate of the sensor: the random walk grows by √((1 + 3s) / (1 + s))."""
-        rng = np.random.default_rng(seed_of(f"duplicates {share}"))
-        ratios = []
-        for _ in range(20):
-            x = rng.normal(size=40_000)
-            doubled = np.repeat(x, 1 + (rng.random(len(x)) < share))
-            pair = [
-                allan(Record.from_arrays(rate=100, gyro_x=y), taus=[0.64, 1.28])["gyro_x"].avar.mean()
-                for y in (doubled, x)
-            ]
-            ratios.append(pair[0] / pair[1])
-        t = np.repeat(np.arange(1000), 1 + (np.arange(1000) < 1000 * share)) / 100
-        said = ordered(t, np.repeat(rng.normal(size=1000), 1 + (np.arange(1000) < 1000 * share))).findings[0].effect
-        stated = float(said.split("random walk ")[1].split(" times")[0])
-        error = np.std(ratios, ddof=1) / len(ratios) ** 0.5 / 2
-        assert np.mean(ratios) ** 0.5 == pytest.approx(stated, abs=3 * error + 0.005)  # three digits are printed
-
-    def test_one_stamp_twice_with_other_samples(self):
-        t = np.arange(5000) / 100.0
-        t = np.insert(t, 1234, t[1234])
-        x = np.random.default_rng(seed_of("other samples")).normal(size=5001)
-        record = record_of(t, x)
-        assert codes(record) == ["duplicate_samples"]
-        np.testing.assert_array_equal(record.streams[0].column("gyro_x"), np.delete(x, 1235))
-
-
-class TestJitter:
-    def test_it_is_measured(self):
-        rng = np.random.default_rng(seed_of("jitter"))
-        for share in (0.01, 0.1):
-            t = np.arange(200_000) / 100.0 + rng.normal(0, share / 100, 200_000)
-            grid = record_of(t).streams[0].grid
-            # 512 blocks of 64, two of each for its line: relative error 1 / √(2·512·62)
-            assert grid.jitter == pytest.approx(share / 100, rel=4 / (2 * 512 * 62) ** 0.5)
-
-    def test_it_is_told_and_is_nothing_for_rates(self):
-        rng = np.random.default_rng(seed_of("jitter of rates"))
-        t = np.arange(20_000) / 100.0 + rng.normal(0, 1e-3, 20_000)
-        record = sigmatau.from_frame(
-            {"t": t, "az": 9.81 + rng.normal(size=len(t)), "ax": t, "ay": t}, unit={"time": "s", "accel": "m/s^2"}
-        )
-        (finding,) = record.findings
-        assert (finding.code, finding.severity, finding.unit) == ("jitter", "info", "s")
-        assert "none on rates" in finding.effect
-        assert finding.size == pytest.approx(1e-3, rel=0.05)
-
-    def increments(self, rng, n, sigma, *, own=0.0):
-        """Velocity of 9.81 m/s² over intervals that scatter by sigma, and what noise of its own it has."""
-        t = np.arange(n + 1) / 100.0 + rng.normal(0, sigma, n + 1)
-        angle = rng.normal(0, own, n + 1) if own else np.zeros(n + 1)
-        return t[1:], 9.81 * np.diff(t) + np.diff(angle) + rng.normal(0, 1e-7, n)
-
-    def test_the_effect_that_is_stated(self):
-        """Q_j = |m| σ_j, and by how much the quantization noise is larger than the sensor's own."""
-        rng = np.random.default_rng(seed_of("jitter of increments"))
-        sigma, own = 5e-4, 9.81 * 5e-4
-        values, stated = [], []
-        for _ in range(8):
-            t, dv = self.increments(rng, 20_000, sigma, own=own)
-            frame = {"t": t, "dvz": dv}
-            record = sigmatau.from_frame(
-                frame, channels={"time": "t", "accel_z": "dvz"}, unit={"time": "s", "accel": "m/s"}, input="increments"
-            )
-            (finding,) = [f for f in record.findings if f.code == "jitter"]
-            assert (finding.severity, finding.channel) == ("warning", "accel_z")
-            assert finding.size == pytest.approx(9.81 * sigma, rel=0.05)
-            stated.append(dict(finding.changes)["quantization"])
-            values.append(fit(allan(record)["accel_z"])["quantization"].value / own)
-        error = np.hypot(np.std(values, ddof=1), np.std(stated, ddof=1)) / len(values) ** 0.5
-        assert np.mean(values) == pytest.approx(np.mean(stated), abs=3 * error)
-        assert np.mean(stated) == pytest.approx(2**0.5, abs=0.1)
-
-    def test_stamps_that_scatter_beside_samples_that_do_not(self):
-        rng = np.random.default_rng(seed_of("jitter of stamps alone"))
-        t = np.arange(20_000) / 100.0 + rng.normal(0, 1e-3, 20_000)
-        dv = 0.0981 + rng.normal(0, 1e-5, len(t))
-        record = sigmatau.from_frame(
-            {"t": t, "dvz": dv},
-            channels={"time": "t", "accel_z": "dvz"},
-            unit={"time": "s", "accel": "m/s"},
-            input="increments",
-        )
-        (finding,) = record.findings
-        assert (finding.code, finding.severity) == ("jitter", "info")
-        assert "the instants of sampling do not" in finding.effect
-
-
 class TestDrift:
     @pytest.mark.parametrize(("change", "severity"), [(5e-3, "warning"), (5e-4, "info")])
     def test_a_rate_that_changes(self, change, severity):
@@ -404,66 +221,6 @@ class TestNominal:
             ratio = abs(wrong[term].value / right[term].value)
             assert ratio == pytest.approx(changes.get(term, 1.0), rel=1e-6), term
         assert finding.code == "rate_mismatch"
-
-
-def log(tmp_path, header, times):
-    path = tmp_path / "log.csv"
-    lines = [f"{t},{i % 7}" for i, t in enumerate(times)]
-    path.write_text(f"{header},wx [rad/s]\n" + "\n".join(lines) + "\n")
-    return path
-
-
-class TestText:
-    def test_lines_are_those_of_the_file(self, tmp_path):
-        path = tmp_path / "log.csv"
-        path.write_text("t [s],wx [rad/s]\n0,1\n\n# note\n1,1\n2,1\n\n1.5,1\n3,1\n")
-        with pytest.raises(DataError, match=r"log\.csv, line 8: time goes backwards .* from 2\.0 to 1\.5"):
-            read(path)
-        with pytest.raises(DataError, match="line 8: time goes backwards"):
-            read(path, rate=1)
-
-    def test_the_given_rate_is_used_and_a_difference_told(self, tmp_path):
-        path = log(tmp_path, "t [s]", np.arange(100) / 50)
-        assert read(path, rate=50.04).findings == ()
-        record = read(path, rate=100)
-        assert record.streams[0].grid.rate == 100
-        assert record.streams[0].grid.source == "given"
-        (finding,) = record.findings
-        assert finding.code == "rate_mismatch"
-        assert "100 Hz" in finding.message
-        assert "50 Hz" in finding.message
-
-    def test_with_a_rate_the_unit_of_time_is_not_needed(self, tmp_path):
-        path = log(tmp_path, "t", np.arange(100) / 50)
-        record = read(path, rate=100)
-        assert record.findings == ()
-        assert any("checked for order and gaps only" in c for c in record.provenance.conversions)
-        path = log(tmp_path, "t", np.delete(np.arange(100), [40, 41]))
-        record = read(path, rate=100)
-        assert [(f.code, f.where) for f in record.findings] == [("gaps", "t = 0.4 s")]
-        assert record.streams[0].grid.n == 100
-
-    @pytest.mark.parametrize(("unit", "step"), [("s", 1 / 128), ("ms", 7.8125), ("us", 7812.5), ("ns", 7812500)])
-    def test_units_of_time(self, tmp_path, unit, step):
-        path = log(tmp_path, "t", [repr(i * step) for i in range(100)])
-        assert read(path, unit={"time": unit}).streams[0].grid.rate == pytest.approx(128.0, rel=1e-13)
-
-    def test_ticks(self, tmp_path):
-        path = log(tmp_path, "t", range(0, 1000, 10))
-        record = read(path, unit={"time": "us"}, scale={"time": 40})  # a tick of 40 µs
-        assert record.streams[0].grid.rate == pytest.approx(2500.0, rel=1e-13)
-
-    def test_nanoseconds_in_text_stay_exact(self, tmp_path):
-        start = 1_403_636_579_758_555_393
-        path = log(tmp_path, "t [ns]", [start + 10 * k for k in range(100)])
-        assert read(path).streams[0].grid.rate == pytest.approx(1e8, rel=1e-14)
-        path = log(tmp_path, "t [ns]", ["" if k == 50 else start + 10 * k for k in range(100)])
-        record = read(path)
-        assert record.streams[0].grid.rate == pytest.approx(1e8, rel=1e-14)
-        assert codes(record, least="warning")[0] == "implausible_rate" or "missing_stamps" in codes(record)
-        path = log(tmp_path, "t [ns]", [start, start + 2, start + 1, start + 3])  # the same double, all four
-        with pytest.raises(DataError, match=f"line 4: time goes backwards .* from {start + 2} to {start + 1};"):
-            read(path)
 
 
 def test_an_implausible_rate_is_told():
@@ -528,41 +285,6 @@ def test_speed(kind):
         found(t, 1e-9 if kind == "integers" else 1.0)
         spent.append(time.process_time() - start)
     assert min(spent) < 2.5 * cpu_unit()
-
-
-anything = hnp.arrays(
-    np.float64,
-    st.integers(4, 60),
-    elements=st.floats(-1e6, 1e6)
-    | st.floats(-1e30, 1e30)
-    | st.floats(allow_infinity=False).map(float)
-    | st.integers(0, 50).map(float),
-)
-growing = anything.map(lambda t: np.sort(np.abs(t)))
-
-
-@settings(max_examples=300, deadline=None)
-@given(anything | growing | growing.map(lambda t: np.cumsum(np.clip(t, 0, 1e12))), st.booleans())
-def test_any_stamps_make_a_record_or_an_error_of_ours(t, with_rate):
-    """And every sample that is not said to be left out is in the record, in order, once."""
-    x = np.arange(len(t)) + 1.0
-    try:
-        record = record_of(t, x, **({"rate": 10.0} if with_rate else {}))
-    except (DataError, OptionError):
-        return
-    kept = record.streams[0].column("gyro_x")
-    kept = kept[~np.isnan(kept)]
-    left_out = sum(
-        int(f.size) for f in record.findings if f.code in ("missing_stamps", "wrong_stamps", "duplicate_samples")
-    )
-    cut = next((f for f in record.findings if f.code == "long_pauses"), None)
-    if cut is not None:
-        left_out += int(cut.message.split("the other ")[1].split(" ")[0])
-    assert len(kept) == len(t) - left_out
-    assert len(set(kept.tolist())) == len(kept)
-    assert set(kept.tolist()) <= set(x.tolist())
-    if "rows_out_of_order" not in codes(record):
-        assert (np.diff(kept) > 0).all()
 
 
 @settings(max_examples=200, deadline=None)

@@ -3,7 +3,9 @@
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use crate::text::{Dialect, Table, TextError, open, read_columns, read_file};
+use crate::source::open;
+use crate::table::{Dialect, Table, TextError};
+use crate::text::{read_columns, read_file};
 
 /// Bytes decoded at a time.
 const CHUNK: usize = 1 << 16;

@@ -5,17 +5,15 @@
 //! error. The end of the file is where a piece finds it, not where its length said it would be.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, ErrorKind};
-use std::path::Path;
+use std::io;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use memchr::{memchr, memchr_iter, memrchr};
 
 use crate::number::PAD;
-use crate::progress;
 use crate::rows::{Layout, Rows};
-use crate::text::{GZIP, Table, TextError};
+use crate::source::{Source, fill};
+use crate::table::{Table, TextError};
 
 /// Pieces a thread may be ahead of the one that is waited for.
 const AHEAD: usize = 4;
@@ -26,60 +24,11 @@ const SPARE_ROOM: f64 = 0.01;
 /// Bytes read at first to find the end of the last line of a piece.
 const TAIL: usize = 1 << 10;
 
-/// Bytes that can be read at any position.
-pub(crate) trait Source: Sync {
-    /// Reads at most as much as `out` holds, from position `at` on; 0 at the end.
-    fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize>;
-
-    /// Length at the moment, for an estimate.
-    fn length(&self) -> u64;
-}
-
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sizes {
     pub(crate) piece: usize,
     /// The longest line; no shorter than a piece.
     pub(crate) longest: usize,
-}
-
-pub(crate) struct PlainFile {
-    file: File,
-    pub(crate) length: u64,
-}
-
-impl Source for PlainFile {
-    #[cfg(unix)]
-    fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
-        std::os::unix::fs::FileExt::read_at(&self.file, out, at).inspect(|&got| progress::count(got))
-    }
-
-    #[cfg(windows)]
-    fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
-        std::os::windows::fs::FileExt::seek_read(&self.file, out, at).inspect(|&got| progress::count(got))
-    }
-
-    #[cfg(not(any(unix, windows)))]
-    fn read_at(&self, _: &mut [u8], _: u64) -> io::Result<usize> {
-        Err(ErrorKind::Unsupported.into())
-    }
-
-    fn length(&self) -> u64 {
-        self.length
-    }
-}
-
-/// The file, if it can be read at any position, is not compressed and has so many bytes.
-pub(crate) fn large_and_plain(path: &Path, least: u64) -> Result<Option<PlainFile>, TextError> {
-    let failed = |e: io::Error| TextError::Io(e.to_string());
-    // A pipe must not be opened twice: what has been read from it is gone.
-    let about = std::fs::metadata(path).map_err(failed)?;
-    if !cfg!(any(unix, windows)) || !about.is_file() || about.len() < least {
-        return Ok(None);
-    }
-    let file = PlainFile { file: File::open(path).map_err(failed)?, length: about.len() };
-    let mut head = [0; 2];
-    let got = fill(&file, &mut head, 0).map_err(failed)?;
-    Ok((head[..got] != GZIP).then_some(file))
 }
 
 /// Reads a table in pieces on `threads` threads.
@@ -133,20 +82,6 @@ fn after_head(
         *seen += ends.len();
     }
     Ok(Some(at))
-}
-
-/// Reads until `out` is full or the source ends; bytes read.
-fn fill(source: &impl Source, out: &mut [u8], at: u64) -> io::Result<usize> {
-    let mut filled = 0;
-    while filled < out.len() {
-        match source.read_at(&mut out[filled..], at + filled as u64) {
-            Ok(0) => break,
-            Ok(got) => filled += got,
-            Err(e) if e.kind() == ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(filled)
 }
 
 struct Job<'a, S> {

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::remarks::Remarks;
-use crate::text::{Delimiter, Dialect, LONGEST, read_columns, read_file, read_stream};
+use crate::table::{Delimiter, Dialect};
+use crate::text::{LONGEST, read_columns, read_file, read_stream};
 
 struct Bytes<'a>(&'a [u8]);
 

@@ -1,16 +1,21 @@
 //! Messages of the Robot Operating System: recorded in MCAP files and ROS 1 bags, or given as bytes.
 //!
 //! Both files are a row of records, most of them in compressed chunks. [`pieces`] cuts a file into chunks, which are
-//! unpacked and decoded side by side and put together in the order of the file; [`fields`] decodes a message.
+//! unpacked and decoded side by side and put together in the order of the file; [`program`] decodes a message.
 
 mod bag;
-mod fields;
+mod cursor;
 mod mcap;
+mod parts;
 mod pieces;
+mod program;
+mod source;
+mod steps;
 mod unpack;
 
-pub use fields::{Columns, Program, ProgramError, RawStep};
-pub use pieces::{End, Fault};
+pub use parts::{Channel, End, Fault};
+pub use program::{Columns, Program};
+pub use steps::{ProgramError, RawStep};
 pub use unpack::message as unpacked;
 
 use pieces::{Container, Walk};
@@ -26,25 +31,6 @@ pub enum LogKind {
     Mcap,
     /// ROS 1 bag, version 2.0.
     Bag,
-}
-
-/// A series of messages of one topic and type.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Channel {
-    /// Number by which messages name it.
-    pub id: u32,
-    /// Topic.
-    pub topic: String,
-    /// Type of the messages, e.g. `sensor_msgs/msg/Imu`.
-    pub type_name: String,
-    /// How the definition is written: `ros2msg`, `ros1msg`, ….
-    pub definition_encoding: String,
-    /// Definition of the messages.
-    pub definition: Vec<u8>,
-    /// How the messages are written: `cdr`, `ros1`, ….
-    pub message_encoding: String,
-    /// Messages, declared or counted.
-    pub messages: u64,
 }
 
 /// What a file holds.
@@ -82,7 +68,7 @@ pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
     }
     let mut all: BTreeMap<u32, Channel> = BTreeMap::new();
     let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
-    let mut schemas = mcap::Schemas::new();
+    let mut schemas = parts::Schemas::new();
     let end = walk(
         path,
         kind,

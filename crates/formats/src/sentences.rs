@@ -5,7 +5,7 @@
 
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 
-use crate::text::TextError;
+use crate::table::TextError;
 
 /// A longer line is none.
 const LONGEST: u64 = 1 << 12;

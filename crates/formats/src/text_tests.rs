@@ -1,9 +1,11 @@
-use std::io::Write as _;
+use std::io::{self, Write as _};
 
 use flate2::Compression;
+use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 
 use super::*;
+use crate::table::Delimiter;
 
 fn dialect(delimiter: Delimiter, columns: usize) -> Dialect {
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];

@@ -76,7 +76,9 @@ pub fn write_file(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::{Delimiter, Dialect, open, read_columns};
+    use crate::source::open;
+    use crate::table::{Delimiter, Dialect};
+    use crate::text::read_columns;
 
     fn text(header: Option<&str>, columns: &[&[f64]]) -> String {
         let mut out = Vec::new();

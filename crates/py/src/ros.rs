@@ -31,7 +31,7 @@ pub fn log_contents(
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // what _kernels names
+#[allow(clippy::too_many_arguments)] // what _logs names
 pub fn log_messages(
     py: Python<'_>,
     path: PathBuf,
@@ -49,7 +49,7 @@ pub fn log_messages(
 
 /// The same from messages in memory, one after the other; the rows end before the first that is not whole.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // what _kernels names
+#[allow(clippy::too_many_arguments)] // what _logs names
 pub fn decode_messages<'py>(
     py: Python<'py>,
     data: &[u8],

@@ -15,7 +15,7 @@ type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<
 type Passed = (usize, usize, usize, usize, Vec<(usize, String)>);
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // the fields of a dialect, which _kernels names
+#[allow(clippy::too_many_arguments)] // the fields of a dialect, which _formats names
 pub fn read_text<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -109,7 +109,7 @@ fn one_byte(delimiter: &str) -> PyResult<u8> {
     }
 }
 
-/// The fields of `_kernels.TextReadError`: kind, line, row, column, text, got, expected.
+/// The fields of `_formats.TextReadError`: kind, line, row, column, text, got, expected.
 pub fn refused(error: Refused) -> PyErr {
     let message = error.to_string();
     let fields = match error {

@@ -1,7 +1,7 @@
 //! ROS 1 bags, version 2.0 (wiki.ros.org/Bags/Format/2.0): a head of named fields with its length, data with theirs.
 
-use super::Channel;
-use super::pieces::{End, Fault, LARGEST, Next, Piece, Record, Source};
+use super::parts::{Channel, End, Fault, LARGEST, Next, Piece, Record};
+use super::source::Source;
 use super::unpack::Compression;
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -3,8 +3,8 @@
 //! The framing is read here and not by the `mcap` crate, which trusts lengths inside of chunks without a checksum, and
 //! takes memory for declared lengths before the bytes are there.
 
-use super::Channel;
-use super::pieces::{End, Fault, LARGEST, Next, Piece, Record, Source};
+use super::parts::{Channel, End, Fault, LARGEST, Next, Piece, Record, Schema, Schemas};
+use super::source::Source;
 use super::unpack::Compression;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -21,17 +21,6 @@ const STATISTICS: u8 = 0x0b;
 const DATA_END: u8 = 0x0f;
 /// The footer's record and the magic behind it. [bytes]
 const TAIL: usize = HEAD + 20 + MAGIC.len();
-
-/// Definitions by number.
-pub type Schemas = BTreeMap<u32, Schema>;
-
-/// A definition of messages.
-#[derive(Clone, Debug, Default)]
-pub struct Schema {
-    name: String,
-    encoding: String,
-    data: Vec<u8>,
-}
 
 /// Reads numbers and strings from the front of a slice.
 struct Fields<'a>(&'a [u8]);

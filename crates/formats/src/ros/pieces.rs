@@ -1,82 +1,19 @@
 //! A file cut into chunks, which are worked on side by side and put together in order.
 
+use super::cursor::Row;
+use super::parts::{Channel, End, Fault, Next, Piece, Record, Schemas};
+use super::program::{Columns, Program};
+use super::source::Source;
 use super::unpack::{Compression, unpack};
-use super::{Channel, bag, mcap};
-use crate::progress;
+use super::{bag, mcap};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io;
 use std::path::Path;
 
-use super::fields::{Columns, Program, Row};
-
-/// A length beyond this is taken for damage: writers make chunks of some megabytes. [bytes]
-pub const LARGEST: u64 = 1 << 30;
 /// Chunks that are unpacked side by side hold no more than this together, if they are more than one. [bytes]
 const TOGETHER: usize = 1 << 26;
 const MANY: usize = 16;
-
-/// Why a walk ended before its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// Nothing is wrong.
-    None,
-    /// The file ends too early.
-    BrokenOff,
-    /// All messages are there, but not the end of the file.
-    NoEnd,
-    /// Something in it cannot be right.
-    Damaged,
-    /// The log is whole, and bytes lie behind it.
-    Behind,
-    /// The log is whole, and zeros or 0xff lie behind it.
-    Filler,
-}
-
-/// How a walk through a file ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct End {
-    /// What kind of end.
-    pub fault: Fault,
-    /// Where in the file. [bytes]
-    pub offset: u64,
-    /// In words.
-    pub what: String,
-}
-
-impl End {
-    pub(super) fn complete() -> Self {
-        Self { fault: Fault::None, offset: 0, what: String::new() }
-    }
-
-    pub(super) fn new(fault: Fault, offset: u64, what: impl Into<String>) -> Self {
-        Self { fault, offset, what: what.into() }
-    }
-}
-
-/// A chunk as it lies in the file, or a stretch of records outside of chunks.
-pub struct Piece {
-    pub offset: u64,
-    pub packed: Vec<u8>,
-    pub compression: Compression,
-    pub size: usize,
-    /// Checksum of the unpacked bytes, if there is one.
-    pub crc: Option<u32>,
-    /// The file ends within this chunk; what there is of it is used.
-    pub cut: bool,
-}
-
-/// What stands at the next place of a file.
-pub enum Next {
-    Piece(Piece),
-    /// Bytes of a record outside of any chunk, with its head.
-    Loose(Vec<u8>),
-    /// Nothing of interest.
-    Other,
-    /// The end of the data.
-    End(End),
-}
 
 /// The two formats.
 #[derive(Clone, Copy)]
@@ -89,15 +26,8 @@ pub enum Container {
 #[derive(Default)]
 pub struct Survey {
     pub channels: Vec<Channel>,
-    pub schemas: mcap::Schemas,
+    pub schemas: Schemas,
     pub counts: BTreeMap<u32, u64>,
-}
-
-/// A record that matters.
-pub enum Record<'a> {
-    Message { channel: u32, time: u64, data: &'a [u8] },
-    Channel(Channel),
-    Schema(u32, mcap::Schema),
 }
 
 impl Container {
@@ -148,51 +78,9 @@ pub struct Walk {
     container: Container,
 }
 
-/// Bytes of a file, counted and summed up.
-pub struct Source {
-    file: BufReader<File>,
-    pub at: u64,
-    pub length: u64,
-    pub hasher: crc32fast::Hasher,
-    /// Where the index of a bag begins; 0 if it has none. [bytes]
-    pub index: u64,
-}
-
-impl Source {
-    pub fn left(&self) -> u64 {
-        self.length.saturating_sub(self.at)
-    }
-
-    /// The next bytes, or fewer at the end of the file; memory is taken only for bytes that are there.
-    pub fn take(&mut self, n: u64) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::with_capacity(n.min(self.left()).min(LARGEST) as usize);
-        (&mut self.file).take(n).read_to_end(&mut bytes)?;
-        self.at += bytes.len() as u64;
-        progress::count(bytes.len());
-        self.hasher.update(&bytes);
-        Ok(bytes)
-    }
-
-    /// Bytes that do not matter; false if the file ends before.
-    pub fn pass(&mut self, mut n: u64) -> io::Result<bool> {
-        while n > 0 {
-            let got = self.take(n.min(1 << 20))?.len() as u64;
-            if got == 0 {
-                return Ok(false);
-            }
-            n -= got;
-        }
-        Ok(true)
-    }
-}
-
 impl Walk {
     pub fn open(path: &Path, container: Container) -> io::Result<Self> {
-        let file = File::open(path)?;
-        let length = file.metadata()?.len();
-        let file = BufReader::with_capacity(1 << 18, file);
-        let source = Source { file, at: 0, length, hasher: crc32fast::Hasher::new(), index: 0 };
-        Ok(Self { source, container })
+        Ok(Self { source: Source::open(path)?, container })
     }
 
     /// Goes through the file: `each` works on unpacked records, side by side, and is told whether a checksum vouches for

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import OptionError
-from sigmatau.io.read.columns import recognise
+from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.part import Part, part
 from sigmatau.io.read.table import Table

@@ -1,9 +1,4 @@
-"""From the names of columns to channels: which column is the x gyro, and in what unit.
-
-A name is recognised only when it is certain, because a wrong column gives a wrong answer without a sign, and an
-unrecognised one costs the user an option. To teach a name: add it to one of the tables below, and to the table in
-``tests/io/test_columns.py``.
-"""
+"""From the columns of a table to channels: by the user's word, or else by their names."""
 
 from __future__ import annotations
 
@@ -11,119 +6,13 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from sigmatau import units
 from sigmatau.errors import OptionError
+from sigmatau.io.read.names import SPLIT_STAMP, TIMES, bare_name, key_of, readings, recognise, unit_of
 from sigmatau.io.read.table import Column, listing
-from sigmatau.io.read.thermometer import Thermometer, degrees_of, find_thermometer
+from sigmatau.io.read.thermometer import Thermometer, find_thermometer
 
-__all__ = ["Choice", "choose", "holds_increments", "recognise", "stated_unit", "unit_of"]
+__all__ = ["Choice", "choose", "no_time"]
 
-# Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
-# words taken off the front.
-_PREFIX = re.compile(r"^(?:(?:field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?)_)+")
-
-# What an axis may follow, with or without an underscore: ``gyro_x``, ``gyrox``.
-_STEMS = {
-    "gyro": (
-        "gyros?",
-        "gyr",
-        "gyroscope",
-        "gyroskop|giroscopio|giroscópio",  # phyphox in other languages
-        "gyro_fifo",  # PX4
-        "angular_?velocity",
-        "angular_?rate",
-        "ang_?vel",
-        "rotation_?rate",
-        "omega",
-        "w",
-        "w_rs_s",  # EuRoC
-        "g",  # see _ALONE
-        "d_?theta|delta_?theta|d_?angle|delta_?angle",  # increments, see _INCREMENTS
-    ),
-    "accel": (
-        "accel",
-        "acc",
-        "accelerometer",
-        "accel_fifo",  # PX4
-        "acceleration",
-        "beschleunigung|accélération|aceleración|accelerazione|aceleração",
-        "linear_?acceleration",
-        "linear_?accel",
-        "lin_?acc",
-        "specific_?force",
-        "a",  # see _ALONE
-        "a_rs_s",  # EuRoC
-        "f(?=_)",  # specific force, but not ``fx``
-        "d_?vel|delta_?vel|d_?velocity|delta_?velocity|dv|delta_?v",  # increments
-    ),
-}
-
-# What an axis may stand before: ``xgyro`` (MAVLink).
-_AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
-
-# Names that say that a column holds increments.
-_INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
-
-# ``gx`` may be gravity and ``az`` an azimuth, unless the other two axes are there as well.
-_ALONE = re.compile(r"^[ag]_?[xyz]$")
-
-# Of two time columns of one file, the one further up is taken: the sensor's own stamp before that of its arrival.
-_TIMES = (
-    r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
-    r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
-    r"timeus",  # before T, which is a temperature in ArduPilot's messages
-    r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
-    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time"
-    r"|zeit|temps|tiempo|tempo",
-    r"log_time",  # of the recorder of an MCAP file or a bag
-)
-_SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
-
-# Half of a stamp is no stamp.
-_SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
-
-_KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
-
-# Units as the last part of a name: ``gyro_x_dps``, ``t_ns``.
-_SUFFIXES = {
-    **dict.fromkeys(("dps", "deg_s", "degps", "deg_per_s", "deg_per_sec", "deg_sec"), "deg/s"),
-    **dict.fromkeys(("mdps", "mdeg_s"), "mdeg/s"),
-    **dict.fromkeys(("rad_s", "radps", "rads", "rps", "rad_per_s", "rad_per_sec", "rad_sec"), "rad/s"),
-    **dict.fromkeys(("mrad_s", "mradps"), "mrad/s"),
-    **dict.fromkeys(("dph", "deg_h", "deg_hr", "deg_per_h", "deg_per_hr", "deg_per_hour"), "deg/h"),
-    "g": "g",
-    "mg": "mg",
-    "ug": "ug",
-    **dict.fromkeys(("m_s2", "m_s_2", "m_ss", "m_s_s", "mps2", "ms2", "mss", "m_per_s2", "m_s^2", "m_s²"), "m/s^2"),
-    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
-    **dict.fromkeys(("ms", "msec", "msecs", "millis", "milliseconds"), "ms"),
-    **dict.fromkeys(("us", "usec", "usecs", "micros", "microseconds"), "us"),
-    **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanoseconds"), "ns"),
-}
-_SUFFIX = re.compile(
-    r"^(?P<stem>.+?)_(?P<unit>"
-    + "|".join(sorted(map(re.escape, _SUFFIXES), key=len, reverse=True))
-    + r")(?P<axis>_[xyz])?$"
-)
-
-# Names whose unit is part of a published format.
-_WITH_UNIT = {
-    r"gyro_rad_([xyz])": ("gyro", "rad/s"),  # PX4, sensor_combined: "in rad/s"
-    r"time_?us(?:ec)?": ("time", "us"),  # ArduPilot TimeUS, MAVLink time_usec
-    r"sample_?us": ("time", "us"),  # ArduPilot SampleUS
-    r"time_?stamp_sample": ("time", "us"),  # PX4
-    r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
-    r"millis": ("time", "ms"),  # Arduino's millis()
-    r"micros": ("time", "us"),
-}
-
-# ``rostopic echo -p`` writes stamps in nanoseconds; and a message with this covariance is a sensor_msgs/Imu, in SI.
-_ROSTOPIC = re.compile(r"field\.(?:[\w.]+\.)?header\.stamp")
-_ROS_IMU = "field.angular_velocity_covariance0"
-_ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
-
-_BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
-_LONGEST_NAME = 200
 _WHOSE = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
@@ -147,81 +36,6 @@ class Choice:
     time: int | None
     notes: tuple[str, ...] = ()
     temperature: Thermometer | None = None
-
-
-def unit_of(column: Column) -> tuple[str, str | None]:
-    """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
-    name, unit = column.name.strip(), column.unit
-    # The pattern takes the square of the length of what it fails on: no name with a unit is so long.
-    match = _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
-    if match and match["name"] and not match["unit"].strip().isdigit():
-        name = match["name"].strip()
-        unit = unit or match["unit"].strip()
-    return name, unit if unit and _known(unit) else None
-
-
-def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
-    """The channel that each column is, with its unit if the name says one; None for a column that is not recognised.
-
-    Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
-    """
-    keys = [_key(unit_of(column)[0]) for column in columns]
-    together = {
-        key
-        for stem in "ag"
-        for sep in ("", "_")
-        if {f"{stem}{sep}{a}" for a in "xyz"} <= set(keys)
-        for key in (f"{stem}{sep}{a}" for a in "xyz")
-    }
-    found: list[tuple[str, str | None] | None] = []
-    of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
-    for column, key in zip(columns, keys, strict=True):
-        if degrees_of(column):  # T in degrees is no time
-            found.append(None)
-            continue
-        stated = unit_of(column)[1]
-        if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
-            stated = "ns"
-        match = None
-        if _clock_in_another_unit(column, key):
-            found.append(None)
-            continue
-        for stem, unit in _readings(key, stated):
-            if _ALONE.match(stem) and stem not in together and stem == key:
-                continue
-            channel, own = _channel(stem)
-            if channel is None:
-                continue
-            unit = unit or own
-            if unit is None and of_ros and column.name.startswith("field."):
-                unit = _ROS_UNITS.get(channel.split("_")[0])
-            if unit is None or units.find(unit).si in _KINDS[channel.split("_")[0]]:
-                match = (channel, unit)
-                break
-        found.append(match)
-    return found
-
-
-def stated_unit(column: Column) -> str | None:
-    """What the file says in brackets behind a name, or in its row of units, whether it is a unit that is known or not."""
-    match = _BRACKETS.match(column.name.strip()) if len(column.name) <= _LONGEST_NAME else None
-    said = column.unit or (match["unit"].strip() if match and match["name"] else None)
-    return said if said and not said.isdigit() else None
-
-
-def _clock_in_another_unit(column: Column, key: str) -> bool:
-    """``T [degC]`` is no time, and a bare ``T`` in upper case is a temperature as often as a time."""
-    said = stated_unit(column)
-    if key != "t":
-        return False
-    if said is None:
-        return column.name.strip() == "T"
-    return not _known(said) or units.find(said).si != "s"
-
-
-def holds_increments(column: Column) -> bool:
-    """Whether the name of a column says that it holds increments."""
-    return _INCREMENTS.match(_key(unit_of(column)[0])) is not None
 
 
 def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
@@ -278,14 +92,8 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
             option="channels",
         )
     taken = {index for index, match in enumerate(found) if match is not None}
-    thermometer = find_thermometer(columns, [_key(_bare_name(column)) for column in columns], taken)
+    thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
     return Choice(channels=_ordered(channels), time=time, notes=notes, temperature=thermometer)
-
-
-def _bare_name(column: Column) -> str:
-    """Without what stands in brackets at its end, be it a unit that is known or not."""
-    match = _BRACKETS.match(column.name.strip())
-    return match["name"].strip() if match and match["name"] else column.name.strip()
 
 
 def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:
@@ -312,35 +120,6 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
     )
 
 
-def _key(name: str) -> str:
-    key = re.sub(r"[\[(]([012])[\])]$", lambda m: "_" + "xyz"[int(m[1])], name.strip().lower())
-    key = re.sub(r"[\s./:\-]+", "_", key).strip("_")
-    return _PREFIX.sub("", key)
-
-
-def _readings(key: str, stated: str | None) -> list[tuple[str, str | None]]:
-    """The ways to read a name: as it is, and with its end as a unit."""
-    readings: list[tuple[str, str | None]] = [(key, stated)]
-    match = _SUFFIX.match(key)
-    if match:
-        readings.append((match["stem"] + (match["axis"] or ""), stated or _SUFFIXES[match["unit"]]))
-    return readings
-
-
-def _channel(key: str) -> tuple[str | None, str | None]:
-    for pattern, (sensor, unit) in _WITH_UNIT.items():
-        if match := re.fullmatch(pattern, key):
-            return (f"{sensor}_{match[1]}" if match.groups() else sensor), unit
-    for sensor, stems in _STEMS.items():
-        if match := re.fullmatch(f"(?:{'|'.join(stems)})_?([xyz])", key):
-            return f"{sensor}_{match[1]}", None
-        if match := re.fullmatch(f"([xyz])_?(?:{_AFTER_AXIS[sensor]})", key):
-            return f"{sensor}_{match[1]}", None
-    if any(re.fullmatch(names, key) for names in _TIMES):
-        return "time", "s" if _SECONDS.match(key) else None
-    return None, None
-
-
 def _time(
     columns: Sequence[Column],
     found: Sequence[tuple[str, str | None] | None],
@@ -349,15 +128,15 @@ def _time(
     strict: bool,
 ) -> tuple[int | None, tuple[str, ...]]:
     """The time column, if one is recognised and no other use is made of it."""
-    keys = [_key(unit_of(column)[0]) for column in columns]
-    halves = [k for k in keys if _SPLIT_STAMP.search(k)]
+    keys = [key_of(unit_of(column)[0]) for column in columns]
+    halves = [k for k in keys if SPLIT_STAMP.search(k)]
     times = [
         i
         for i, match in enumerate(found)
         if match is not None and match[0] == "time" and i not in taken and not (keys[i] in halves and len(halves) > 1)
     ]
-    for names in _TIMES:
-        best = [i for i in times if any(re.fullmatch(names, stem) for stem, _ in _readings(keys[i], None))]
+    for names in TIMES:
+        best = [i for i in times if any(re.fullmatch(names, stem) for stem, _ in readings(keys[i], None))]
         if len(best) > 1:
             if not strict:
                 return None, ()
@@ -438,11 +217,3 @@ def _example(columns: Sequence[Column]) -> str:
     if n == 6:
         return "gyro=1:3,accel=4:6"
     return "gyro=1:3" if n >= 3 else f"gyro_z={n}"
-
-
-def _known(spelling: str) -> bool:
-    try:
-        units.find(spelling)
-    except OptionError:
-        return False
-    return True

@@ -10,7 +10,7 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble, opened
-from sigmatau.io.read.columns import recognise, unit_of
+from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.part import Part, part
 from sigmatau.io.read.table import Table

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.io.read.columns import Choice, unit_of
+from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sigmatau.errors import OptionError
-from sigmatau.io.read.columns import recognise
+from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Table
 
 __all__ = ["choose_tables", "describe", "sensors"]

@@ -12,7 +12,7 @@ __all__ = ["broken"]
 
 
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
-    """Where a chain breaks off, from a scan of `sigmatau._formats`; nothing if it holds to the end of the file.
+    """Where a chain breaks off, from a scan of `sigmatau._logs`; nothing if it holds to the end of the file.
 
     Parameters
     ----------

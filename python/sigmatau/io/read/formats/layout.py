@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.columns import recognise, unit_of
+from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.table import FORMATS, Column
 
 __all__ = ["COMMENTS", "Layout", "find_layout", "header_fields"]

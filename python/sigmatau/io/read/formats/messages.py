@@ -17,7 +17,7 @@ from sigmatau.io.read.table import Column
 __all__ = ["IMU_ROS2", "LOG_TIME", "Layout", "Step", "layout_of"]
 
 Step = tuple[str, int, int]
-"""What, how many (-1: a sequence), first column (-1: none); see crates/formats/src/ros/fields.rs."""
+"""What, how many (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
 
 LOG_TIME = "log_time [ns]"
 """The stamp that the recorder put on a message."""

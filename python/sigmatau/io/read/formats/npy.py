@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.behind import archive_ends, behind
+from sigmatau.io.read.formats.faults import archive_faults
 from sigmatau.io.read.formats.parts import parts, pick
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record import MIN_SAMPLES
@@ -137,7 +137,7 @@ def _npz(path: Path) -> Table:
     columns: list[Column] = []
     loaders: list[Callable[[], NDArray[Any]]] = []
     refused: list[str] = []
-    try:
+    with archive_faults(_damaged):
         import zipfile  # in the call, for those who read text
 
         with zipfile.ZipFile(path) as archive:
@@ -153,14 +153,6 @@ def _npz(path: Path) -> Table:
                     for label, part in parts(key, shape[1:]):
                         columns.append(Column(name=label))
                         loaders.append(_Member(path, name, part))
-    except MemoryError:
-        raise
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # a place before the beginning of the file
-            raise
-        raise _damaged(error) from None
-    except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
-        raise _damaged(error) from None
     if not names:
         raise DataError("is a zip archive without .npy arrays, not a format that is read: text tables, .npy, .npz")
     if not columns:
@@ -210,16 +202,8 @@ def _table(
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
             name = columns[index].name or f"number {index + 1}"
-            try:
+            with archive_faults(_damaged):
                 array = loaders[index]()
-            except MemoryError:
-                raise
-            except OSError as error:
-                if error.errno != errno.EINVAL:  # a place before the beginning of the file
-                    raise
-                raise _damaged(error) from None
-            except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds on damaged files
-                raise _damaged(error) from None
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
             refuse_infinite(array, name)

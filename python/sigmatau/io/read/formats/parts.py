@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.columns import recognise
+from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record import MIN_SAMPLES
 from sigmatau.results import Finding

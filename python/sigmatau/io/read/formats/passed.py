@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sigmatau._formats import TextColumns
-from sigmatau.io.read.columns import recognise
 from sigmatau.io.read.formats.layout import Layout, header_fields
+from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column
 from sigmatau.results import Finding
 

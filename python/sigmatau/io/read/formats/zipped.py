@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ from sigmatau import memory
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
 from sigmatau.io.read.formats.behind import archive_ends
+from sigmatau.io.read.formats.faults import archive_faults
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 
 if TYPE_CHECKING:
@@ -45,28 +45,19 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
     tables: list[Table] = []
     left: list[str] = []
-    try:
-        with zipfile.ZipFile(path) as archive:
-            first = min((m.header_offset for m in archive.infolist()), default=0)
-            members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
-            if any(m.filename == "[Content_Types].xml" for m in members):
-                raise DataError("is an Excel or Word file; save the table as CSV")
-            if len(members) > _MOST:
-                raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the one that is meant")
-            for member in members:
-                table = _table(path, archive, member)
-                if isinstance(table, Table):
-                    tables.append(table)
-                else:
-                    left.append(f"{member.filename} ({table})")
-    except (DataError, MemoryError):
-        raise
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # a place before the beginning of the file
-            raise
-        raise _damaged(error) from None
-    except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
-        raise _damaged(error) from None
+    with archive_faults(_damaged), zipfile.ZipFile(path) as archive:
+        first = min((m.header_offset for m in archive.infolist()), default=0)
+        members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
+        if any(m.filename == "[Content_Types].xml" for m in members):
+            raise DataError("is an Excel or Word file; save the table as CSV")
+        if len(members) > _MOST:
+            raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the one that is meant")
+        for member in members:
+            table = _table(path, archive, member)
+            if isinstance(table, Table):
+                tables.append(table)
+            else:
+                left.append(f"{member.filename} ({table})")
     if not tables:
         why = f": {'; '.join(left[:3])}" if left else ""
         raise DataError(f"is a zip archive of none of the formats that are read: text tables, .npy, .npz{why}"[:400])
@@ -139,17 +130,8 @@ def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
     free = memory.available()
     if free is not None and 2 * member.file_size > free:
         raise DataError(f"{member.file_size / 1e9:.3g} GB unpacked do not fit in memory; unpack it and give the file")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return archive.read(member)
-    except MemoryError:
-        raise
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # a place before the beginning of the file
-            raise
-        raise _damaged(error) from None
-    except Exception as error:  # zipfile and zlib raise a dozen kinds on damaged files
-        raise _damaged(error) from None
+    with archive_faults(_damaged), zipfile.ZipFile(path) as archive:
+        return archive.read(member)
 
 
 def _damaged(error: Exception) -> DataError:

@@ -1,0 +1,89 @@
+//! One field of a line: where it ends, and the number in it.
+
+use memchr::memchr;
+
+use crate::table::Delimiter;
+
+/// Words that other programs write for a missing number, lower case. They are read as NaN.
+const MISSING: [&[u8]; 9] = [b"", b"na", b"n/a", b"nan", b"null", b"none", b"nil", b"-nan", b"+nan"];
+
+/// A longer field that is not wanted is looked into: damage that swallows the ends of some lines may leave a line with as
+/// many fields as it should have, made of the beginning of one and the end of another. \[bytes\]
+pub(super) const LONG: usize = 64;
+
+/// What is wrong with a field, before it is known where.
+pub(super) enum Fault {
+    NotANumber,
+    NonFinite,
+}
+
+/// The finite number that a field holds, or NaN if it says that there is none.
+pub(super) fn number(field: &[u8]) -> Result<f64, Fault> {
+    let field = bare(field);
+    match fast_float2::parse::<f64, _>(field) {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(value) if value.is_nan() => Ok(f64::NAN),
+        Ok(_) => Err(Fault::NonFinite),
+        Err(_) if is_missing(field) => Ok(f64::NAN),
+        Err(_) => Err(Fault::NotANumber),
+    }
+}
+
+pub(super) fn is_missing(field: &[u8]) -> bool {
+    MISSING.iter().any(|word| word.eq_ignore_ascii_case(field))
+}
+
+/// A field without the spaces and the pair of double quotes around it.
+pub(super) fn bare(field: &[u8]) -> &[u8] {
+    let field = trim(field);
+    match field {
+        [b'"', inner @ .., b'"'] => trim(inner),
+        _ => field,
+    }
+}
+
+/// Where the field that begins at `start` ends; a delimiter within double quotes is part of the field.
+pub(super) fn field_end(line: &[u8], start: usize, byte: u8) -> usize {
+    let field = &line[start..];
+    let lead = field.iter().take_while(|&&b| b == b' ').count();
+    let quoted = match field.get(lead) {
+        Some(b'"') => memchr(b'"', &field[lead + 1..]).map_or(0, |close| lead + 1 + close),
+        _ => 0,
+    };
+    memchr(byte, &field[quoted..]).map_or(line.len(), |len| start + quoted + len)
+}
+
+/// Fields of a line; one empty field after the last of `expected` is not counted.
+pub(super) fn count(line: &[u8], delimiter: Delimiter, expected: usize) -> usize {
+    match delimiter {
+        Delimiter::Whitespace => line.split(|&b| is_space(b)).filter(|field| !field.is_empty()).count(),
+        Delimiter::Byte(byte) => {
+            let (mut fields, mut start) = (0, 0);
+            loop {
+                if fields == expected && trim(&line[start.min(line.len())..]).is_empty() {
+                    return fields;
+                }
+                let end = field_end(line, start, byte);
+                fields += 1;
+                if end == line.len() {
+                    return fields;
+                }
+                start = end + 1;
+            }
+        }
+    }
+}
+
+pub(super) fn is_space(b: u8) -> bool {
+    b == b' ' || b == b'\t' || b == b'\r'
+}
+
+pub(super) fn trim(bytes: &[u8]) -> &[u8] {
+    trim_with(bytes, is_space)
+}
+
+pub(super) fn trim_with(bytes: &[u8], space: impl Fn(u8) -> bool) -> &[u8] {
+    let start = bytes.iter().take_while(|&&b| space(b)).count();
+    let end = bytes.iter().rev().take_while(|&&b| space(b)).count();
+    if start == bytes.len() { &[] } else { &bytes[start..bytes.len() - end] }
+}

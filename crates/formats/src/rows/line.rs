@@ -1,0 +1,204 @@
+//! The slow way: one line of any spelling that is let pass, held to the layout.
+
+use super::field::{Fault, LONG, bare, count, field_end, is_missing, is_space, number, trim, trim_with};
+use super::layout::Layout;
+use super::store::Rows;
+use crate::date;
+use crate::table::{Delimiter, TextError};
+
+/// Characters of a field that an error quotes.
+const QUOTED: usize = 40;
+
+/// Stands for a missing integer, as `NaT` does in NumPy.
+const NO_INTEGER: i64 = i64::MIN;
+
+const BOM: &[u8] = b"\xef\xbb\xbf";
+
+impl Layout<'_> {
+    /// One line without its line feed.
+    pub(super) fn line(&self, mut line: &[u8], rows: &mut Rows) -> Result<(), TextError> {
+        rows.lines += 1;
+        if rows.skip > 0 {
+            rows.skip -= 1;
+            return Ok(());
+        }
+        if rows.at_start && rows.lines == 1 {
+            line = line.strip_prefix(BOM).unwrap_or(line);
+        }
+        let trimmed = match self.dialect.delimiter {
+            // Tabs are fields here, and an empty one must not be lost.
+            Delimiter::Byte(b'\t') => trim_with(line, |b| b == b' ' || b == b'\r'),
+            _ => trim(line),
+        };
+        if trimmed.is_empty() {
+            return Ok(());
+        }
+        if self.dialect.comment.iter().any(|prefix| trimmed.starts_with(prefix)) {
+            self.remark(trimmed, rows);
+            return Ok(());
+        }
+        if rows.done == 0 {
+            rows.first_line = rows.lines;
+        }
+        let fields = match self.dialect.delimiter {
+            Delimiter::Byte(byte) => self.delimited(trimmed, byte, rows),
+            Delimiter::Whitespace => self.spaced(trimmed, rows),
+        };
+        let got = match fields {
+            Ok(got) => got,
+            // A line that is no row at all is best told as such.
+            Err(fault) => match count(trimmed, self.dialect.delimiter, self.dialect.columns) {
+                got if got != self.dialect.columns => got,
+                _ => return Err(fault),
+            },
+        };
+        if got != self.dialect.columns {
+            let expected = self.dialect.columns;
+            return Err(TextError::Ragged { line: rows.lines, row: rows.done, got, expected });
+        }
+        rows.done += 1;
+        Ok(())
+    }
+
+    /// Counts a line that begins with the mark of a comment.
+    fn remark(&self, line: &[u8], rows: &mut Rows) {
+        let columns = self.dialect.columns;
+        let fields = count(line, self.dialect.delimiter, columns);
+        let (mut numbers, mut start) = (0, 0);
+        while fields == columns && start < line.len() {
+            let end = match self.dialect.delimiter {
+                Delimiter::Byte(byte) => field_end(line, start, byte),
+                Delimiter::Whitespace => {
+                    line[start..].iter().position(|&b| is_space(b)).map_or(line.len(), |len| start + len)
+                }
+            };
+            numbers += usize::from(number(&line[start..end]).is_ok());
+            start = end + 1;
+        }
+        rows.remarks.add(rows.lines, line, fields, numbers, columns);
+    }
+
+    /// Takes the numbers out of a line whose fields one byte parts; the number of fields.
+    fn delimited(&self, line: &[u8], byte: u8, rows: &mut Rows) -> Result<usize, TextError> {
+        let mut start = 0;
+        for column in 0..self.dialect.columns {
+            let end = if self.exact == Some(column) && self.dialect.dates {
+                let end = field_end(line, start, byte);
+                rows.date(&line[start..end], column, self.places[column])?;
+                end
+            } else if let Some(place) = self.places[column] {
+                rows.number(line, start, byte, column, place)?
+            } else {
+                let end = field_end(line, start, byte);
+                rows.words(column, &line[start..end])?;
+                end
+            };
+            if self.exact == Some(column) && !self.dialect.dates {
+                rows.integer(bare(&line[start..end]));
+            }
+            if end == line.len() {
+                return Ok(column + 1);
+            }
+            start = end + 1;
+        }
+        Ok(count(line, Delimiter::Byte(byte), self.dialect.columns))
+    }
+
+    /// The same for a line whose fields are parted by runs of spaces and tabs.
+    fn spaced(&self, line: &[u8], rows: &mut Rows) -> Result<usize, TextError> {
+        let mut fields = 0;
+        let mut start = 0;
+        while start < line.len() {
+            let column = fields;
+            let len = line[start..].iter().position(|&b| is_space(b));
+            let end = len.map_or(line.len(), |len| start + len);
+            fields += 1;
+            if let Some(&place) = self.places.get(column) {
+                let field = &line[start..end];
+                if self.exact == Some(column) && self.dialect.dates {
+                    rows.date(field, column, place)?;
+                } else if let Some(place) = place {
+                    let value = number(field).map_err(|fault| rows.fault(&fault, column, field))?;
+                    rows.columns[place].push(value);
+                } else {
+                    rows.words(column, field)?;
+                }
+                if self.exact == Some(column) && !self.dialect.dates {
+                    rows.integer(bare(field));
+                }
+            }
+            start = end + line[end..].iter().take_while(|&&b| is_space(b)).count();
+        }
+        Ok(fields)
+    }
+}
+
+impl Rows {
+    /// Reads the number that begins at `start`; where its field ends.
+    fn number(
+        &mut self,
+        line: &[u8],
+        start: usize,
+        byte: u8,
+        column: usize,
+        place: usize,
+    ) -> Result<usize, TextError> {
+        // Often a bare number up to the delimiter.
+        if let Ok((value, len)) = fast_float2::parse_partial::<f64, _>(&line[start..]) {
+            let end = start + len;
+            if value.is_finite() && (end == line.len() || line[end] == byte) {
+                self.columns[place].push(value);
+                return Ok(end);
+            }
+        }
+        let end = field_end(line, start, byte);
+        let field = &line[start..end];
+        let value = number(field).map_err(|fault| self.fault(&fault, column, field))?;
+        self.columns[place].push(value);
+        Ok(end)
+    }
+
+    /// Reads a field as an integer, and gives the exact column up at the first one that is none; a missing one is
+    /// [`NO_INTEGER`], so that one empty field does not cost all others their last digits.
+    fn integer(&mut self, field: &[u8]) {
+        if let Some(integers) = &mut self.integers {
+            match std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
+                Some(NO_INTEGER) => self.integers = None,
+                Some(value) => integers.push(value),
+                None if is_missing(field) => integers.push(NO_INTEGER),
+                None => self.integers = None,
+            }
+        }
+    }
+
+    /// Reads a field as a date, in nanoseconds.
+    fn date(&mut self, field: &[u8], column: usize, place: Option<usize>) -> Result<(), TextError> {
+        let stamp = date::nanoseconds(bare(field)).ok_or_else(|| match number(field) {
+            Err(fault) => self.fault(&fault, column, field),
+            Ok(_) => self.fault(&Fault::NotANumber, column, field),
+        })?;
+        if let Some(place) = place {
+            self.columns[place].push(stamp as f64);
+        }
+        if let Some(integers) = &mut self.integers {
+            integers.push(stamp);
+        }
+        Ok(())
+    }
+
+    /// Refuses a long field that is no text.
+    fn words(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
+        let text = field.len() <= LONG
+            || (std::str::from_utf8(field).is_ok() && !field.iter().any(|&b| b < b' ' && b != b'\t'));
+        if text { Ok(()) } else { Err(self.fault(&Fault::NotANumber, column, field)) }
+    }
+
+    fn fault(&self, fault: &Fault, column: usize, field: &[u8]) -> TextError {
+        let (line, row) = (self.lines, self.done);
+        let text = String::from_utf8_lossy(trim(field)).chars().take(QUOTED).collect();
+        match fault {
+            Fault::NotANumber => TextError::NotANumber { line, row, column, text },
+            Fault::NonFinite => TextError::NonFinite { line, row, column, text },
+        }
+    }
+}

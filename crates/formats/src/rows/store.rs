@@ -1,0 +1,95 @@
+//! The rows of some lines, and those of the lines that follow put behind them.
+
+use super::layout::Layout;
+use crate::remarks::Remarks;
+use crate::table::{Table, TextError};
+
+/// The rows of some lines; lines and rows count from the first of them.
+#[derive(Debug, Default)]
+pub(crate) struct Rows {
+    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) integers: Option<Vec<i64>>,
+    pub(super) done: usize,
+    /// Lines seen, those without a row included.
+    pub(crate) lines: usize,
+    pub(super) first_line: usize,
+    /// Lines still to be passed over.
+    pub(super) skip: usize,
+    /// Whether the first line is that of the file.
+    pub(super) at_start: bool,
+    pub(super) remarks: Remarks,
+}
+
+impl Layout<'_> {
+    /// No rows yet; `at_start` if the lines to come are the first ones of the file.
+    pub(crate) fn rows(&self, at_start: bool) -> Rows {
+        Rows {
+            columns: vec![Vec::new(); self.wanted],
+            integers: self.exact.map(|_| Vec::new()),
+            skip: if at_start { self.dialect.skip_lines } else { 0 },
+            at_start,
+            ..Rows::default()
+        }
+    }
+
+    /// Takes the rows out again, for lines that are not the first ones of the file; the memory is kept.
+    pub(crate) fn clear(&self, rows: &mut Rows) {
+        let (mut columns, mut integers) = (std::mem::take(&mut rows.columns), rows.integers.take());
+        columns.iter_mut().for_each(Vec::clear);
+        integers.iter_mut().for_each(Vec::clear);
+        let integers = integers.or_else(|| self.exact.map(|_| Vec::new()));
+        *rows = Rows { columns, integers, ..Rows::default() };
+    }
+}
+
+impl Rows {
+    /// Appends the rows of the lines that follow.
+    pub(crate) fn append(&mut self, next: &Self) {
+        for (column, more) in self.columns.iter_mut().zip(&next.columns) {
+            column.extend_from_slice(more);
+        }
+        match (&mut self.integers, &next.integers) {
+            (Some(integers), Some(more)) => integers.extend_from_slice(more),
+            _ => self.integers = None,
+        }
+        if self.done == 0 && next.done > 0 {
+            self.first_line = self.lines + next.first_line;
+        }
+        self.remarks.append(&next.remarks, self.lines);
+        self.done += next.done;
+        self.lines += next.lines;
+    }
+
+    /// Room for so many times the rows there are, if it can be had.
+    pub(crate) fn reserve(&mut self, times: f64) {
+        let more = (self.done as f64 * (times - 1.0)) as usize;
+        // An estimate: what it lacks, and what is refused, is asked for when it is needed.
+        for column in &mut self.columns {
+            let _ = column.try_reserve_exact(more);
+        }
+        if let Some(integers) = &mut self.integers {
+            let _ = integers.try_reserve_exact(more);
+        }
+    }
+
+    /// The error as it is for lines that come after these.
+    pub(crate) fn moved(&self, error: TextError) -> TextError {
+        error.moved(self.lines, self.done)
+    }
+
+    pub(crate) fn finish(mut self) -> Result<Table, TextError> {
+        if self.done == 0 {
+            return Err(TextError::Empty);
+        }
+        self.columns.iter_mut().for_each(Vec::shrink_to_fit);
+        self.integers.iter_mut().for_each(Vec::shrink_to_fit);
+        Ok(Table {
+            columns: self.columns,
+            integers: self.integers,
+            rows: self.done,
+            first_line: self.first_line,
+            remarks: self.remarks,
+            open_end: false,
+        })
+    }
+}

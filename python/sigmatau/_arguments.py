@@ -1,0 +1,83 @@
+"""What goes into the compiled numerics: casts and checks, in the words of the caller's arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import NonFiniteError, OptionError
+
+__all__ = [
+    "check_counting",
+    "check_overlap",
+    "check_threads",
+    "contiguous",
+    "in_order",
+    "non_finite",
+    "whole_sizes",
+]
+
+_MOST_THREADS = 1024
+_TOGETHER = 4096  # samples of each column that are copied together
+
+
+def in_order(coefficients: Mapping[str, float]) -> list[float]:
+    names = ("quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
+    return [float(coefficients.get(name, 0.0)) for name in names]
+
+
+def check_overlap(overlap: str) -> None:
+    if overlap not in ("full", "none"):
+        raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
+
+
+def check_counting(counting: str) -> None:
+    if counting not in ("standard", "paper"):
+        raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
+
+
+def check_threads(threads: int | None) -> None:
+    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
+        raise OptionError(f"`threads` must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
+
+
+def non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: Sequence[str]) -> NonFiniteError:
+    channel, index = error.args[1], error.args[2]
+    name = names[channel]
+    value = float(arrays[channel][index])
+    return NonFiniteError(
+        f"`{name}` is {value:g} in SI at index {index}: not finite, or too large to be squared; cut it out first",
+        channel=name,
+        index=index,
+    )
+
+
+def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArray[np.float64]]:
+    """Each column as contiguous float64; those that are not are copied side by side, a piece of each at a time.
+
+    The columns of a table that is stored row by row share its cache lines: one column after the other would fetch them all
+    anew for each.
+    """
+    arrays = [np.asarray(column) for column in columns]
+    for array, name in zip(arrays, names, strict=True):
+        if array.ndim != 1:
+            raise ValueError(f"`{name}` must have one dimension, got shape {array.shape}")
+    ready = [array.dtype == np.float64 and array.flags.c_contiguous and array.dtype.isnative for array in arrays]
+    copies = [array if done else np.empty(len(array)) for array, done in zip(arrays, ready, strict=True)]
+    apart = [(copy, array) for copy, array, done in zip(copies, arrays, ready, strict=True) if not done]
+    for start in range(0, max((len(array) for _, array in apart), default=0), _TOGETHER):
+        for copy, array in apart:
+            copy[start : start + _TOGETHER] = array[start : start + _TOGETHER]
+    return copies
+
+
+def whole_sizes(m: ArrayLike) -> NDArray[np.int64]:
+    sizes = np.ascontiguousarray(m)
+    if sizes.dtype.kind not in "iu":
+        rounded = np.rint(sizes)
+        if not np.array_equal(rounded, sizes):
+            raise ValueError("`m` must be whole numbers of samples")
+        sizes = rounded
+    return np.atleast_1d(sizes.astype(np.int64))

@@ -1,0 +1,254 @@
+"""What the name of a column says: which channel it is, and in what unit.
+
+A name is recognised only when it is certain, because a wrong column gives a wrong answer without a sign, and an
+unrecognised one costs the user an option. To teach a name: add it to one of the tables below, and to the table in
+``tests/io/test_columns.py``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from sigmatau import units
+from sigmatau.errors import OptionError
+from sigmatau.io.read.table import Column
+from sigmatau.io.read.thermometer import degrees_of
+
+__all__ = [
+    "SPLIT_STAMP",
+    "TIMES",
+    "bare_name",
+    "holds_increments",
+    "key_of",
+    "readings",
+    "recognise",
+    "stated_unit",
+    "unit_of",
+]
+
+# Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
+# words taken off the front.
+_PREFIX = re.compile(r"^(?:(?:field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?)_)+")
+
+# What an axis may follow, with or without an underscore: ``gyro_x``, ``gyrox``.
+_STEMS = {
+    "gyro": (
+        "gyros?",
+        "gyr",
+        "gyroscope",
+        "gyroskop|giroscopio|giroscópio",  # phyphox in other languages
+        "gyro_fifo",  # PX4
+        "angular_?velocity",
+        "angular_?rate",
+        "ang_?vel",
+        "rotation_?rate",
+        "omega",
+        "w",
+        "w_rs_s",  # EuRoC
+        "g",  # see _ALONE
+        "d_?theta|delta_?theta|d_?angle|delta_?angle",  # increments, see _INCREMENTS
+    ),
+    "accel": (
+        "accel",
+        "acc",
+        "accelerometer",
+        "accel_fifo",  # PX4
+        "acceleration",
+        "beschleunigung|accélération|aceleración|accelerazione|aceleração",
+        "linear_?acceleration",
+        "linear_?accel",
+        "lin_?acc",
+        "specific_?force",
+        "a",  # see _ALONE
+        "a_rs_s",  # EuRoC
+        "f(?=_)",  # specific force, but not ``fx``
+        "d_?vel|delta_?vel|d_?velocity|delta_?velocity|dv|delta_?v",  # increments
+    ),
+}
+
+# What an axis may stand before: ``xgyro`` (MAVLink).
+_AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
+
+# Names that say that a column holds increments.
+_INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
+
+# ``gx`` may be gravity and ``az`` an azimuth, unless the other two axes are there as well.
+_ALONE = re.compile(r"^[ag]_?[xyz]$")
+
+# Of two time columns of one file, the one further up is taken: the sensor's own stamp before that of its arrival.
+TIMES = (
+    r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
+    r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
+    r"timeus",  # before T, which is a temperature in ArduPilot's messages
+    r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
+    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time"
+    r"|zeit|temps|tiempo|tempo",
+    r"log_time",  # of the recorder of an MCAP file or a bag
+)
+_SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
+
+# Half of a stamp is no stamp.
+SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
+
+_KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
+
+# Units as the last part of a name: ``gyro_x_dps``, ``t_ns``.
+_SUFFIXES = {
+    **dict.fromkeys(("dps", "deg_s", "degps", "deg_per_s", "deg_per_sec", "deg_sec"), "deg/s"),
+    **dict.fromkeys(("mdps", "mdeg_s"), "mdeg/s"),
+    **dict.fromkeys(("rad_s", "radps", "rads", "rps", "rad_per_s", "rad_per_sec", "rad_sec"), "rad/s"),
+    **dict.fromkeys(("mrad_s", "mradps"), "mrad/s"),
+    **dict.fromkeys(("dph", "deg_h", "deg_hr", "deg_per_h", "deg_per_hr", "deg_per_hour"), "deg/h"),
+    "g": "g",
+    "mg": "mg",
+    "ug": "ug",
+    **dict.fromkeys(("m_s2", "m_s_2", "m_ss", "m_s_s", "mps2", "ms2", "mss", "m_per_s2", "m_s^2", "m_s²"), "m/s^2"),
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "milliseconds"), "ms"),
+    **dict.fromkeys(("us", "usec", "usecs", "micros", "microseconds"), "us"),
+    **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanoseconds"), "ns"),
+}
+_SUFFIX = re.compile(
+    r"^(?P<stem>.+?)_(?P<unit>"
+    + "|".join(sorted(map(re.escape, _SUFFIXES), key=len, reverse=True))
+    + r")(?P<axis>_[xyz])?$"
+)
+
+# Names whose unit is part of a published format.
+_WITH_UNIT = {
+    r"gyro_rad_([xyz])": ("gyro", "rad/s"),  # PX4, sensor_combined: "in rad/s"
+    r"time_?us(?:ec)?": ("time", "us"),  # ArduPilot TimeUS, MAVLink time_usec
+    r"sample_?us": ("time", "us"),  # ArduPilot SampleUS
+    r"time_?stamp_sample": ("time", "us"),  # PX4
+    r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
+    r"millis": ("time", "ms"),  # Arduino's millis()
+    r"micros": ("time", "us"),
+}
+
+# ``rostopic echo -p`` writes stamps in nanoseconds; and a message with this covariance is a sensor_msgs/Imu, in SI.
+_ROSTOPIC = re.compile(r"field\.(?:[\w.]+\.)?header\.stamp")
+_ROS_IMU = "field.angular_velocity_covariance0"
+_ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
+
+_BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
+_LONGEST_NAME = 200
+
+
+def unit_of(column: Column) -> tuple[str, str | None]:
+    """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
+    name, unit = column.name.strip(), column.unit
+    # The pattern takes the square of the length of what it fails on: no name with a unit is so long.
+    match = _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
+    if match and match["name"] and not match["unit"].strip().isdigit():
+        name = match["name"].strip()
+        unit = unit or match["unit"].strip()
+    return name, unit if unit and _known(unit) else None
+
+
+def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
+    """The channel that each column is, with its unit if the name says one; None for a column that is not recognised.
+
+    Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
+    """
+    keys = [key_of(unit_of(column)[0]) for column in columns]
+    together = {
+        key
+        for stem in "ag"
+        for sep in ("", "_")
+        if {f"{stem}{sep}{a}" for a in "xyz"} <= set(keys)
+        for key in (f"{stem}{sep}{a}" for a in "xyz")
+    }
+    found: list[tuple[str, str | None] | None] = []
+    of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
+    for column, key in zip(columns, keys, strict=True):
+        if degrees_of(column):  # T in degrees is no time
+            found.append(None)
+            continue
+        stated = unit_of(column)[1]
+        if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
+            stated = "ns"
+        match = None
+        if _clock_in_another_unit(column, key):
+            found.append(None)
+            continue
+        for stem, unit in readings(key, stated):
+            if _ALONE.match(stem) and stem not in together and stem == key:
+                continue
+            channel, own = _channel(stem)
+            if channel is None:
+                continue
+            unit = unit or own
+            if unit is None and of_ros and column.name.startswith("field."):
+                unit = _ROS_UNITS.get(channel.split("_")[0])
+            if unit is None or units.find(unit).si in _KINDS[channel.split("_")[0]]:
+                match = (channel, unit)
+                break
+        found.append(match)
+    return found
+
+
+def stated_unit(column: Column) -> str | None:
+    """What the file says in brackets behind a name, or in its row of units, whether it is a unit that is known or not."""
+    match = _BRACKETS.match(column.name.strip()) if len(column.name) <= _LONGEST_NAME else None
+    said = column.unit or (match["unit"].strip() if match and match["name"] else None)
+    return said if said and not said.isdigit() else None
+
+
+def _clock_in_another_unit(column: Column, key: str) -> bool:
+    """``T [degC]`` is no time, and a bare ``T`` in upper case is a temperature as often as a time."""
+    said = stated_unit(column)
+    if key != "t":
+        return False
+    if said is None:
+        return column.name.strip() == "T"
+    return not _known(said) or units.find(said).si != "s"
+
+
+def holds_increments(column: Column) -> bool:
+    """Whether the name of a column says that it holds increments."""
+    return _INCREMENTS.match(key_of(unit_of(column)[0])) is not None
+
+
+def bare_name(column: Column) -> str:
+    """Without what stands in brackets at its end, be it a unit that is known or not."""
+    match = _BRACKETS.match(column.name.strip())
+    return match["name"].strip() if match and match["name"] else column.name.strip()
+
+
+def key_of(name: str) -> str:
+    """A name as it is compared: in lower case, with underscores, without words that say nothing."""
+    key = re.sub(r"[\[(]([012])[\])]$", lambda m: "_" + "xyz"[int(m[1])], name.strip().lower())
+    key = re.sub(r"[\s./:\-]+", "_", key).strip("_")
+    return _PREFIX.sub("", key)
+
+
+def readings(key: str, stated: str | None) -> list[tuple[str, str | None]]:
+    """The ways to read a name: as it is, and with its end as a unit."""
+    readings: list[tuple[str, str | None]] = [(key, stated)]
+    match = _SUFFIX.match(key)
+    if match:
+        readings.append((match["stem"] + (match["axis"] or ""), stated or _SUFFIXES[match["unit"]]))
+    return readings
+
+
+def _channel(key: str) -> tuple[str | None, str | None]:
+    for pattern, (sensor, unit) in _WITH_UNIT.items():
+        if match := re.fullmatch(pattern, key):
+            return (f"{sensor}_{match[1]}" if match.groups() else sensor), unit
+    for sensor, stems in _STEMS.items():
+        if match := re.fullmatch(f"(?:{'|'.join(stems)})_?([xyz])", key):
+            return f"{sensor}_{match[1]}", None
+        if match := re.fullmatch(f"([xyz])_?(?:{_AFTER_AXIS[sensor]})", key):
+            return f"{sensor}_{match[1]}", None
+    if any(re.fullmatch(names, key) for names in TIMES):
+        return "time", "s" if _SECONDS.match(key) else None
+    return None, None
+
+
+def _known(spelling: str) -> bool:
+    try:
+        units.find(spelling)
+    except OptionError:
+        return False
+    return True

@@ -1,0 +1,144 @@
+"""Time stamps out of order, twice, wrong or missing: rows are put right or left out, and that is said."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from stamping import codes, ordered, record_of
+
+from known import seed_of
+from sigmatau import Record, allan
+from sigmatau.errors import DataError, NonFiniteError, OptionError
+
+
+class TestOrder:
+    def test_backwards_and_standing_still(self):
+        with pytest.raises(DataError, match=r"line 4: time goes backwards in column 't', from 2\.0 to 1\.5; sort"):
+            ordered([0, 1.0, 2.0, 1.5, 3.0])
+        with pytest.raises(DataError, match="1 times more"):
+            ordered([0, 1.0, 0.5, 1.5, 1.0])
+        with pytest.raises(DataError, match=r"all stamps in column 't' are 5"):
+            ordered([5, 5, 5])
+        extremes = ordered([np.iinfo(np.int64).min + 1, np.iinfo(np.int64).max])
+        assert extremes.intervals[0] > 1e19  # and does not wrap
+
+    def test_a_clock_that_was_set_back(self):
+        t = np.arange(5000) / 100.0
+        t[3000:] -= 1.0
+        with pytest.raises(DataError, match=r"line 3001: time goes backwards .* from 29\.99 to 29\.0"):
+            ordered(t)
+
+    def test_late_rows_are_put_in_order(self):
+        t = np.arange(5000) / 100.0
+        x = np.arange(5000.0)
+        at = np.arange(5000)
+        at[[1000, 1001]] = at[[1001, 1000]]
+        at[2000:2012] = np.r_[2004:2012, 2000:2004]  # a packet of four after its successors
+        record = record_of(t[at], x[at])
+        np.testing.assert_array_equal(record.streams[0].column("gyro_x"), x)
+        (finding,) = record.findings
+        assert (finding.code, finding.severity, finding.size) == ("rows_out_of_order", "warning", 5)
+        assert "5 of 5000 rows" in finding.message
+        assert "row 1001" in finding.message
+
+    def test_a_stamp_that_is_wrong_leaves_its_place_empty(self):
+        for wrong in (1e6, -5.0, 30.004, 12.304):  # the last falls between two others
+            t = np.arange(5000) / 100.0
+            t[1234] = wrong
+            record = record_of(t, np.arange(5000.0))
+            assert codes(record) == ["wrong_stamps", "gaps"], wrong
+            assert record.findings[0].where in ("row 1234", "row 1235")
+            column = record.streams[0].column("gyro_x")
+            assert np.flatnonzero(np.isnan(column)).tolist() == [1234]
+            np.testing.assert_array_equal(np.delete(column, 1234), np.delete(np.arange(5000.0), 1234))
+
+    def test_many_rows_out_of_order_are_refused(self):
+        rng = np.random.default_rng(seed_of("shuffled"))
+        with pytest.raises(DataError, match="time goes backwards"):
+            ordered(rng.permutation(1000) / 100.0)
+
+    def test_rows_without_a_stamp(self):
+        t = np.arange(2000) / 100.0
+        t[[50, 700]] = np.nan
+        record = record_of(t, np.arange(2000.0))
+        assert codes(record) == ["missing_stamps", "gaps"]
+        assert "2 of 2000 rows have no time stamp, the first: row 50" in record.findings[0].message
+        assert np.flatnonzero(record.streams[0].mask[:, 0]).tolist() == [50, 700]
+        t[:1200] = np.nan
+        with pytest.raises(NonFiniteError, match="no time stamp in 1200 of 2000 rows"):
+            record_of(t)
+
+
+class TestDuplicates:
+    def test_every_sample_twice(self):
+        rng = np.random.default_rng(seed_of("twice"))
+        x = rng.normal(size=5000)
+        record = record_of(np.repeat(np.arange(5000) / 100.0, 2), np.repeat(x, 2))
+        np.testing.assert_array_equal(record.streams[0].column("gyro_x"), x)
+        assert record.streams[0].grid.rate == pytest.approx(100.0, rel=1e-12)
+        (finding,) = record.findings
+        assert (finding.code, finding.severity, finding.size) == ("duplicate_samples", "warning", 5000)
+        assert "1.41 times" in finding.effect
+
+    @pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
+    def test_the_effect_that_is_stated(self, share):
+        """Kept, and taken at the rate of the sensor: the random walk grows by √((1 + 3s) / (1 + s))."""
+        rng = np.random.default_rng(seed_of(f"duplicates {share}"))
+        ratios = []
+        for _ in range(20):
+            x = rng.normal(size=40_000)
+            doubled = np.repeat(x, 1 + (rng.random(len(x)) < share))
+            pair = [
+                allan(Record.from_arrays(rate=100, gyro_x=y), taus=[0.64, 1.28])["gyro_x"].avar.mean()
+                for y in (doubled, x)
+            ]
+            ratios.append(pair[0] / pair[1])
+        t = np.repeat(np.arange(1000), 1 + (np.arange(1000) < 1000 * share)) / 100
+        said = ordered(t, np.repeat(rng.normal(size=1000), 1 + (np.arange(1000) < 1000 * share))).findings[0].effect
+        stated = float(said.split("random walk ")[1].split(" times")[0])
+        error = np.std(ratios, ddof=1) / len(ratios) ** 0.5 / 2
+        assert np.mean(ratios) ** 0.5 == pytest.approx(stated, abs=3 * error + 0.005)  # three digits are printed
+
+    def test_one_stamp_twice_with_other_samples(self):
+        t = np.arange(5000) / 100.0
+        t = np.insert(t, 1234, t[1234])
+        x = np.random.default_rng(seed_of("other samples")).normal(size=5001)
+        record = record_of(t, x)
+        assert codes(record) == ["duplicate_samples"]
+        np.testing.assert_array_equal(record.streams[0].column("gyro_x"), np.delete(x, 1235))
+
+
+anything = hnp.arrays(
+    np.float64,
+    st.integers(4, 60),
+    elements=st.floats(-1e6, 1e6)
+    | st.floats(-1e30, 1e30)
+    | st.floats(allow_infinity=False).map(float)
+    | st.integers(0, 50).map(float),
+)
+growing = anything.map(lambda t: np.sort(np.abs(t)))
+
+
+@settings(max_examples=300, deadline=None)
+@given(anything | growing | growing.map(lambda t: np.cumsum(np.clip(t, 0, 1e12))), st.booleans())
+def test_any_stamps_make_a_record_or_an_error_of_ours(t, with_rate):
+    """And every sample that is not said to be left out is in the record, in order, once."""
+    x = np.arange(len(t)) + 1.0
+    try:
+        record = record_of(t, x, **({"rate": 10.0} if with_rate else {}))
+    except (DataError, OptionError):
+        return
+    kept = record.streams[0].column("gyro_x")
+    kept = kept[~np.isnan(kept)]
+    left_out = sum(
+        int(f.size) for f in record.findings if f.code in ("missing_stamps", "wrong_stamps", "duplicate_samples")
+    )
+    cut = next((f for f in record.findings if f.code == "long_pauses"), None)
+    if cut is not None:
+        left_out += int(cut.message.split("the other ")[1].split(" ")[0])
+    assert len(kept) == len(t) - left_out
+    assert len(set(kept.tolist())) == len(kept)
+    assert set(kept.tolist()) <= set(x.tolist())
+    if "rows_out_of_order" not in codes(record):
+        assert (np.diff(kept) > 0).all()

@@ -128,10 +128,10 @@ def _gate(name: str, held: list[bool]) -> list[str]:
 
 _HEAD = """# From a model to a record and back
 
-Made by `make study` (studies/round_trip.py). {records} simulated records a case, each fitted; of the paper's three units two
-hours of a gyro and an accelerometer at the rate they were recorded with, else 131 072 samples at 100 Hz. *Seen*: in how
-many of the records with an adequate model the term was observed; *off*: median of what was found over what was put in; *holds*: in how
-many the 95 % interval, or the limit of a term that was not seen, holds what was put in.
+Made by `make study` (studies/round_trip.py). {records} simulated records a case, each fitted; of the paper's three units
+two hours of a gyro and an accelerometer at the rate they were recorded with, else 131 072 samples at 100 Hz. *Seen*: in how
+many of the records with an adequate model the term was observed; *off*: median of what was found over what was put in;
+*holds*: in how many the 95 % interval, or the limit of a term that was not seen, holds what was put in.
 
 | case | term | seen [%] | off [%] | holds [%] |
 |---|---|---|---|---|"""

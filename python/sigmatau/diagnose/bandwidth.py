@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sigmatau.diagnose.lines import find_lines
+from sigmatau.diagnose.lines import filled, find_lines
 from sigmatau.diagnose.resampled import resampled
 from sigmatau.diagnose.rolloff import LowPass, fit_low_pass, promising
 from sigmatau.errors import DataError, OptionError
@@ -193,6 +193,8 @@ def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None
         return None
     # A record resampled to a higher rate has the spectrum of a running mean, and is no filtered sensor.
     if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:
+        return None
+    if filled(stream, channel) is None:
         return None
     found = find_lines(stream.only(channel))[channel]
     bands = [(each.low, each.high) for line in found for each in (line, *line.harmonics)]

@@ -23,7 +23,7 @@ from sigmatau.results import Finding, seconds
 from sigmatau.spectrum import without_line
 from sigmatau.streams import Columns, Stream, Transform
 
-__all__ = ["Line", "filled", "find_lines", "lines", "lines_in_fits"]
+__all__ = ["Line", "find_lines", "lines", "lines_in_fits"]
 
 Floats = NDArray[np.float64]
 
@@ -124,7 +124,7 @@ class _Scan:
 
 
 def _scanned(stream: Stream, channel: str) -> _Scan | None:
-    y = filled(stream, channel)
+    y = _filled(stream, channel)
     if y is None:
         return None
     spectrum = periodogram(y, stream.grid.tau0)
@@ -135,14 +135,14 @@ def _scanned(stream: Stream, channel: str) -> _Scan | None:
     moving = bursts(stream, summary(stream, channel))
     if not moving:
         return _Scan(channel=channel, spectrum=spectrum, groups=groups)
-    y = filled(stream, channel, without=[(burst.start, burst.stop) for burst in moving])
+    y = _filled(stream, channel, without=[(burst.start, burst.stop) for burst in moving])
     if y is None:
         return None
     spectrum = periodogram(y, stream.grid.tau0)
     return _Scan(channel=channel, spectrum=spectrum, groups=_lines_of(spectrum, stream), moved=True)
 
 
-def filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
+def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
     """Samples with 0 for mean, slope, what is missing and the stretches `without`; None if too few are there, or all are on
     a straight line.
     """
@@ -294,7 +294,7 @@ def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
     if scan is None or fitted.tau_min is None or fitted.n != stream.grid.n:
         return finding
     try:
-        after = fit(_curve_without(stream, scan, fitted.tau_min), tau_min=fitted.tau_min)
+        after = fit(_curve_without(stream, scan, fitted), tau_min=fitted.tau_min)
     except (DataError, OptionError):  # too few averaging times
         return finding
     changes = compared(fitted, after)
@@ -309,19 +309,22 @@ def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
     )
 
 
-def _curve_without(stream: Stream, scan: _Scan, tau_min: float) -> DeviationCurve:
-    """The curve to be fitted, had there been no line; lines that are nothing from tau_min on may be left in."""
+def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCurve:
+    """The curve to be fitted, had there been no line; lines that are nothing where the fit was made may be left in."""
     one = stream.only(scan.channel)
-    curve = allan(Record(streams=(one,)))[scan.channel]
-    used = curve.tau >= tau_min * (1 - 1e-9)
-    columns = [(line, _avar(line, scan.spectrum, curve.m, curve.tau0)) for line in scan.everything]
-    columns = [(line, column) for line, column in columns if (column > _NOTHING * curve.avar)[used].any()]
-    steady = [line for line, _ in columns if line.width == 0][:_MOST_TAKEN]
+    tau0 = stream.grid.tau0
+    sizes = cluster_sizes("half", n=stream.grid.n, tau0=tau0)
+    used = sizes[sizes * tau0 >= (fitted.tau_min or 0.0) * (1 - 1e-9)]
+    least = _NOTHING * fitted.avar(m=used)
+    matter = [line for line in scan.everything if (_avar(line, scan.spectrum, used, tau0) > least).any()]
+    steady = [line for line in matter if line.width == 0][:_MOST_TAKEN]
     if steady:
-        rest = Columns((_without_sinusoids(one.column(scan.channel), steady, curve.tau0),), (Transform(),), curve.tau0)
-        curve = allan(Record(streams=(replace(one, samples=rest),)))[scan.channel]
-    others = sum((column for line, column in columns if line.width > 0), np.zeros(len(curve.m)))
-    return replace(curve, avar=np.maximum(curve.avar - others, _LEAST_LEFT * curve.avar))
+        rest = _without_sinusoids(one.column(scan.channel), steady, tau0)
+        one = replace(one, samples=Columns((rest,), (Transform(),), tau0))
+    curve = allan(Record(streams=(one,)))[scan.channel]
+    others = [_avar(line, scan.spectrum, curve.m, tau0) for line in matter if line.width > 0]
+    left = curve.avar - sum(others, np.zeros(len(curve.m)))
+    return replace(curve, avar=np.maximum(left, _LEAST_LEFT * curve.avar))
 
 
 def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats:

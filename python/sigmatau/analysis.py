@@ -24,7 +24,7 @@ from sigmatau.allan import (
     refuse_missing,
 )
 from sigmatau.anglenoise import angle_noise, untold
-from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits
+from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.diagnose import curves as curve_findings
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
@@ -259,6 +259,7 @@ def analyze(
             findings += curve_findings.of_fit(fits[channel])
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
+        findings = with_fits(record, fits, findings, looked_at=looked_at)
         findings += check_fits(record, fits, looked_at=looked_at)
         if window is not None:
             findings += bias_finding(whole, window, fits)

@@ -33,8 +33,12 @@ def measured_share(y, rate, sizes=(256, 362, 512)):
     return walk[0] / walk[1:].mean()
 
 
+ANALOG = [shape for shape in filters.SHAPES if not filters.digital(shape)]
+DIGITAL = {"digital1": 1, "digital2": 2, "digital4": 4}
+
+
 class TestShapes:
-    @pytest.mark.parametrize("shape", filters.SHAPES)
+    @pytest.mark.parametrize("shape", ANALOG)
     @pytest.mark.parametrize("corner", [2.0, 30.0, 60.0])
     def test_folded_white_is_the_sum_of_images(self, shape, corner):
         f = np.array([0.1, 5.0, 20.0, 49.0])
@@ -45,8 +49,26 @@ class TestShapes:
 
     @pytest.mark.parametrize("shape", filters.SHAPES)
     def test_corner_is_at_half_the_power(self, shape):
-        assert filters.response(shape, 30.0, 30.0) == pytest.approx(0.5, rel=1e-6)
-        assert filters.response(shape, 30.0, 0.0) == 1.0
+        assert filters.response(shape, 30.0, 30.0, tau0=0.01) == pytest.approx(0.5, rel=1e-6)
+        assert filters.response(shape, 30.0, 0.0, tau0=0.01) == 1.0
+
+    @pytest.mark.parametrize("shape", DIGITAL)
+    @pytest.mark.parametrize("corner", [2.0, 30.0, 45.0])
+    def test_digital_ones_are_those_of_scipy(self, shape, corner):
+        from scipy.signal import butter, freqz
+
+        f = np.array([0.1, 5.0, 20.0, 49.0])
+        expected = np.abs(freqz(*butter(DIGITAL[shape], corner, fs=100.0), worN=f, fs=100.0)[1]) ** 2
+        assert filters.folded_white(shape, corner, f, 0.01) == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+    @pytest.mark.parametrize("shape", DIGITAL)
+    def test_variance_of_digital_ones(self, shape):
+        """Eq. (11) for samples, 4·∫S·sin⁴(πmf)/(m·sin πf)²df, as a sum over a fine grid, against the autocovariance."""
+        f = (np.arange(200_000) + 0.5) / 400_000
+        for m in (1, 7):
+            gain = np.sin(np.pi * m * f) ** 4 / (m * np.sin(np.pi * f)) ** 2
+            expected = 4 * np.mean(filters.response(shape, 0.07, f) * gain) / 2 * m
+            assert filters.relative_avar(shape, 0.07, m, 1.0)[0] == pytest.approx(expected, rel=1e-6)
 
     @pytest.mark.parametrize(("shape", "name"), [("first_order", "σ = 0.05"), ("butterworth2", "N = 0.005")])
     def test_known_variances(self, shape, name):
@@ -88,6 +110,38 @@ def test_corner_order_and_effect(order, rate, corner):
     assert dict(finding.changes)["random_walk"] == pytest.approx(share, rel=0.04)
     json.dumps(finding.to_dict(), allow_nan=False)
     json.dumps(fitted.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+@pytest.mark.parametrize("corner", [2.0, 5.0, 20.0, 40.0])
+def test_digital_filters(order, corner):
+    """Corner and order of scipy.signal.butter at 100 Hz; in ten records of 95 % intervals at most two miss (p = 1.2 %).
+
+    Of 100 records of 2^18 samples a case, 91 to 100 % of the intervals held.
+    """
+    from scipy.signal import butter, lfilter
+
+    rng = np.random.default_rng(known.seed_of(f"digital {order} {corner}"))
+    held = 0
+    for _ in range(10):
+        stream = stream_of(lfilter(*butter(order, corner, fs=100.0), rng.standard_normal(102_000))[2000:], 100.0)
+        fitted = low_passes(stream)["gyro_x"]
+        assert f"digital{order}" in (fitted.shape, *fitted.alike)
+        held += abs(fitted.corner - corner) <= 1.96 * fitted.error
+    assert held >= 7  # fewer have a chance of 1e-3
+    expected = math.sqrt(filters.relative_avar(f"digital{order}", corner, 1, 0.01)[0])
+    assert fitted.short == pytest.approx(expected, rel=0.1)
+
+
+def test_a_steep_digital_filter_is_not_interpolation():
+    from scipy.signal import butter, lfilter
+
+    from sigmatau.diagnose.resampled import upsampled
+
+    rng = np.random.default_rng(known.seed_of("steep"))
+    for corner in (2.0, 30.0):
+        y = lfilter(*butter(4, corner, fs=100.0), rng.standard_normal(2**17))[1000:]
+        assert upsampled(stream_of(y, 100.0)) == []
 
 
 def test_the_example_of_the_field():

@@ -6,7 +6,7 @@ noise that was fitted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from sigmatau.diagnose.bandwidth import aliasing, low_pass, low_passes
 from sigmatau.diagnose.correlation import cross_axis
 from sigmatau.diagnose.drift import temperature, warm_up
-from sigmatau.diagnose.lines import lines
+from sigmatau.diagnose.lines import lines, lines_in_fits
 from sigmatau.diagnose.resampled import upsampled
 from sigmatau.diagnose.stationarity import non_stationary
 from sigmatau.errors import DataError, OptionError
@@ -26,7 +26,7 @@ from sigmatau.results import Finding, duration_text
 from sigmatau.spectrum import Spectrum, psd
 from sigmatau.streams import Stream
 
-__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits"]
+__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "with_fits"]
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
@@ -113,6 +113,33 @@ def check_fits(record: Record, fits: Mapping[str, NoiseFit], *, looked_at: int =
             found += temperature(stream, thermometer, of_stream)
         found += non_stationary(stream, of_stream)
     return tuple(found)
+
+
+def with_fits(
+    record: Record, fits: Mapping[str, NoiseFit], found: Sequence[Finding], *, looked_at: int = LOOKED_AT
+) -> list[Finding]:
+    """What `check` found, with what it does to the fits that were made then, where that is known only now: lines.
+
+    Parameters
+    ----------
+    record : Record
+    fits : mapping of str to NoiseFit
+        By channel.
+    found : sequence of Finding
+        Of any kind; those of which nothing more is known are returned as they are.
+    looked_at : int
+        See `check`; of longer streams nothing more is said.
+
+    Returns
+    -------
+    list of Finding
+    """
+    result = list(found)
+    if any(finding.code == "spectral_line" for finding in found):
+        for stream in record.streams:
+            if stream.quantity != "temperature" and LEAST_SAMPLES <= stream.grid.n <= looked_at:
+                result = lines_in_fits(stream, fits, result)
+    return result
 
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:

@@ -24,6 +24,7 @@ ALIASING = 1.05
 NOTICEABLE = 0.90
 """A filter is a warning where σ at one sample is below this share of what the random walk makes."""
 
+_ROUNDING = 4e-15  # of the largest sample: a few of the last digits
 _LATE = 1.0  # [s] where the field reads the random walk
 
 
@@ -194,6 +195,17 @@ def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None
     # A record resampled to a higher rate has the spectrum of a running mean, and is no filtered sensor.
     if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:
         return None
+    # A ramp alone leaves its rounding, which has a spectrum of its own.
+    if (
+        spectrum.density.sum() * (spectrum.frequency[1] - spectrum.frequency[0])
+        < (_ROUNDING * _largest(stream, channel)) ** 2
+    ):
+        return None
     found = find_lines(stream.only(channel))[channel]
     bands = [(each.low, each.high) for line in found for each in (line, *line.harmonics)]
     return fit_low_pass(spectrum, without=bands)
+
+
+def _largest(stream: Stream, channel: str) -> float:
+    y = stream.column(channel)
+    return max(float(np.fmax.reduce(y)), -float(np.fmin.reduce(y)))

@@ -9,19 +9,21 @@ be told from it. What a drift does to the coefficients is found by fitting again
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.allan import allan
 from sigmatau.diagnose.blocks import BlockMeans, Problem, Regression, block_means
+from sigmatau.diagnose.effects import Change, compared, effect_text, severity
+from sigmatau.diagnose.thermometer import temperature_of
 from sigmatau.errors import DataError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.record import Record
-from sigmatau.results import Finding, Severity, duration_text, two_digits
+from sigmatau.results import Finding, duration_text, two_digits
 from sigmatau.streams import Columns, Stream, Transform
-from sigmatau.terms import TERMS, display_units
+from sigmatau.terms import display_units
 
 __all__ = ["from_the_end", "settling", "temperature", "warm_up"]
 
@@ -33,30 +35,15 @@ _TIMES = 2.0 ** -np.arange(2.0, 7.01, 0.5)
 _FINER = 2.0 ** np.linspace(-0.75, 0.75, 31)
 
 # Two conditions, each of which fails where the other is weak. Student's ratio with the noise estimated beside the drift has
-# the power, but heavy tails where the rate random walk is hardly known: p < 1e-5 in up to 0.5 % of clean records. With noise
-# estimated without the drift the ratio is never too large by much. Together they hold in fewer than 0.1 % of clean channels
-# of any mixture tried (docs/study/stability.md).
-_P = 1e-5
-_LEAST_RATIO = 2.5
-_LARGEST_OF_ALL = 3.0  # over the time constants
+# the power, but heavy tails where the rate random walk is hardly known. With noise estimated without the drift the ratio is
+# never too large by much. Of 20,793 clean channels of any mixture of the five terms, p < 1e-4 and a ratio above 3 for any
+# time constant, from either end, hold in 0.05 ± 0.02 %; p < 1e-3 in 0.36 %. So it is for a temperature with p < 1e-5.
+_P_SETTLING, _LARGEST_OF_ALL = 1e-4, 3.0
+_P, _LEAST_RATIO = 1e-5, 2.5
 
-_MATTERS = 1.1
-"""A coefficient that is so many times too large makes a warning of a finding."""
-
-_SAID = 1.05
 _CLEARLY = 1.1
 _SETTLED = 5.0  # time constants, after which 0.7 % of a warm-up is left
-_OVERSAMPLED = 4
 _SMALLEST = 1e-100
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Change:
-    """By what factor a coefficient is larger with a drift than without; `at_least` if it is not seen without."""
-
-    term: str
-    factor: float
-    at_least: bool
 
 
 def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
@@ -123,7 +110,7 @@ def settling(data: BlockMeans) -> tuple[float, Regression] | None:
         return None
     ratios = np.array([_ratio(one) for one in tried])
     k = int(np.argmax(ratios))
-    if not tried[k].p_value < _P:
+    if not tried[k].p_value < _P_SETTLING:
         return None
     # Between the grid's times with the noise of the best: for one noise the squared ratio is that of the likelihoods.
     near = times[k] * _FINER
@@ -139,7 +126,7 @@ def _settled(edges: Floats, time: float) -> Floats:
 
 
 def _warm_up_finding(
-    stream: Stream, channel: str, time: float, regression: Regression, changes: list[_Change]
+    stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change]
 ) -> Finding:
     unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
     size = two_digits(abs(regression.value) / factor)
@@ -154,7 +141,7 @@ def _warm_up_finding(
         )
     return Finding(
         code="warm_up",
-        severity=_severity(changes),
+        severity=severity(changes),
         channel=channel,
         message=(
             f"the rate settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the beginning"
@@ -163,20 +150,20 @@ def _warm_up_finding(
         where="t = 0 s",
         size=abs(regression.value),
         unit=stream.unit,
-        effect=_effect(changes, stream.quantity, "a warm-up is no noise"),
+        effect=effect_text(changes, stream.quantity, "a warm-up is no noise"),
         changes=tuple((change.term, change.factor) for change in changes),
         remedy=after,
     )
 
 
-def _late_finding(stream: Stream, channel: str, time: float, regression: Regression, changes: list[_Change]) -> Finding:
+def _late_finding(stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change]) -> Finding:
     unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
     size = two_digits(abs(regression.value) / factor)
     error = two_digits(regression.error / factor)
     begins = max(stream.grid.duration - _SETTLED * time, 0.0)
     return Finding(
         code="late_drift",
-        severity=_severity(changes),
+        severity=severity(changes),
         channel=channel,
         message=(
             f"the rate moves by {size} ± {error} {unit} towards the end of the record, with a time constant of"
@@ -185,7 +172,7 @@ def _late_finding(stream: Stream, channel: str, time: float, regression: Regress
         where=f"t = {begins:.0f} s",
         size=abs(regression.value),
         unit=stream.unit,
-        effect=_effect(changes, stream.quantity, "such a drift is no noise"),
+        effect=effect_text(changes, stream.quantity, "such a drift is no noise"),
         changes=tuple((change.term, change.factor) for change in changes),
         remedy=(
             f"--window :{begins:.0f}s leaves it out; look what changed then"
@@ -216,15 +203,15 @@ def temperature(stream: Stream, thermometer: Stream, fits: Mapping[str, NoiseFit
 
     Notes
     -----
-    The temperature is averaged over the sensor's blocks, or interpolated where it is sampled more slowly; the sensor's
-    samples are not touched.
+    The temperature is averaged over the sensor's blocks, or interpolated where it is sampled more slowly, and freed of the
+    thermometer's own steps and noise, see `sigmatau.diagnose.thermometer`; the sensor's samples are not touched.
     """
     findings = []
     for channel in stream.channels:
         data = block_means(stream, channel)
         if data is None or _constant(data):
             continue
-        degrees = _temperature_of(data.edges + stream.grid.start, thermometer)
+        degrees = temperature_of(data.edges + stream.grid.start, thermometer)
         unknown = np.isnan(degrees)
         if unknown.mean() > 0.25 or not np.ptp(degrees[~unknown]) > 0:
             continue
@@ -248,7 +235,7 @@ def temperature(stream: Stream, thermometer: Stream, fits: Mapping[str, NoiseFit
 
 
 def _temperature_finding(
-    stream: Stream, channel: str, data: BlockMeans, degrees: Floats, regression: Regression, changes: list[_Change]
+    stream: Stream, channel: str, data: BlockMeans, degrees: Floats, regression: Regression, changes: list[Change]
 ) -> Finding:
     unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
     value, half = regression.value / factor, regression.half_width() / factor
@@ -258,7 +245,7 @@ def _temperature_finding(
     share = _avar(regression.value * degrees[there], m) / max(_avar(data.means[there], m), 1e-300)
     return Finding(
         code="temperature_drift",
-        severity=_severity(changes),
+        severity=severity(changes),
         channel=channel,
         message=(
             f"follows the temperature by {value:.3g} [{value - half:.3g}, {value + half:.3g}] {unit} per kelvin, over"
@@ -267,41 +254,10 @@ def _temperature_finding(
         ),
         size=regression.value,
         unit=f"{stream.unit}/K",
-        effect=_effect(changes, stream.quantity, "what follows the temperature is no noise"),
+        effect=effect_text(changes, stream.quantity, "what follows the temperature is no noise"),
         changes=tuple((change.term, change.factor) for change in changes),
         remedy="compensate the temperature before the analysis, or record at a constant one; --window takes a calm part",
     )
-
-
-def _temperature_of(edges: Floats, thermometer: Stream) -> Floats:
-    """Mean temperature of each block; NaN where the thermometer's time does not reach."""
-    columns = [thermometer.column(channel) for channel in thermometer.channels]
-    columns = [column for column in columns if np.isfinite(column).sum() > 1]
-    if not columns:
-        return np.full(len(edges) - 1, np.nan)
-    column = max(columns, key=lambda values: float(np.nanmax(values) - np.nanmin(values)))
-    there = np.isfinite(column)
-    tau0 = thermometer.grid.tau0
-    middle = thermometer.grid.start + (np.arange(thermometer.grid.n) + 0.5) * tau0
-    time = np.asarray(middle[there], dtype=np.float64)
-    values = column[there]
-    step = float(edges[1] - edges[0])
-    # With samples missing, the integral would miss them too.
-    if step > 2 * tau0 and there.all():
-        integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
-        at = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
-        means = np.diff(np.interp(edges, at, integral)) / step
-    else:
-        means = _interpolated(edges, time, values)
-    reach = max(tau0, step)
-    outside = (edges[1:] > time[-1] + reach) | (edges[:-1] < time[0] - reach)
-    return np.asarray(np.where(outside, np.nan, means))
-
-
-def _interpolated(edges: Floats, time: Floats, values: Floats) -> Floats:
-    inside = (np.arange(_OVERSAMPLED) + 0.5) / _OVERSAMPLED
-    points = edges[:-1, None] + np.diff(edges)[:, None] * inside
-    return np.asarray(np.interp(points, time, values).mean(axis=1))
 
 
 def _avar(levels: Floats, m: int) -> float:
@@ -311,7 +267,7 @@ def _avar(levels: Floats, m: int) -> float:
     return float(np.mean(z * z)) / (2 * m * m)
 
 
-def _changes(stream: Stream, channel: str, drift: Floats, fitted: NoiseFit | None) -> list[_Change]:
+def _changes(stream: Stream, channel: str, drift: Floats, fitted: NoiseFit | None) -> list[Change]:
     """What a drift, shape (n,), does to the coefficients: the fit with it against the fit without."""
     one = stream.only(channel)
     without = one.column(channel) - drift
@@ -323,49 +279,12 @@ def _changes(stream: Stream, channel: str, drift: Floats, fitted: NoiseFit | Non
         after = _fit(still, channel)
     except DataError:
         return []
-    changes = []
-    for term in TERMS:
-        if term not in fitted or term not in after:
-            continue
-        before, now = fitted[term].value, after[term].value
-        limit = after[term].upper_limit
-        if before is None:
-            continue
-        if now:
-            changes.append(_Change(term=term, factor=abs(before / now), at_least=False))
-        elif limit:
-            changes.append(_Change(term=term, factor=abs(before) / limit, at_least=True))
-    return [change for change in changes if _worth_saying(change)]
-
-
-def _worth_saying(change: _Change) -> bool:
-    if change.at_least:
-        return change.factor > _SAID
-    return max(change.factor, 1 / change.factor) > _SAID
+    return compared(fitted, after)
 
 
 def _fit(stream: Stream, channel: str) -> NoiseFit:
     """Of the longest stretch without a missing sample."""
     return fit(allan(Record(streams=(stream.longest_run(),)))[channel])
-
-
-def _severity(changes: list[_Change]) -> Severity:
-    return "warning" if any(max(change.factor, 1 / change.factor) > _MATTERS for change in changes) else "info"
-
-
-def _effect(changes: list[_Change], quantity: str, otherwise: str) -> str:
-    if not changes:
-        return f"{otherwise}, but changes no coefficient by more than 5 %"
-    texts = []
-    for change in changes:
-        label = TERMS[change.term].label(quantity)
-        if change.at_least:
-            texts.append(f"{label} at least {two_digits(change.factor)} times too large: not seen without it")
-        elif change.factor > 1:
-            texts.append(f"{label} {two_digits(change.factor)} times too large")
-        else:
-            texts.append(f"{label} {two_digits(1 / change.factor)} times too small")
-    return "; ".join(texts)
 
 
 def _constant(data: BlockMeans) -> bool:

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _kernels
-from sigmatau.allan import cluster_sizes
+from sigmatau.allan import DeviationCurve, allan, cluster_sizes
+from sigmatau.diagnose.effects import compared, words
 from sigmatau.diagnose.peaks import Line, Periodogram, hertz, measured_lines, periodogram
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting import NoiseFit, fit
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
+from sigmatau.integrity.motion import bursts, summary
+from sigmatau.record import Record
 from sigmatau.results import Finding, seconds
 from sigmatau.spectrum import without_line
-from sigmatau.streams import Stream
+from sigmatau.streams import Columns, Stream, Transform
 
-__all__ = ["Line", "find_lines", "lines"]
+__all__ = ["Line", "find_lines", "lines", "lines_in_fits"]
 
 Floats = NDArray[np.float64]
 
@@ -31,6 +36,12 @@ _MAINS = (50.0, 60.0)
 _NOTHING_LEFT = 0.05  # below, a factor says no more than that the fit has gone wrong
 
 
+_MOST_TAKEN = 12  # steady lines that are taken out of the samples: weaker ones change no coefficient
+_LEAST_LEFT = 0.02  # of a variance: a line may be all there is
+_NOTHING = 2e-3  # of a variance
+_ALL_TIMES = "; a fit to all times"
+_RINGS = 3.0  # [s] before and after motion that are left out with it
+_ROUNDING = 4e-15  # of the largest sample: a few of the last digits
 _LEAST_RUN = 64  # samples
 
 
@@ -40,13 +51,15 @@ def lines(stream: Stream) -> list[Finding]:
     Parameters
     ----------
     stream : Stream
-        Static data. Missing samples are taken as the channel's mean, which hides no line and makes none.
+        Static data. Missing samples are taken as the channel's mean, which hides no line and makes none; so are those in
+        motion, and a channel that moves for half of the record is not judged.
 
     Returns
     -------
     list of Finding
-        A warning where σ(τ) grows by a tenth or more at some τ, else an info. `changes` holds by which factor a fit of the
-        noise terms at all averaging times, which knows no line, finds random walk and bias instability larger.
+        A warning where σ(τ) grows by a tenth or more at some τ, else an info. The effect says in words by which factor a fit
+        of the noise terms at all averaging times, which knows no line, finds random walk and bias instability larger;
+        `changes` is left to `lines_in_fits`, when there is a fit.
 
     Notes
     -----
@@ -56,29 +69,92 @@ def lines(stream: Stream) -> list[Finding]:
     """
     found = []
     for channel in stream.channels:
-        y = _filled(stream, channel)
-        if y is None:
-            continue
-        spectrum = periodogram(y, stream.grid.tau0)
-        groups = _lines_of(spectrum, stream)
-        if groups:
-            found.append(_finding(stream, channel, groups, spectrum))
+        scanned = _scanned(stream, channel)
+        if scanned is not None and scanned.groups:
+            found.append(_finding(stream, scanned))
     return found
+
+
+def lines_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
+    """Findings ``spectral_line`` of `lines` once more, with what the lines do to the fits that are printed.
+
+    The lines are taken out of the samples (steady ones) or of the variances (others), and the rest is fitted from the same
+    shortest averaging time on: a fit that begins beyond a line, or that has a sinusoid of its own for it, is hardly changed.
+
+    Parameters
+    ----------
+    stream : Stream
+        As `lines` had it, and all that was fitted.
+    fits : mapping of str to NoiseFit
+        By channel.
+    found : sequence of Finding
+        Of any kind; all others are returned as they are.
+
+    Returns
+    -------
+    list of Finding
+        `changes` holds by which factor each printed coefficient is larger than without the lines.
+    """
+    return [
+        _fitted(stream, fits[finding.channel], finding)
+        if finding.code == "spectral_line" and finding.channel in stream.channels and finding.channel in fits
+        else finding
+        for finding in found
+    ]
 
 
 def find_lines(stream: Stream) -> dict[str, tuple[Line, ...]]:
     """The lines of every channel, strongest first, each with its harmonics; see `lines`."""
-    found: dict[str, tuple[Line, ...]] = {}
-    for channel in stream.channels:
-        y = _filled(stream, channel)
-        found[channel] = () if y is None else _lines_of(periodogram(y, stream.grid.tau0), stream)
-    return found
+    scans = {channel: _scanned(stream, channel) for channel in stream.channels}
+    return {channel: () if scan is None else scan.groups for channel, scan in scans.items()}
 
 
-def _filled(stream: Stream, channel: str) -> Floats | None:
-    """Samples with 0 for mean, slope and what is missing; None if too few are there, or they never change."""
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Scan:
+    """The spectrum of a channel and its lines; `moved` if motion was left out."""
+
+    channel: str
+    spectrum: Periodogram
+    groups: tuple[Line, ...]
+    moved: bool = False
+
+    @property
+    def everything(self) -> list[Line]:
+        return [line for group in self.groups for line in (group, *group.harmonics)]
+
+
+def _scanned(stream: Stream, channel: str) -> _Scan | None:
+    y = _filled(stream, channel)
+    if y is None:
+        return None
+    spectrum = periodogram(y, stream.grid.tau0)
+    groups = _lines_of(spectrum, stream)
+    if not groups or stream.quantity not in ("angular_rate", "acceleration"):
+        return _Scan(channel=channel, spectrum=spectrum, groups=groups)
+    # A mount that rings after a knock has a line in the spectrum, too: what stands out must do so at rest.
+    moving = bursts(stream, summary(stream, channel))
+    if not moving:
+        return _Scan(channel=channel, spectrum=spectrum, groups=groups)
+    y = _filled(stream, channel, without=[(burst.start, burst.stop) for burst in moving])
+    if y is None:
+        return None
+    spectrum = periodogram(y, stream.grid.tau0)
+    return _Scan(channel=channel, spectrum=spectrum, groups=_lines_of(spectrum, stream), moved=True)
+
+
+def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
+    """Samples with 0 for mean, slope, what is missing and the stretches `without`; None if too few are there, or all are on
+    a straight line.
+    """
     y = np.ascontiguousarray(stream.column(channel))
-    if stream.mask is not None:
+    # A ramp alone leaves its rounding, which has lines of its own.
+    rounding = _ROUNDING * max(float(np.fmax.reduce(y, initial=0.0)), -float(np.fmin.reduce(y, initial=0.0)))
+    if without:
+        y = y.copy()
+        margin = round(_RINGS / stream.grid.tau0)
+        for start, stop in without:
+            y[max(start - margin, 0) : stop + margin] = np.nan
+    if stream.mask is not None or without:
         there = np.isfinite(y)
         if there.mean() < 0.5:
             return None
@@ -87,15 +163,14 @@ def _filled(stream: Stream, channel: str) -> Floats | None:
             kept = y[there]
             middle = t.mean()
             slope = float((t - middle) @ (kept - kept.mean())) / float((t - middle) @ (t - middle))
-            filled = np.zeros(len(y))
+            y = np.zeros(len(y))
             # Scaled to the power that the whole would have.
-            filled[there] = (kept - kept.mean() - slope * (t - middle)) / math.sqrt(there.mean())
-            y = filled
+            y[there] = (kept - kept.mean() - slope * (t - middle)) / math.sqrt(there.mean())
         else:
             y = without_line(y)
     elif len(y) >= _SHORTEST:
         y = without_line(y)
-    if len(y) < _SHORTEST or not y.max() > y.min():
+    if len(y) < _SHORTEST or not y.max() - y.min() > rounding:
         return None
     return y
 
@@ -155,13 +230,15 @@ def _mains(line: Line, rate: float) -> str:
     return ""
 
 
-def _finding(stream: Stream, channel: str, groups: Sequence[Line], spectrum: Periodogram) -> Finding:
+def _finding(stream: Stream, scan: _Scan) -> Finding:
+    channel, groups, spectrum = scan.channel, scan.groups, scan.spectrum
     strongest = groups[0]
-    everything = [line for group in groups for line in (group, *group.harmonics)]
-    effect, changes, factor = _effect(stream, channel, everything, spectrum)
+    everything = scan.everything
+    effect, factor = _effect(stream, channel, everything, spectrum)
     named = "; ".join(map(repr, groups[:_MOST_NAMED]))
     more = f"; and {len(groups) - _MOST_NAMED} weaker" if len(groups) > _MOST_NAMED else ""
     part = ", looked for in four stretches" if spectrum.dof > 2 else ""
+    part += ", looked for between the motion" if scan.moved else ""
     return Finding(
         code="spectral_line",
         severity="warning" if factor >= NOTICEABLE else "info",
@@ -171,7 +248,6 @@ def _finding(stream: Stream, channel: str, groups: Sequence[Line], spectrum: Per
         size=strongest.amplitude,
         unit=stream.unit,
         effect=effect,
-        changes=changes,
         remedy=(
             "find what shakes or couples at this frequency and record without it; else fit from averaging times well"
             " beyond its period"
@@ -179,13 +255,11 @@ def _finding(stream: Stream, channel: str, groups: Sequence[Line], spectrum: Per
     )
 
 
-def _effect(
-    stream: Stream, channel: str, found: Sequence[Line], spectrum: Periodogram
-) -> tuple[str, tuple[tuple[str, float], ...], float]:
-    """In words; changes of coefficients; by which factor σ(τ) grows at worst."""
+def _effect(stream: Stream, channel: str, found: Sequence[Line], spectrum: Periodogram) -> tuple[str, float]:
+    """In words; by which factor σ(τ) grows at worst."""
     whole = stream.only(channel).longest_run()
     if whole.grid.n < _LEAST_RUN:
-        return "no run without a missing sample is long enough to tell what it does to σ(τ)", (), 1.0
+        return "no run without a missing sample is long enough to tell what it does to σ(τ)", 1.0
     sizes = cluster_sizes("half", n=whole.grid.n, tau0=stream.grid.tau0)
     sizes = sizes[sizes <= whole.grid.n // 3]
     (measured,), _, _ = _kernels.allan_variances(
@@ -193,15 +267,14 @@ def _effect(
     )
     column = sum((_avar(line, spectrum, sizes, stream.grid.tau0) for line in found), np.zeros(len(sizes)))
     # What is left is no less than the error of a single variance allows: a line may be all there is.
-    rest = np.maximum(measured - column, 0.02 * measured)
+    rest = np.maximum(measured - column, _LEAST_LEFT * measured)
     if not rest.min() > 0:
-        return "the samples repeat themselves exactly: there is no noise beside it", (), 1.0
+        return "the samples repeat themselves exactly: there is no noise beside it", 1.0
     factors = np.sqrt(measured / rest)
     worst = int(np.argmax(factors))
     factor = float(factors[worst])
     tau = sizes[worst] * stream.grid.tau0
     text = f"σ(τ) is up to {_times(factor)} what it would be without, at τ = {seconds(tau)} s"
-    changes = []
     if factor >= NOTICEABLE and len(sizes) >= 8:
         ratios = _change(whole.grid.n, sizes, measured, rest)
         words = []
@@ -209,11 +282,68 @@ def _effect(
             if ratio < _NOTHING_LEFT:
                 words.append(f"hardly any {term.replace('_', ' ')}")
             elif abs(ratio - 1) >= 0.01:
-                changes.append((term, ratio))
                 words.append(f"{term.replace('_', ' ')} {_times(ratio)} as large")
         if words:
-            text += f"; a fit to all times that knows no line finds {' and '.join(words)}"
-    return text, tuple(changes), factor
+            text += f"{_ALL_TIMES} that knows no line finds {' and '.join(words)}"
+    return text, factor
+
+
+def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
+    """A finding with what its lines do to the fit that is printed."""
+    scan = _scanned(stream, fitted.channel)
+    if scan is None or fitted.tau_min is None or fitted.n != stream.grid.n:
+        return finding
+    try:
+        after = fit(_curve_without(stream, scan, fitted), tau_min=fitted.tau_min)
+    except (DataError, OptionError):  # too few averaging times
+        return finding
+    changes = compared(fitted, after)
+    texts = words(changes, stream.quantity)
+    said = f"; the fit, from τ = {seconds(fitted.tau_min)} s on, finds " + (
+        " and ".join(texts) if texts else "no coefficient more than 5 % too large"
+    )
+    return replace(
+        finding,
+        effect=finding.effect.split(_ALL_TIMES)[0] + said,
+        changes=tuple((change.term, change.factor) for change in changes),
+    )
+
+
+def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCurve:
+    """The curve to be fitted, had there been no line; lines that are nothing where the fit was made may be left in."""
+    one = stream.only(scan.channel)
+    tau0 = stream.grid.tau0
+    sizes = cluster_sizes("half", n=stream.grid.n, tau0=tau0)
+    used = sizes[sizes * tau0 >= (fitted.tau_min or 0.0) * (1 - 1e-9)]
+    least = _NOTHING * fitted.avar(m=used)
+    matter = [line for line in scan.everything if (_avar(line, scan.spectrum, used, tau0) > least).any()]
+    steady = [line for line in matter if line.width == 0][:_MOST_TAKEN]
+    if steady:
+        rest = _without_sinusoids(one.column(scan.channel), steady, tau0)
+        one = replace(one, samples=Columns((rest,), (Transform(),), tau0))
+    curve = allan(Record(streams=(one,)))[scan.channel]
+    others = [_avar(line, scan.spectrum, curve.m, tau0) for line in matter if line.width > 0]
+    left = curve.avar - sum(others, np.zeros(len(curve.m)))
+    return replace(curve, avar=np.maximum(left, _LEAST_LEFT * curve.avar))
+
+
+def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats:
+    """Samples less each line: a sinusoid whose amplitude and phase may go up or down evenly, so that a frequency that is
+    half a bin off does no harm.
+    """
+    there = np.isfinite(y)
+    whole = bool(there.all())
+    level = float(y.mean() if whole else y[there].mean())
+    rest = y - level
+    t = np.arange(len(y), dtype=float)
+    slow = 2 * t / len(y) - 1
+    for line in steady:
+        turn = np.exp(2j * math.pi * line.frequency * tau0 * t)
+        columns = np.column_stack([turn.real, turn.imag, slow * turn.real, slow * turn.imag])
+        used = columns if whole else columns[there]
+        theta = np.linalg.solve(used.T @ used, used.T @ (rest if whole else rest[there]))
+        rest = rest - columns @ theta
+    return np.asarray(rest + level)
 
 
 def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau.diagnose import filters
 from sigmatau.diagnose.peaks import measured_lines, periodogram, strongest_line
+from sigmatau.diagnose.rolloff import fit_low_pass
 from sigmatau.errors import DataError
 from sigmatau.results import Finding, Printed, seconds
 from sigmatau.spectrum import Spectrum, good_length, welch
@@ -40,6 +41,7 @@ _EXACT = 1e-6  # of the root mean square: differences below are none
 _SKIRT = 64.0  # bins: a transform without a taper spreads a line far
 _LEAST_NOTHING = 0.02
 _OUTLIER = 16.0
+_FITS = 3.0  # deviance a point: by chance 1 ± 0.15; an empty band has hundreds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -279,6 +281,9 @@ def _empty(spectrum: Spectrum) -> Resampled | None:
     share = float(np.median(levels[end:]) / np.median(levels[max(edge - 8, 0) : edge + 1]))
     if share > EMPTY:
         return None
+    fitted = fit_low_pass(spectrum)
+    if fitted is not None and fitted.misfit < _FITS:
+        return None  # a digital filter of fourth order is as steep, but not as sudden
     band = 2 * float(centres[edge])
     brick = band * spectrum.tau0
     return Resampled(

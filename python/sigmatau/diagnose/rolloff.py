@@ -35,6 +35,12 @@ _MOST_FREEDOM = (
     2e4  # a bin is not trusted to better than 1 %: so wide is a bin, and so rounded the shapes of real filters
 )
 _CORNERS = 2.0 ** np.arange(-7.5, -0.4, 0.5)  # in sampling rates
+_HIGHEST = (0.40, 0.45)  # of digital filters, which end at half the sampling rate
+_LAST_CORNER = 0.49
+_PRECISION = 2e-3  # of a corner: densities are means over 1/16 octave, shapes are taken in the middle
+_DEPTH = 1e-9  # of the largest density: below is the rounding of the samples
+_ZERO = 1 / 128
+_SOME = (0.03, 0.1, 0.2, 0.3, 0.4, 0.45)
 _ALIKE = 10.0  # deviance by which another shape may be worse and still be possible
 _LARGEST_FLOOR = 0.5
 _LEAST_POINTS = 24
@@ -57,11 +63,14 @@ class LowPass(Printed):
     shape : str
         One of `sigmatau.diagnose.filters.SHAPES`, the likeliest.
     corner, error : float
-        Frequency of -3 dB and its standard error. [Hz]
+        Frequency of -3 dB and its standard error, which half the distance to the corner of any other shape that is possible
+        is part of. [Hz]
     alike : tuple of str
         Other shapes that the spectrum does not exclude, with corners of their own.
     corners : mapping
         Corner by shape, for those that are possible. [Hz]
+    misfit : float
+        Deviance of the fit over the number of its points: 1 by chance.
     evidence : float
         By how much the deviance is less than without a filter.
     short : float
@@ -76,6 +85,7 @@ class LowPass(Printed):
     error: float
     alike: tuple[str, ...]
     corners: Mapping[str, float]
+    misfit: float
     evidence: float
     short: float
     right_from: float
@@ -124,14 +134,16 @@ def fit_low_pass(spectrum: Spectrum, *, without: Sequence[tuple[float, float]] =
         return None
     rate = 1 / spectrum.tau0
     alike = tuple(s for s in sorted(best, key=lambda s: best[s][0]) if s != shape and best[s][0] < score + _ALIKE)
+    spread = max((abs(best[s][1] - x) for s in alike), default=0.0)
     ratio = float(filters.relative_avar(shape, x, 1, 1.0)[0])
     return LowPass(
         channel=spectrum.channel,
         shape=shape,
         corner=x * rate,
-        error=points.error(shape, variant, x) * rate,
+        error=math.hypot(points.error(shape, variant, x), _PRECISION * x, spread / 2) * rate,
         alike=alike,
         corners={s: best[s][1] * rate for s in (shape, *alike)},
+        misfit=score / len(points.density),
         evidence=gain,
         # A spectrum q·sin²(πf) of quantization has the Allan variance 3q/4 at one sample.
         short=math.sqrt((white * ratio + floor + 0.75 * quantization) / level),
@@ -142,14 +154,19 @@ def fit_low_pass(spectrum: Spectrum, *, without: Sequence[tuple[float, float]] =
 def promising(spectrum: Spectrum) -> bool:
     """Whether a fit is worth its time."""
     points = _points(spectrum, ())
-    return points is not None and _promising(points)
+    try:
+        return points is not None and _promising(points)
+    except RuntimeError:  # non-negative least squares found no end: a spectrum of rounding, over 15 digits
+        return False
 
 
 def _best(points: _Points) -> dict[str, tuple[float, float, str]]:
     """Score, corner and variant by shape."""
     corners = [float(x) for x in _CORNERS if x >= _LOWEST * points.frequency[0]]
     best: dict[str, tuple[float, float, str]] = {}
+    everywhere = corners
     for shape in filters.SHAPES:
+        corners = [*(x for x in everywhere if x < _HIGHEST[0]), *_HIGHEST] if filters.digital(shape) else everywhere
         tables = [_table(shape, x, points.frequency) for x in corners]
         coarse = {}
         for variant in _VARIANTS:
@@ -166,11 +183,12 @@ def _best(points: _Points) -> dict[str, tuple[float, float, str]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Points:
-    """Densities near 1, their degrees of freedom, and frequencies in sampling rates."""
+    """Densities near 1, their degrees of freedom, frequencies in sampling rates, and what is nothing."""
 
     density: Floats
     freedom: Floats
     frequency: tuple[float, ...]
+    nothing: float
 
     def deviance(self, columns: Floats, variant: str = "both", *, steps: int = 3) -> tuple[float, Floats]:
         """Least Σ ν (P/S − 1 − ln P/S), the likelihood of χ² densities, over S = columns·θ with θ ≥ 0; and θ."""
@@ -178,14 +196,14 @@ class _Points:
 
         kept = [k for k in range(columns.shape[1]) if k < 3 or variant == "both" or _VARIANTS[variant] == k]
         chosen = columns[:, kept]
-        expected = self.density
+        expected = self.density + self.nothing
         for _ in range(steps):
             weights = np.sqrt(self.freedom / 2) / expected
             coefficients, _ = nnls(chosen * weights[:, None], self.density * weights)
-            expected = np.maximum(chosen @ coefficients, 1e-3 * self.density)
+            expected = np.maximum(chosen @ coefficients + self.nothing, 1e-3 * self.density)
         theta = np.zeros(columns.shape[1])
         theta[kept] = coefficients
-        ratio = self.density / expected
+        ratio = (self.density + self.nothing) / expected
         return float(self.freedom @ (ratio - 1 - np.log(ratio))), theta
 
     def pruned(self, columns: Floats, variant: str) -> _Points | None:
@@ -193,10 +211,10 @@ class _Points:
         deviance, theta = self.deviance(columns, variant)
         if deviance < 2 * len(self.density):
             return None
-        kept = (self.density / (columns @ theta) - 1) * np.sqrt(self.freedom / 2) < _OUTLIER
+        kept = (self.density / (columns @ theta + self.nothing) - 1) * np.sqrt(self.freedom / 2) < _OUTLIER
         if kept.all() or kept.sum() < max(0.6 * len(kept), _LEAST_POINTS):
             return None
-        return _Points(self.density[kept], self.freedom[kept], tuple(np.array(self.frequency)[kept]))
+        return _Points(self.density[kept], self.freedom[kept], tuple(np.array(self.frequency)[kept]), self.nothing)
 
     def score(self, columns: Floats, variant: str, *, steps: int = 3) -> float:
         """Deviance, and a price for what comes after the filter."""
@@ -209,9 +227,10 @@ class _Points:
         """Least score near a corner of the grid, and where."""
         from scipy.optimize import minimize_scalar
 
+        highest = math.log(_LAST_CORNER) if filters.digital(shape) else math.inf
         result = minimize_scalar(
             lambda x: self.at(shape, variant, math.exp(x)),
-            bounds=(math.log(corner) - 0.35, math.log(corner) + 0.35),
+            bounds=(math.log(corner) - 0.35, min(math.log(corner) + 0.35, highest)),
             method="bounded",
             options={"xatol": to, "maxiter": 20},
         )
@@ -221,8 +240,9 @@ class _Points:
         """Standard error of the corner, from the curvature of the deviance."""
         step = 0.02
         middle = self.at(shape, variant, corner)
-        sides = self.at(shape, variant, corner * (1 + step)) + self.at(shape, variant, corner * (1 - step))
-        curvature = max(sides - 2 * middle, 1e-9) / (step * corner) ** 2
+        # On the flatter side, where another term takes the part of the filter; at its coefficient of 0 the other is steep.
+        sides = min(self.at(shape, variant, corner * (1 + step)), self.at(shape, variant, corner * (1 - step)))
+        curvature = max(2 * (sides - middle), 1e-9) / (step * corner) ** 2
         return min(math.sqrt(2 / curvature), corner)
 
 
@@ -242,7 +262,7 @@ def _points(spectrum: Spectrum, without: Sequence[tuple[float, float]]) -> _Poin
     if len(density) < _LEAST_POINTS or not density.min() > 0:
         return None
     scale = float(np.median(density))
-    return _Points(density / scale, freedom, centres)
+    return _Points(density / scale, freedom, centres, _DEPTH * float(density.max()) / scale)
 
 
 def _promising(points: _Points) -> bool:
@@ -250,8 +270,8 @@ def _promising(points: _Points) -> bool:
     least = points.deviance(_unfiltered(points.frequency))[0]
     some = min(
         points.deviance(_table(shape, x, points.frequency))[0]
-        for shape in ("first_order", "mean")
-        for x in _CORNERS[1::2]
+        for shape, corners in (("first_order", _CORNERS[1::2]), ("mean", _CORNERS[1::2]), ("digital2", _SOME))
+        for x in corners
     )
     return least - some > EVIDENCE / 4
 
@@ -261,10 +281,16 @@ def _binned(
 ) -> tuple[Floats, Floats, tuple[float, ...]]:
     """Means over 1/16 octave of the bins that are kept and are no lines."""
     edges = frequency[0] * 2.0 ** (np.arange(0, math.log2(frequency[-1] / frequency[0]) + 1, 1 / _PER_OCTAVE))
+    # Towards half the sampling rate, a zero of digital filters, each is an eighth octave of the distance to it; the last
+    # 1/64 is left out.
+    step = frequency[1] - frequency[0]
+    least = max(_ZERO, 8 * step)
+    ends = 0.5 - 0.5 * 2.0 ** -np.arange(0, max(math.log2(0.5 / least), 0), 1 / 8)
+    ends = ends[(ends > frequency[0]) & (0.5 - ends < (1 - 2 ** (-1 / _PER_OCTAVE)) / (1 - 2 ** (-1 / 8)) * ends)]
+    edges = np.concatenate((edges[edges < (ends[0] if len(ends) else 0.5 - least)], ends))
+    kept = kept & (frequency < 0.5 - least)
     starts = np.unique(np.searchsorted(frequency, edges * (1 - 1e-9)))
-    starts = starts[starts < len(frequency)]
-    if len(frequency) - starts[-1] < 4:  # half the sampling rate alone has half the degrees of freedom
-        starts = starts[:-1]
+    starts = starts[starts < np.searchsorted(frequency, 0.5 - least)]
     kept = kept & (density < _beside(density) * (1 + 8 * math.sqrt(2 / dof) + 40 / dof))
     number = np.add.reduceat(kept.astype(float), starts)
     there = number > 0

@@ -175,3 +175,13 @@ def test_bursts_and_signals():
     (burst,) = bursts(stream, summary(stream, "signal"))
     assert (burst.start, burst.stop) == (60_000, 60_100)
     assert not_static(stream) == []  # a temperature may do as it likes
+
+
+def test_a_step_without_a_walk_changes_no_walk_by_a_factor():
+    """The record has only a limit on the sensor's own walk, so that there is only a bound, in words."""
+    for k in range(5):
+        x = white(f"no walk {k}", (N, 1))[:, 0]
+        x[N // 2 :] += 0.5
+        (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
+        assert finding.changes == ()
+        assert "of which the record shows a limit only" in finding.effect

@@ -173,7 +173,9 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
     if math.isfinite(factor):
         said = affected(factor, term="rate random walk")
         if not rules:
-            said = f"{factor:.3g} times the sensor's own rate random walk or more, of which the record shows a limit only"
+            said = (
+                f"{factor:.3g} times the sensor's own rate random walk or more, of which the record shows a limit only"
+            )
     tilt = ""
     if stream.quantity == "acceleration":
         tilt = f" ({math.degrees(abs(largest.size) / 9.80665):.2g} deg, if it is a tilt from level)"

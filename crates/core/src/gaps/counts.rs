@@ -181,3 +181,48 @@ impl Counts {
         total.value() / (squares.value() * squares.value())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(n: usize) -> Vec<bool> {
+        (0..n).map(|k| k % 7 != 3 && k * k % 11 != 4 && !(n / 2..n / 2 + n / 8).contains(&k)).collect()
+    }
+
+    #[test]
+    fn white_noise_makes_the_ramp_that_its_weights_say() {
+        let there = mask(200);
+        let counts = Counts::of(&there);
+        for m in [1, 2, 5, 24, 60] {
+            let mut weights = vec![0.0; there.len()];
+            let mut squares = 0.0;
+            for start in 0..counts.starts(m) {
+                let Some((m1, m2)) = counts.pair(start, m) else { continue };
+                let mean = |first: usize, number: i64| {
+                    let sum: f64 = (first..first + m).filter(|&k| there[k]).map(|k| k as f64).sum();
+                    sum / number as f64
+                };
+                let distance = mean(start + m, m2) - mean(start, m1);
+                squares += distance * distance;
+                (start..start + m).for_each(|k| weights[k] -= distance / m1 as f64);
+                (start + m..start + 2 * m).for_each(|k| weights[k] += distance / m2 as f64);
+            }
+            let sum: f64 = weights.iter().zip(&there).filter(|(_, there)| **there).map(|(w, _)| w * w).sum();
+            let got = counts.white_slope(&there, m);
+            assert!((got / (sum / squares / squares) - 1.0).abs() < 1e-10, "{m}: {got}");
+        }
+    }
+
+    #[test]
+    fn both_widths_of_whole_numbers_agree() {
+        let there = mask(3000);
+        let counts = Counts::of(&there);
+        for m in [1, 64, 700] {
+            let narrow = counts.exact(&there, m);
+            let wide = counts.sums(&there, m, |count| Wrapping(count as u128), |sum| sum.0 as f64);
+            assert_eq!(narrow.pairs, wide.pairs);
+            assert!(narrow.rate_random_walk.to_bits() == wide.rate_random_walk.to_bits(), "{m}");
+        }
+    }
+}

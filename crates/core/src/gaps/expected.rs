@@ -373,4 +373,22 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn stretches_are_good_enough() {
+        // Five in a hundred lost and an outage that few of the stretches meet.
+        let there = mask(1_200_000);
+        let counts = Counts::of(&there);
+        for m in [1, 3, 24, 96] {
+            let rates: Vec<f64> = (1..=nodes_for(m)).map(rate_of).collect();
+            let weights: Vec<f64> =
+                (0..counts.starts(m)).map(|k| f64::from(u8::from(counts.pair(k, m).is_some()))).collect();
+            assert!(weights.len() > 2 * STRETCHES * STRETCH);
+            let some = counts.ratios_at(&there, m, 1, &rates);
+            let all = ratios_of(&there, m, 1, &weights, &rates);
+            for (some, all) in some.iter().zip(&all) {
+                close(*some, *all, 3e-4);
+            }
+        }
+    }
 }

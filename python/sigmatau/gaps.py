@@ -125,7 +125,8 @@ class Gaps:
 
         Exact for every pair that counts, but for flicker noise and Gauss-Markov processes: flicker noise is made of such
         processes, which is good to 1e-4 of its variance, and clusters of 128 or more samples of them begin at every 64th
-        to 128th part of their length, good to 1e-3 of what the gaps change.
+        to 128th part of their length, good to 1e-3 of what the gaps change; shorter clusters of records of more than half a
+        million samples are looked at in evenly spread stretches, good to 1e-4.
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         new = np.array(sorted({int(size) for size in sizes} - self._rows.keys()), dtype=np.int64)

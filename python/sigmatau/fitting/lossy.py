@@ -16,7 +16,7 @@ __all__ = ["MUCH", "white_covariance"]
 
 Floats = NDArray[np.float64]
 
-MUCH = 0.35
+MUCH = 0.25
 """Share of the samples; with less missing, the covariance is as without gaps but for the number of pairs."""
 
 _SAMPLES = 6000

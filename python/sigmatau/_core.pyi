@@ -27,6 +27,7 @@ __all__ = [
     "masked_covariance",
     "masked_expectations",
     "masked_variances",
+    "masked_white_slopes",
     "parse_text",
     "quadratic_edf",
     "read_sentences",
@@ -80,6 +81,7 @@ def deviation_limits(kind: str, samples: int) -> tuple[int, int, int]: ...
 def deviations_of_channels(
     kind: str, columns: list[_Floats], m: _Ints, overlapped: bool, threads: int
 ) -> tuple[list[_Floats], _Ints]: ...
+def masked_white_slopes(there: NDArray[np.bool_], m: _Ints, threads: int) -> _Floats: ...
 def masked_covariance(
     there: NDArray[np.bool_], m: _Ints, block: int, correlation_times: list[float]
 ) -> tuple[_Floats, _Floats, _Floats]: ...

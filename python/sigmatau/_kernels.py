@@ -38,6 +38,7 @@ __all__ = [
     "masked_covariance",
     "masked_expectations",
     "masked_variances",
+    "masked_white_slopes",
     "quadratic_edf",
     "simulate",
     "sinusoid_avar",
@@ -241,6 +242,14 @@ def masked_expectations(
     check_threads(threads)
     columns, times, ratios = _core.masked_expectations(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
     return columns.reshape(len(m), -1), times, ratios.reshape(len(m), -1)
+
+
+def masked_white_slopes(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
+) -> NDArray[np.float64]:
+    """Variance of the ramp that white noise of variance 1 shows at each cluster size; exact for the mask."""
+    check_threads(threads)
+    return _core.masked_white_slopes(np.ascontiguousarray(there), sizes(m), threads or 0)
 
 
 def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:

@@ -80,13 +80,14 @@ class Gaps:
         How many of them are missing.
     """
 
-    __slots__ = ("__weakref__", "_packed", "_rows", "missing", "n")
+    __slots__ = ("__weakref__", "_packed", "_rows", "_slopes", "missing", "n")
 
     def __init__(self, packed: NDArray[np.uint8], n: int) -> None:
         self._packed = packed
         self.n = n
         self.missing = n - int(self.there.sum())
         self._rows: dict[int, tuple[Floats, Floats]] = {}
+        self._slopes: dict[int, float] = {}
 
     @classmethod
     def of(cls, missing: NDArray[np.bool_]) -> Self:
@@ -124,7 +125,8 @@ class Gaps:
 
         Exact for every pair that counts, but for flicker noise and Gauss-Markov processes: flicker noise is made of such
         processes, which is good to 1e-4 of its variance, and clusters of 128 or more samples of them begin at every 64th
-        to 128th part of their length, good to 1e-3 of what the gaps change.
+        to 128th part of their length, good to 1e-3 of what the gaps change; shorter clusters of records of more than half a
+        million samples are looked at in evenly spread stretches, good to 1e-4.
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         new = np.array(sorted({int(size) for size in sizes} - self._rows.keys()), dtype=np.int64)
@@ -144,6 +146,15 @@ class Gaps:
             times=self._rows[int(sizes[0])][1][0],
             ratios=np.array([self._rows[int(size)][1][1] for size in sizes]),
         )
+
+    def white_slopes(self, m: ArrayLike) -> Floats:
+        """Variance of the ramp that white noise of variance 1 shows at cluster sizes `m`; exact for the mask."""
+        sizes = [int(size) for size in np.atleast_1d(np.asarray(m))]
+        new = np.array(sorted(set(sizes) - self._slopes.keys()), dtype=np.int64)
+        if len(new):
+            found = _kernels.masked_white_slopes(self.there, new)
+            self._slopes.update(zip(new.tolist(), found.tolist(), strict=True))
+        return np.array([self._slopes[size] for size in sizes])
 
     def gauss_markov_ratio(self, time: float, m: ArrayLike) -> Floats:
         """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation time.

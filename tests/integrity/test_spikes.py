@@ -165,3 +165,21 @@ def test_counts_of_a_mapped_file_are_masked_in_a_copy():
     masked, _ = mask_spikes(record)
     assert np.isnan(masked.streams[0].column("gyro_x")[7])
     assert x[7] == 30_000
+
+
+@pytest.mark.parametrize("share", [0.7, 0.85, 0.9, 0.97])
+def test_where_most_samples_are_missing_noise_makes_no_spike(share):
+    """Thousands before, from a scale of nothing; nor is a neighbour of a spike one."""
+    rng = np.random.default_rng(seed_of(f"sparse {share}"))
+    for _ in range(5):
+        x = rng.standard_normal(60_000)
+        x[rng.random(len(x)) < share] = np.nan
+        assert not find_spikes(x).any()
+        there = np.flatnonzero(np.isfinite(x))
+        # With two neighbours on either side.
+        near = np.convolve(np.isfinite(x), np.ones(5), "same")
+        at = int(there[np.argmax(near[there])])
+        x[at] += 30
+        found = np.flatnonzero(find_spikes(x))
+        assert set(found.tolist()) <= {at}
+        assert share > 0.9 or found.tolist() == [at]

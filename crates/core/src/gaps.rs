@@ -5,6 +5,7 @@
 //! What each kind of noise is expected to show in the pairs of a given mask is in [`expected`]: a cluster with fewer
 //! samples has more white noise, and of quantization noise it loses the telescoping of its differences.
 
+mod counts;
 pub mod covariance;
 pub mod expected;
 mod exponential;

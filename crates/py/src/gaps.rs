@@ -87,3 +87,18 @@ pub fn masked_covariance<'py>(
         found.slopes.concat().into_pyarray(py),
     ))
 }
+
+/// Variance of the ramp that white noise of variance 1 shows at each size.
+#[pyfunction]
+pub fn masked_white_slopes<'py>(
+    py: Python<'py>,
+    there: PyReadonlyArray1<'py, bool>,
+    m: PyReadonlyArray1<'py, i64>,
+    threads: usize,
+) -> PyResult<Floats<'py>> {
+    let there = there.as_slice()?;
+    let sizes = sizes(&m)?;
+    let threads = (threads > 0).then_some(threads);
+    let found = detached(py, || expected::white_slopes(there, &sizes, threads));
+    Ok(found.map_err(|error| value_error(&error))?.into_pyarray(py))
+}

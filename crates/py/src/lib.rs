@@ -34,7 +34,7 @@ mod _core {
     #[pymodule_export]
     use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
     #[pymodule_export]
-    use crate::gaps::{masked_covariance, masked_expectations, masked_variances};
+    use crate::gaps::{masked_covariance, masked_expectations, masked_variances, masked_white_slopes};
     #[pymodule_export]
     use crate::generate::simulate;
     #[pymodule_export]

@@ -39,6 +39,8 @@ _POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_ran
 _LOW_MODES = 512
 _HIGH_MODES = 400
 
+_LEAST_EIGENVALUE = 1e-8
+
 _LEAST_LEFT = 1e-3
 """Of a variance, once a ramp was removed."""
 
@@ -126,6 +128,8 @@ class Components:
         # Not @, which may start threads for this little.
         flat = np.einsum("k,kj->j", theta[first] * theta[second], self.noise.reshape(len(first), -1))
         total = np.asarray(flat.reshape(len(self.m), len(self.m)))
+        if self.gaps is not None:
+            total = _made_positive(total)
         if self.ramp_weights is None:
             return total
         slopes = np.einsum("p,pij->ij", theta, self.slopes)
@@ -133,14 +137,14 @@ class Components:
         v = float(self.ramp_weights @ c)
         if v <= 0:
             return total
-        squares = self.squares
+        squares, without = self.squares, total
         beta = c / v
         remainder = slopes - np.outer(c, c) / v
         for sign, share in ((-1.0, squares * beta), (1.0, squares * (beta - 1))):
             both = np.outer(share, share)
             ends = np.outer(beta if sign < 0 else beta - 1, beta if sign < 0 else beta - 1)
             total = total + sign * both * v * (0.5 * v * ends + remainder)
-        return total if self.gaps is None else _covariance_or(total, flat.reshape(total.shape))
+        return total if self.gaps is None else _covariance_or(total, without)
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
@@ -251,6 +255,24 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
         spectra=np.vstack([linear.spectra, np.zeros_like(linear.spectra[:1])]),
         powers=None if linear.powers is None else np.concatenate([linear.powers, np.zeros_like(linear.powers[:1])]),
     )
+
+
+def _made_positive(matrix: Floats) -> Floats:
+    """A matrix that should be a covariance; if it is none, with the least eigenvalues of its correlations raised.
+
+    With gaps, what terms have in common at two averaging times is not known well enough where one of them rules alone that
+    is hardly there.
+    """
+    root = np.sqrt(np.diag(matrix))
+    correlation = matrix / np.outer(root, root)
+    try:
+        np.linalg.cholesky(correlation - _LEAST_EIGENVALUE * np.eye(len(root)))
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(correlation)
+        raised = (vectors * np.maximum(values, 2 * _LEAST_EIGENVALUE)) @ vectors.T
+        root = root / np.sqrt(np.diag(raised))
+        return np.asarray(raised * np.outer(root, root))
+    return matrix
 
 
 def _covariance_or(matrix: Floats, other: Floats) -> Floats:

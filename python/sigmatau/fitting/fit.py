@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,17 @@ from sigmatau.fitting.attempt import LEAST_TIMES, LONGEST_SHARE, Data, best_atte
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noisefit import NoiseFit
 from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
+from sigmatau.gaps import Gaps
 from sigmatau.terms import TERMS
 
 __all__ = ["fit"]
 
 _PER_OCTAVE = 8
+_LEAST_IN_A_ROW = 1e-3
+_ALONE = (
+    "no two samples in a row are there: quantization noise cannot be told from a random walk, and is part of what is"
+    " stated as one"
+)
 _LEAST_PAIRS = 0.5
 """Times the cluster size, where samples are missing; a third of a whole record has one pair for each sample of it."""
 
@@ -77,6 +84,9 @@ def fit(
         raise OptionError(
             f"`terms` must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
+    alone = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _all_alone(curve.gaps)
+    if alone:
+        wanted.discard("quantization")
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:
@@ -107,11 +117,18 @@ def fit(
         if found is None:
             return descriptive(curve, data, nearest, scale, level)
         try:
-            return stated(curve, data, found, scale, level)
+            result = stated(curve, data, found, scale, level)
+            return replace(result, reason="; ".join(filter(None, [result.reason, _ALONE]))) if alone else result
         except (FloatingPointError, np.linalg.LinAlgError):
             # Trial values far from the fit may have no covariance, to rounding.
             why = "the model fits, but values beside it have no covariance: too few averaging times for its terms"
             return descriptive(curve, data, found, scale, level, reason=why)
+
+
+def _all_alone(gaps: Gaps) -> bool:
+    """Whether next to no sample has the one before it: quantization noise is then white, and no other than a random walk."""
+    there = gaps.there
+    return int(np.count_nonzero(there[1:] & there[:-1])) < _LEAST_IN_A_ROW * int(np.count_nonzero(there))
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:

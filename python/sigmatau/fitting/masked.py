@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.fitting.components import LINEAR, Components, components, pairs_of_terms, with_sinusoid
+from sigmatau.fitting.lossy import MUCH, white_covariance
 from sigmatau.gaps import Gaps
 
 __all__ = ["components_with_gaps"]
@@ -86,13 +87,12 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
         for p, q in pairs_of_terms(len(full.names))
     ]
     nearer = sizes / np.sqrt(e.square_distance)
-    nearer = sizes / np.sqrt(e.square_distance)
     slopes = [np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) for p in terms]
     # Without gaps the mean difference is that of the two ends of the record. Lost samples and the ends of an outage leave
     # their marks on it: at short times as much as they leave of white noise, at long times the blocks have it.
     short = _first_long(full)
     more = np.zeros(len(sizes))
-    more[:short] = np.maximum(_white_slopes(gaps.there, full.m[:short]) - np.diag(slopes[_WHITE])[:short], 0)
+    more[:short] = np.maximum(gaps.white_slopes(full.m[:short]) - np.diag(slopes[_WHITE])[:short], 0)
     for p in terms:
         slopes[p] = slopes[p] + np.diag(more * design[:, p] / design[:, _WHITE])
     return replace(
@@ -106,37 +106,15 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
     )
 
 
-def _white_slopes(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
-    """Variance of the ramp that white noise of variance 1 shows at each cluster size; exact for the mask."""
-    counts = np.concatenate([[0.0], np.cumsum(there)])
-    times = np.concatenate([[0.0], np.cumsum(there * np.arange(len(there), dtype=float))])
-    found = []
-    for size in m.tolist():
-        c1, c2 = (counts[k + size : len(counts) - size + k] - counts[k : len(counts) - 2 * size + k] for k in (0, size))
-        t1, t2 = (times[k + size : len(times) - size + k] - times[k : len(times) - 2 * size + k] for k in (0, size))
-        use = (2 * c1 >= size) & (2 * c2 >= size)
-        r1, r2 = (np.divide(use, c, out=np.zeros(len(c)), where=use) for c in (c1, c2))
-        distance = t2 * r2 - t1 * r1
-        # Of each sample, Σ d/m over the pairs that have it in their first cluster, and in their second.
-        sums = [np.concatenate([[0.0], np.cumsum(distance * r)]) for r in (r1, r2)]
-        at = np.arange(len(there))
-        last = len(distance)
-        weights = np.zeros(len(there))
-        for k, (sign, total) in enumerate(zip((-1.0, 1.0), sums, strict=True)):
-            upto, before = np.clip(at - k * size + 1, 0, last), np.clip(at - (k + 1) * size + 1, 0, last)
-            weights += sign * (total[upto] - total[before])
-        found.append(float(np.sum(weights[there] ** 2)) / float(np.sum(distance**2)) ** 2)
-    return np.array(found)
-
-
 def _of_processes(
     full: Components, gaps: Gaps, n_pairs: NDArray[np.int64], correlation_time: float | None
 ) -> tuple[dict[tuple[int, int], Floats], list[Floats]]:
     """Γ of pairs of processes as large as those of a whole record, and the covariances of the ramps."""
     shorter = np.sqrt((full.n + 1 - 2 * full.m) / n_pairs)
     fewer = np.outer(shorter, shorter)
+    alike = _of_white(full, gaps, fewer) if gaps.missing > MUCH * full.n else fewer
     tensors = {
-        (p, q): fewer * full.noise[k] * (1.0 if p == q else 0.5)
+        (p, q): alike * full.noise[k] * (1.0 if p == q else 0.5)
         for k, (p, q) in enumerate(pairs_of_terms(len(full.names)))
     }
     slopes = [fewer * slope for slope in full.slopes]
@@ -156,6 +134,23 @@ def _of_processes(
     for a, found in enumerate(ramps):
         slopes[a + 1] = _joined(slopes[a + 1], scale[a] * np.outer(near, near) * found)
     return tensors, slopes
+
+
+def _of_white(full: Components, gaps: Gaps, fewer: Floats) -> Floats:
+    """Covariances over those of a whole record, where much is missing: at short times as white noise has it.
+
+    Beside the size of the variances, which comes in by itself.
+    """
+    short = _first_long(full)
+    whole = pairs_of_terms(len(full.names)).index((_WHITE, _WHITE))
+    scale = gaps.expected(full.m[:short]).avar[:, _WHITE] / full.design[:short, _WHITE]
+    exact = white_covariance(gaps.there, full.m[:short])
+    alike = fewer.copy()
+    alike[:short, :short] = exact / (full.noise[whole, :short, :short] * np.outer(scale, scale))
+    root = np.sqrt(np.diag(alike)[:short] / np.diag(fewer)[:short])
+    alike[:short, short:] *= root[:, None]
+    alike[short:, :short] *= root
+    return alike
 
 
 def _block(n: int) -> int:

@@ -128,14 +128,22 @@ def summary(stream: Stream, channel: str) -> Summary:
         steps = np.diff(x, axis=1)
         power = np.einsum("ij,ij->i", steps, steps) / (w - 1)
         mean = np.einsum("ij->i", x) / w
-        for i in np.flatnonzero(~np.isfinite(mean)).tolist():
-            there, changes = present(x[i]), present(steps[i])
-            enough = len(there) >= w / 2 and len(changes) > 0
-            mean[i] = there.mean() if enough else np.nan
-            power[i] = (changes @ changes) / len(changes) if enough else np.nan
+        bad = np.flatnonzero(~np.isfinite(mean))
+        if len(bad):
+            mean[bad], count = _mean_of_present(x[bad])
+            power[bad], changes = _mean_of_present(steps[bad] ** 2)
+            few = bad[(count < w / 2) | (changes == 0)]
+            mean[few] = power[few] = np.nan
         means.append(mean)
         powers.append(power)
     return Summary(channel=channel, window=w, first=first, mean=np.concatenate(means), power=np.concatenate(powers))
+
+
+def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Mean of each row over the samples that it has, and how many those are."""
+    there = ~np.isnan(x)
+    count = there.sum(axis=1)
+    return np.where(there, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
 
 
 def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:

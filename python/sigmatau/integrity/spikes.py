@@ -32,6 +32,9 @@ _FALSE = 1e-4
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
 _STEPS, _UNSEEN = 1.0, 0.3
 
+# Fewer samples with all four before them have no scale to speak of: then those with two of them make it.
+_FEW = 1024
+
 # Fewer samples have no scale of their own to speak of.
 _LEAST = 32
 
@@ -55,7 +58,8 @@ def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     Returns
     -------
     ndarray of bool, shape (n,)
-        All False for fewer than 32 samples.
+        All False for fewer than 32 samples, or fewer than 32 that have two of the four before them: at random, with more
+        than about 95 % of 10⁵ missing.
     """
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
@@ -217,10 +221,24 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float]:
     for part in parts:
         windows = np.lib.stride_tricks.sliding_window_view(part, _SIDE + 1)
         residuals.append(windows[:, -1] - _median(windows[:, :-1]))
-        differences = np.abs(np.diff(part))
+        differences = np.abs(np.diff(part[~np.isnan(part)]))
         steps.append(differences[differences > 0])
+    residual = np.concatenate(residuals)
+    if np.count_nonzero(np.isfinite(residual)) < _FEW:
+        residual = _where_two_are(x)
+        if len(residual) < _LEAST:
+            return math.nan, 0.0
     changes = np.concatenate(steps)
-    return block_rms(np.concatenate(residuals)), float(changes.min()) if len(changes) else 0.0
+    return block_rms(residual), float(changes.min()) if len(changes) else 0.0
+
+
+def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
+    there = np.flatnonzero(np.isfinite(x))
+    before = there[2:] - there[:-2] <= _SIDE
+    at = there[2:][before][: _STRETCH * _STRETCHES]
+    near = _neighbours(x, at, -_SIDE, -1)
+    return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
 
 
 def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -232,15 +250,20 @@ def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
-    """Samples within two of a change that a spike cannot do without: half of the threshold. Of three in a row, all."""
+    """Samples within two of a change that a spike cannot do without: half of the threshold. Of three in a row, all.
+
+    Missing samples are passed over: a spike beside a gap differs from the next sample that is there.
+    """
+    there = np.flatnonzero(~np.isnan(x))
+    whole = len(there) == len(x)
     found = []
-    for start in range(0, len(x), CHUNK):
-        steps = np.abs(np.diff(x[start : start + CHUNK + 1]))
-        found.append(start + np.flatnonzero(~(steps <= threshold / 2)))  # beside a gap too
-    edges = np.concatenate(found)
+    for start in range(0, len(there), CHUNK):
+        part = slice(start, start + CHUNK + 1)
+        steps = np.abs(np.diff(x[part] if whole else x[there[part]]))
+        found.append(start + np.flatnonzero(steps > threshold / 2))
+    edges = np.concatenate([*found, np.empty(0, dtype=np.int64)])
     edges = np.unique(edges[:, None] + np.arange(-1, 3))
-    edges = edges[(edges >= 0) & (edges < len(x))]
-    return edges[np.isfinite(x[edges])]
+    return np.asarray(there[edges[(edges >= 0) & (edges < len(there))]])
 
 
 def _neighbours(x: NDArray[np.float64], at: NDArray[np.int64], first: int, last: int) -> NDArray[np.float64]:
@@ -258,10 +281,16 @@ def _residuals(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.floa
     sides = []
     for first, last in ((-_SIDE, -1), (1, _SIDE)):
         near = _neighbours(x, at, first, last)
-        enough = np.isfinite(near).sum(axis=1) >= 2
+        count = np.isfinite(near).sum(axis=1)
         median = np.full(len(at), np.nan)
+        enough, two = count > 2, count == 2
         if enough.any():
             median[enough] = np.nanmedian(near[enough], axis=1)
+        if two.any():
+            # Of two the nearer: the other may be a spike, which would move the mean of both.
+            distance = np.abs(near[two] - x[at[two], None])
+            nearer = np.nanargmin(distance, axis=1)
+            median[two] = near[two][np.arange(len(nearer)), nearer]
         sides.append(x[at] - median)
     before, after = sides
     lesser = np.where(np.abs(before) < np.abs(after), before, after)

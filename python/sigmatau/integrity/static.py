@@ -24,6 +24,11 @@ _KNOCK = 3
 _MATTERS = 1.02
 
 
+# A walk rules the long times if 3σ²/τ is the same over so many octaves, to this factor: bias instability makes 8 of it, and
+# the last variance of some 16 pairs has an error of a third.
+_RULED_OCTAVES, _SAME = 3, 2.0
+
+
 def not_static(stream: Stream) -> list[Finding]:
     """Motion of a sensor that should rest: rotation, knocks and other bursts, changes of level (tilt).
 
@@ -161,8 +166,16 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
     duration = stream.grid.duration
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
     added = sum(change.size**2 for change in changes) / duration
-    own = _walk(stream, channel, changes)
+    own, rules = _walk(stream, channel, changes)
     factor = math.sqrt(1 + added / own) if own > 0 else math.inf
+    # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
+    said = ""
+    if math.isfinite(factor):
+        said = affected(factor, term="rate random walk")
+        if not rules:
+            said = (
+                f"{factor:.3g} times the sensor's own rate random walk or more, of which the record shows a limit only"
+            )
     tilt = ""
     if stream.quantity == "acceleration":
         tilt = f" ({math.degrees(abs(largest.size) / 9.80665):.2g} deg, if it is a tilt from level)"
@@ -180,17 +193,23 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
         unit=stream.unit,
         effect=(
             f"as much as a rate random walk of {math.sqrt(added):.3g} {stream.unit}/√s adds to σ at long τ"
-            + (f": {affected(factor, term='rate random walk')}" if math.isfinite(factor) else "")
+            + (f": {said}" if said else "")
         ),
-        changes=(("rate_random_walk", factor),) if math.isfinite(factor) else (),
+        changes=(("rate_random_walk", factor),) if rules and math.isfinite(factor) else (),
         remedy="analyse a window that ends before it or begins after it (--window)",
     )
 
 
-def _walk(stream: Stream, channel: str, changes: list[LevelChange]) -> float:
-    """The least 3σ²(τ)/τ of the channel with its changes of level taken out: K² or more, for other terms only add to it."""
+def _walk(stream: Stream, channel: str, changes: list[LevelChange]) -> tuple[float, bool]:
+    """The channel's own K² with its changes of level taken out, or a bound on it; and whether a walk rules the long times.
+
+    3σ²(τ)/τ is K² where a walk rules, and more elsewhere: other terms only add to it. It then stays the same over octaves;
+    bias instability makes it fall by 2 an octave, white noise by 4.
+    """
     x = stream.column(channel).copy()
     for change in changes:
         x[change.sample :] -= change.size
     bounds = [3 * avar / (m * stream.grid.tau0) for m, avar, pairs in octaves(x) if pairs >= 16]
-    return min(bounds, default=0.0)
+    last = bounds[-1 - _RULED_OCTAVES :]
+    rules = len(last) > _RULED_OCTAVES and last[0] < _SAME * last[-1]
+    return min(bounds, default=0.0), rules

@@ -6,7 +6,7 @@
 //! there. Clusters begin at blocks, and of two pairs with differences z and z′, ½ Cov(z, z′)² is what they put into the
 //! covariance of the two variances. All entries come from one such model of the record, so that they fit together.
 
-use super::expected::Counts;
+use super::counts::Counts;
 use crate::error::Error;
 use crate::special::odd_harmonic;
 use rayon::prelude::*;

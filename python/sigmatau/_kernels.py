@@ -249,7 +249,7 @@ def masked_white_slopes(
 ) -> NDArray[np.float64]:
     """Variance of the ramp that white noise of variance 1 shows at each cluster size; exact for the mask."""
     check_threads(threads)
-    return _core.masked_white_slopes(np.ascontiguousarray(there), sizes(m), threads or 0)
+    return _core.masked_white_slopes(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
 
 
 def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:

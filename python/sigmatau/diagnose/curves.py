@@ -12,7 +12,7 @@ from sigmatau.fitting import NoiseFit
 from sigmatau.results import Finding, seconds
 from sigmatau.streams import Stream
 
-__all__ = ["LARGEST", "LEAST", "beyond", "constant", "of_fit", "rounding", "strided"]
+__all__ = ["LARGEST", "LEAST", "beyond", "constant", "lifeless", "of_fit", "rounding", "strided"]
 
 LEAST, LARGEST = 1e-120, 1e120
 """A fit squares variances."""
@@ -83,6 +83,22 @@ def constant(stream: Stream, channel: str) -> Finding:
         message=f"{stream.grid.n} samples of {value:.6g} {stream.unit} differ by no more than rounding",
         effect="not analysed; check the wiring, the resolution or the column",
     )
+
+
+def lifeless(stream: Stream) -> list[Finding]:
+    """Channels of a sensor that never change, or have no sample at all, without their curves."""
+    if stream.quantity == "temperature":
+        return []
+    said = []
+    for channel in stream.channels:
+        x = stream.column(channel)
+        low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
+        if low != low:
+            message = f"none of {stream.grid.n} samples is there"
+            said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=message))
+        elif high - low <= rounding(stream, channel):
+            said.append(constant(stream, channel))
+    return said
 
 
 def strided(curves: Mapping[str, DeviationCurve], name: str | None, why: str = "") -> list[Finding]:

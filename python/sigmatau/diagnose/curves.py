@@ -18,12 +18,24 @@ LEAST, LARGEST = 1e-120, 1e120
 """A fit squares variances."""
 
 
-def of_fit(fitted: NoiseFit) -> list[Finding]:
-    """Why a channel was not fitted, or not from its shortest time on."""
+_MANY = 0.1  # share of missing samples that may be the reason why there are too few
+
+
+def of_fit(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
+    """Why a channel was not fitted, or not from its shortest time on; `missing` is the share of its samples that is."""
     if fitted.verdict == "too_short":
+        lost = missing > _MANY
         return [
             Finding(
-                code="too_short", severity="warning", channel=fitted.channel, message=f"not fitted: {fitted.reason}"
+                code="too_short",
+                severity="warning",
+                channel=fitted.channel,
+                message=f"not fitted: {fitted.reason}"
+                + (f"; {100 * missing:.3g} % of the samples are missing, which leaves too few to fit" if lost else ""),
+                size=missing if lost else None,
+                remedy="look for the cause of the loss: a longer record with as many losses helps little"
+                if lost
+                else "",
             )
         ]
     if fitted.verdict == "descriptive":

@@ -3,18 +3,40 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import affected, block_rms, change_of_white, length, one_for_all, place, present, when
+from sigmatau.integrity.samples import (
+    affected,
+    block_rms,
+    change_of_white,
+    full_ends,
+    growing_step,
+    length,
+    one_for_all,
+    place,
+    present,
+    when,
+)
 from sigmatau.results import Finding
-from sigmatau.streams import Stream
+from sigmatau.streams import Stream, Transform
 
-__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "stuck_runs", "stuck_samples"]
+__all__ = [
+    "Repeats",
+    "dropouts",
+    "repeated_samples",
+    "repeats",
+    "runs_of_equal",
+    "stuck_runs",
+    "stuck_samples",
+    "without_runs",
+    "zero_runs",
+]
 
 # A run is improbable if noise makes one so long in one of so many records.
 _FALSE = 1e-4
@@ -34,6 +56,13 @@ _LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
 # A channel says nothing about repeats if its own step makes half of its neighbours equal, or if what changes is but a step
 # or two: then chance and repetition look alike.
 _TOO_COARSE, _STEPS = 0.5, 3.0
+
+# Parts of the record, of which more than half must say so.
+_PARTS = 8
+
+# So large a part of the visits to zero must be runs: a sensor whose range ends at zero is there for single samples too, and
+# so is one whose numbers are coarse.
+_IN_RUNS = 0.95
 
 # The mean is a whole number to this, and no sample is there less often: each is there so many times.
 _WHOLE = 0.01
@@ -93,32 +122,61 @@ def repeats(stream: Stream) -> Repeats | None:
     equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
     as many equations as unknowns. On one channel: p = q/(√(2π)·s) for steps q and changes of standard deviation s.
     """
-    n = stream.grid.n - 1
     together: NDArray[np.bool_] | None = None
     used: list[str] = []
-    shares: list[float] = []
+    equals: list[NDArray[np.bool_]] = []
     alone: dict[str, float] = {}
+    inside: NDArray[np.bool_] | None = None
     whole = True
     for channel in stream.channels:
         x = stream.column(channel)
         equal = x[1:] == x[:-1]
         count = int(np.count_nonzero(equal))
-        if count == n:
+        if count == len(equal):
             continue
         if count < _LEAST_EQUAL:
             whole = False
             continue
-        share = _share_alone(stream, channel, x, equal)
+        counted = _inside(x)
+        share = _share_alone(stream, channel, x, equal, counted)
         if share > 0:
             alone[channel] = share
+        if counted is not None:
+            inside = counted if inside is None else inside & counted
         used.append(channel)
-        shares.append(count / (n + 1))
+        equals.append(equal)
         together = equal if together is None else together & equal
     if whole and together is not None and len(used) > 1:
-        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n)
-        if share > 0:
+        n = len(together)
+        if inside is not None:
+            equals, together = [equal[inside] for equal in equals], together[inside]
+            n = len(together)
+        shares = [int(np.count_nonzero(equal)) / (n + 1) for equal in equals]
+        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n) if n else 0.0
+        if share > 0 and _in_all_parts(equals, together, share):
             return _repeats(tuple(used), share, together)
     return _of_alone(stream, alone)
+
+
+def _in_all_parts(equals: list[NDArray[np.bool_]], together: NDArray[np.bool_], share: float) -> bool:
+    """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
+    found = 0
+    edges = np.linspace(0, len(together), _PARTS + 1).astype(int).tolist()
+    for a, b in pairwise(edges):
+        shares = [int(np.count_nonzero(equal[a:b])) / (b - a) for equal in equals]
+        found += _solved(shares, int(np.count_nonzero(together[a:b])) / (b - a)) > share / 3
+    return 2 * found > _PARTS
+
+
+def _inside(x: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    """Where a sample is not at a full end of the range, as the next may be too without being a copy; None: everywhere."""
+    ends = full_ends(x)
+    if not ends:
+        return None
+    inside = np.ones(len(x) - 1, dtype=bool)
+    for end in ends:
+        inside &= x[:-1] != end
+    return inside
 
 
 def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
@@ -126,7 +184,8 @@ def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
         return None
     channel = max(alone, key=lambda c: alone[c])
     x = stream.column(channel)
-    return _repeats(tuple(alone), alone[channel], x[1:] == x[:-1])
+    equal, inside = x[1:] == x[:-1], _inside(x)
+    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
 
 
 def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) -> Repeats:
@@ -142,13 +201,23 @@ def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) 
     return Repeats(channels=channels, share=share, shortest=shortest, longest=longest)
 
 
-def _share_alone(stream: Stream, channel: str, x: NDArray[np.float64], equal: NDArray[np.bool_]) -> float:
+def _share_alone(
+    stream: Stream,
+    channel: str,
+    x: NDArray[np.float64],
+    equal: NDArray[np.bool_],
+    inside: NDArray[np.bool_] | None,
+) -> float:
+    if inside is not None:
+        equal = equal[inside]
+        if not len(equal):
+            return 0.0
     n, count = len(equal), int(np.count_nonzero(equal))
     found = resolution(stream, channel)
     step = 0.0 if found is None else found.step
     differences = np.diff(x[: 1 << 18])
     scale = block_rms(differences[differences != 0])
-    if scale < _STEPS * step:
+    if scale < _STEPS * step or growing_step(x) > 0:
         return 0.0
     chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
     share = (count / (n + 1) - chance) / (1 - chance)
@@ -164,17 +233,22 @@ def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
     f = np.array(shares)
     if all_at_once * n < _LEAST_EQUAL:
         return 0.0
-    low, high = 0.0, min(all_at_once, float(f.min()))
-    for _ in range(60):
-        h = (low + high) / 2
-        by_chance = np.prod((f - h) / (1 - h)) if h < 1 else 0.0
-        low, high = (h, high) if h + (1 - h) * by_chance < all_at_once else (low, h)
-    h = (low + high) / 2
+    h = _solved(shares, all_at_once)
     chance = (f - h) / (1 - h)
     if chance.max() > _TOO_COARSE:
         return 0.0
     noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
     return h if h > _LEAST_SHARE + _SIGMAS * noise else 0.0
+
+
+def _solved(shares: list[float], all_at_once: float) -> float:
+    f = np.array(shares)
+    low, high = 0.0, min(all_at_once, float(f.min()))
+    for _ in range(60):
+        h = (low + high) / 2
+        by_chance = np.prod((f - h) / (1 - h)) if h < 1 else 0.0
+        low, high = (h, high) if h + (1 - h) * by_chance < all_at_once else (low, h)
+    return (low + high) / 2
 
 
 def repeated_samples(stream: Stream) -> list[Finding]:
@@ -249,7 +323,7 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
         The channel.
     """
     first, lengths = runs_of_equal(x, least=_LEAST_RUN)
-    if len(first) == 0 or int(lengths.max()) == len(present(x)):
+    if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
     found = resolution(stream, channel)
 
@@ -273,8 +347,45 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
     return first[kept], lengths[kept]
 
 
-def stuck_samples(stream: Stream) -> list[Finding]:
-    """Runs of equal samples that are improbably long for the step and the noise of a channel.
+def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First samples and lengths of the runs in which a channel has nothing but the number 0: it was not connected.
+
+    None of a sensor whose range ends at 0, or whose numbers are coarse, which is there for single samples too, and none of
+    accumulated values, whose changes are 0 where they stick.
+    """
+    first, lengths = stuck_runs(stream, channel, x)
+    transform = stream.samples.transforms[stream.channels.index(channel)]
+    if len(first) == 0 or transform.kind == "accumulated":
+        return first[:0], lengths[:0]
+    factor = transform.scale * transform.factor / (stream.grid.tau0 if transform.kind != "rate" else 1.0)
+    zero = -transform.offset * factor if transform.offset else 0.0
+    here = x[first] == zero
+    if not here.any():
+        return first[:0], lengths[:0]
+    at = np.flatnonzero(x == zero)
+    alone = np.count_nonzero(np.diff(at) > 1) + 1 - np.count_nonzero(here)
+    if alone > (1 - _IN_RUNS) * (alone + np.count_nonzero(here)):
+        here[:] = False
+    return first[here], lengths[here]
+
+
+def without_runs(stream: Stream) -> Stream:
+    """The stream with the runs that noise does not make taken for missing."""
+    columns, mask = {}, np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+    for k, channel in enumerate(stream.channels):
+        x = stream.column(channel)
+        for start, size in zip(*(found.tolist() for found in stuck_runs(stream, channel, x)), strict=True):
+            mask[start : start + size, k] = True
+        columns[channel] = x
+    if not mask.any():
+        return stream
+    raw = tuple(np.where(mask[:, k], np.nan, x) for k, x in enumerate(columns.values()))
+    samples = replace(stream.samples, raw=raw, transforms=(Transform(),) * len(raw))
+    return replace(stream, samples=samples, mask=mask if stream.mask is None else mask | stream.mask)
+
+
+def dropouts(stream: Stream) -> list[Finding]:
+    """Runs in which a channel has nothing but the number 0: the sensor, or the link to it, was not there.
 
     Parameters
     ----------
@@ -288,16 +399,47 @@ def stuck_samples(stream: Stream) -> list[Finding]:
     findings = []
     for channel in stream.channels:
         x = stream.column(channel)
+        first, lengths = zero_runs(stream, channel, x)
+        if len(first):
+            findings.append(_stuck(stream, channel, x, first, lengths, zero=True))
+    return one_for_all(findings, stream)
+
+
+def stuck_samples(stream: Stream) -> list[Finding]:
+    """Runs of equal samples that are improbably long for the step and the noise of a channel.
+
+    Parameters
+    ----------
+    stream : Stream
+
+    Returns
+    -------
+    list of Finding
+        At most one a channel, or one for several axes; none for a channel that never changes, for runs at an end of the
+        range, see `saturation`, and for runs of the number 0, see `dropouts`.
+    """
+    findings = []
+    for channel in stream.channels:
+        x = stream.column(channel)
         first, lengths = stuck_runs(stream, channel, x)
+        if not len(first):
+            continue
         # At an end of the range it is the range that is too small: `saturation` says so.
-        kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) if len(first) else np.zeros(0, dtype=bool)
+        gone = zero_runs(stream, channel, x)[0]
+        kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, gone)
         if kept.any():
             findings.append(_stuck(stream, channel, x, first[kept], lengths[kept]))
     return one_for_all(findings, stream)
 
 
 def _stuck(
-    stream: Stream, channel: str, x: NDArray[np.float64], first: NDArray[np.int64], lengths: NDArray[np.int64]
+    stream: Stream,
+    channel: str,
+    x: NDArray[np.float64],
+    first: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    *,
+    zero: bool = False,
 ) -> Finding:
     tau0 = stream.grid.tau0
     longest = int(np.argmax(lengths))
@@ -306,19 +448,20 @@ def _stuck(
         bad[start + 1 : start + size] = True
     share = float(bad.mean())
     factor, tau = change_of_white(x, bad, tau0)
+    equal = "0" if zero else "equal"
     many = (
-        f"{len(first)} runs of equal samples, the longest {lengths[longest]}"
+        f"{len(first)} runs of samples that are {equal}, the longest {lengths[longest]}"
         if len(first) > 1
-        else (f"{lengths[longest]} samples are equal")
+        else f"{lengths[longest]} samples are {equal}"
     )
     matters = share > _SHARE or lengths[longest] * tau0 >= _LONG_S or abs(factor - 1) > 0.02
     return Finding(
-        code="stuck_samples",
+        code="dropout" if zero else "stuck_samples",
         severity="warning" if matters else "info",
         channel=channel,
         message=(
             f"{many} ({length(int(lengths[longest]), stream)}) from {when(int(first[longest]), stream)} on, which its"
-            f" noise does not make; {100 * share:.2g} % of the record is stuck"
+            f" noise does not make; {100 * share:.2g} % of the record is {'lost so' if zero else 'stuck'}"
         ),
         where=place(int(first[longest]), stream),
         size=float(lengths[longest]) * tau0,

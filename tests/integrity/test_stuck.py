@@ -9,8 +9,8 @@ import sigmatau
 from known import seed_of
 from sigmatau import Record, allan, fit
 from sigmatau.integrity import check, dropouts, repeated_samples, saturation, stuck_samples
+from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.saturation import _clipped_sd
-from sigmatau.integrity.stuck import repeats, runs_of_equal
 
 N = 60_000
 

@@ -5,12 +5,13 @@ One module a kind of fault; each takes a stream and returns findings. `check` ru
 
 from sigmatau.integrity.interpolated import interpolated
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
+from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
 from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
 from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
 from sigmatau.integrity.static import not_static
-from sigmatau.integrity.stuck import dropouts, repeated_samples, stuck_samples, without_runs
+from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import Stream

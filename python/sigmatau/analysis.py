@@ -26,6 +26,7 @@ from sigmatau.allan import (
 from sigmatau.anglenoise import angle_noise, untold
 from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.diagnose import curves as curve_findings
+from sigmatau.diagnose.causes import one_cause
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.integrity import mask_spikes
@@ -256,13 +257,14 @@ def analyze(
             fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            findings += curve_findings.of_fit(fits[channel])
+            findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
         findings = with_fits(record, fits, findings, looked_at=looked_at)
         findings += check_fits(record, fits, looked_at=looked_at)
         if window is not None:
             findings += bias_finding(whole, window, fits)
+    findings = one_cause(findings, list(curves), max(stream.grid.duration for stream in record.streams))
     maps: dict[str, DynamicAllan] = {}
     for channel in curves if stability else ():
         try:
@@ -342,6 +344,12 @@ def _curves(
 
 def _in_bounded_memory(stream: Stream, long: Long, threads: int | None) -> bool:
     return long == "strided" or (long == "auto" and stream.mask is None and not memory.fits(stream, threads))
+
+
+def _lost(record: Record, channel: str) -> float:
+    """The share of the samples of a channel that is missing."""
+    stream = record.stream_of(channel)
+    return 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
 
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:

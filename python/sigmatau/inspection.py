@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from sigmatau.diagnose import Bandwidth, check
+from sigmatau.diagnose import curves as curve_findings
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 
@@ -41,4 +42,5 @@ def inspect(path: str | os.PathLike[str], *, bandwidth: Bandwidth | None = None,
     found = inspection.inspect(path, **reading)
     if found.record is None:
         return found
-    return replace(found, checks=check(found.record, bandwidth=bandwidth))
+    nothing = [finding for stream in found.record.streams for finding in curve_findings.lifeless(stream)]
+    return replace(found, checks=(*nothing, *check(found.record, bandwidth=bandwidth)))

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 
+import sigmatau
 from known import seed_of
 from sigmatau import Record, allan, fit
-from sigmatau.integrity import repeated_samples, saturation, stuck_samples
+from sigmatau.integrity import check, dropouts, repeated_samples, saturation, stuck_samples
+from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.saturation import _clipped_sd
-from sigmatau.integrity.stuck import repeats, runs_of_equal
 
 N = 60_000
 
@@ -83,6 +84,81 @@ class TestRepeated:
         assert "σ at one sample is 0.25 ×" in finding.effect
         # The mean square of 600,000 changes of white noise, 0.5 of it the standard error of σ.
         assert ratio == pytest.approx(0.25, rel=3 * 0.5 * math.sqrt(3 / 600_000))
+
+    @pytest.mark.parametrize("high", [0.2, 0.5, 1.0])
+    def test_clipping_is_no_repetition(self, high):
+        """Neighbours are both at the end of the range in the square of the share that is; none is a copy."""
+        x = white(f"clipped neighbours {high}")
+        assert repeated_samples(gyro(np.clip(x, -high, high))) == []
+        assert repeated_samples(gyro(np.clip(x, -9, high))) == []
+        assert repeated_samples(gyro(np.clip(x[:, :1], -9, high) * [[1, 0, 0]])) == []
+
+    def test_copies_are_found_in_what_is_clipped(self):
+        x = np.repeat(np.clip(white("clipped copies"), -1, 1), 2, axis=0)
+        (finding,) = repeated_samples(gyro(x))
+        assert finding.size == pytest.approx(2, rel=0.02)
+
+    @pytest.mark.parametrize("bias", [1e-3, 1e-2, 0.1])
+    @pytest.mark.parametrize("sigma", [1e-5, 3e-5, 1e-4])
+    def test_angles_in_single_precision_do_not_repeat(self, bias, sigma):
+        """Their step doubles with the angle, on all axes at once; the differences of printed ones are equal but for dust."""
+        rng = np.random.default_rng(seed_of(f"single precision {bias} {sigma}"))
+        angle = np.cumsum(rng.normal(bias, sigma, (100_000, 3)), axis=0)
+        single = angle.astype(np.float32)
+        printed = np.diff(np.round(angle, 6), axis=0)
+        told = []
+        for array, kind in ((single, "accumulated"), (np.diff(single, axis=0), "increments"), (printed, "increments")):
+            stream = Record.from_arrays(rate=100, gyro=array, input=kind, unit={"gyro": "rad"}).streams[0]
+            told += [f.code for f in check(stream)]
+        assert not {"repeated_samples", "saturation", "stuck_samples", "dropout"} & set(told)
+
+    @pytest.mark.parametrize("stamps", [True, False])
+    @pytest.mark.parametrize("times", [2, 4])
+    def test_what_is_stated_of_the_coefficients(self, times, stamps):
+        """By stamps of the rows the random walk is the sensor's own; by the sensor's rate for the rows it is √k of it."""
+        rng = np.random.default_rng(seed_of(f"stated {times} {stamps}"))
+        x = np.repeat(rng.normal(size=(100_000, 3)), times, axis=0)
+        data = {f"w{axis}": x[:, k] for k, axis in enumerate("xyz")}
+        options = {"rate": 100.0}
+        unit = {"gyro": "rad/s"}
+        if stamps:
+            data["t"] = np.arange(len(x)) / (100.0 * times)
+            options, unit = {"rate": 100.0 * times}, {"gyro": "rad/s", "time": "s"}  # typed as well, and confirmed
+        record = sigmatau.from_frame(data, unit=unit, **options)
+        (finding,) = repeated_samples(record.streams[0])
+        stated = dict(finding.changes).get("random_walk", 1.0)
+        assert stated == pytest.approx(1.0 if stamps else math.sqrt(times), rel=0.01)
+        assert ("if it is the sensor's own rate" in finding.effect) == (not stamps)
+        tau = 64 * times / record.streams[0].grid.rate
+        # The sensor's own: 1 at 100 Hz.
+        got = [float(c.adev[0]) * math.sqrt(tau / 0.01) for c in allan(record, taus=[tau]).values()]
+        # Three axes of 1562 clusters; held samples that clusters share make less than 1 %.
+        assert np.mean(got) == pytest.approx(stated, rel=3 / math.sqrt(2 * 3 * 1562) + 0.01)
+
+
+class TestDropout:
+    @pytest.mark.parametrize("bias", [0.0, 30.0])
+    def test_a_run_of_zeros(self, bias):
+        x = white(f"dropout {bias}") + bias
+        x[20_000:20_500, 1] = 0.0
+        (finding,) = check(gyro(x / 100))
+        assert (finding.code, finding.channel, finding.severity) == ("dropout", "gyro_y", "warning")
+        assert finding.where == "t = 200 s"
+        assert finding.size == pytest.approx(5.0)
+        assert "500 samples are 0 (5 s)" in finding.message
+
+    def test_a_range_that_ends_at_zero_is_saturation(self):
+        for level in (0.0, -1.0, -2.0):
+            x = np.maximum(white(f"half {level}") + level, 0.0)
+            assert dropouts(gyro(x)) == []
+            assert [f.code for f in saturation(gyro(x))] == ["saturation"]
+            assert stuck_samples(gyro(x)) == []
+
+    def test_coarse_numbers_that_stick_at_zero(self):
+        x = np.round(white("coarse zero"))
+        x[20_000:20_500, 1] = 0.0
+        assert dropouts(gyro(x)) == []
+        assert len(stuck_samples(gyro(x))) == 1
 
 
 class TestStuck:

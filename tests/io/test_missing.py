@@ -76,6 +76,47 @@ class TestValues:
             read(log(tmp_path, rows({i: f"{i / 100}," for i in range(6)})))
         assert read(log(tmp_path, rows({i: f"{i / 100}," for i in range(5)}))).findings[0].severity == "warning"
 
+    @pytest.mark.parametrize("share", [0.6, 0.999, 1.0])
+    @pytest.mark.parametrize("stamps", [True, False])
+    def test_one_empty_channel_costs_no_other(self, tmp_path, share, stamps):
+        rng = np.random.default_rng(seed_of(f"empty channel {share} {stamps}"))
+        n = 20_000
+        x, y, z = rng.normal(size=(3, n))
+        y[rng.random(n) < share] = np.nan
+        data = {"wx": x, "wy": y, "wz": z} | ({"t": np.arange(n) / 100} if stamps else {})
+        unit = {"gyro": "rad/s"} | ({"time": "s"} if stamps else {})
+        record = sigmatau.from_frame(data, unit=unit, **({} if stamps else {"rate": 100}))
+        assert record.channels == ("gyro_x", "gyro_z")
+        np.testing.assert_array_equal(record.streams[0].column("gyro_z"), z)
+        (finding,) = record.findings
+        assert (finding.code, finding.severity, finding.channel) == ("empty_channel", "error", "gyro_y")
+        assert finding.size == np.mean(np.isnan(y))
+        assert f"in {np.isnan(y).sum()} of {n} rows ({100 * finding.size:.3g} %)" in finding.message
+        analysis = analyze(record)
+        assert list(analysis.curves) == ["gyro_x", "gyro_z"]
+        assert [f.code for f in analysis.findings] == ["empty_channel"]
+        alone = analyze(Record.from_arrays(rate=100, gyro_x=x, gyro_z=z))
+        assert alone.fits["gyro_x"].observed == pytest.approx(analysis.fits["gyro_x"].observed, rel=1e-9)
+        assert np.isnan(data["wy"]).any()
+
+    def test_inspect_tells_of_channels_with_nothing_in_them(self, tmp_path):
+        rng = np.random.default_rng(seed_of("nothing in them"))
+        lines = [f"{k / 100:.2f},{a!r},,3.5" for k, a in enumerate(rng.normal(size=2000).tolist())]
+        path = log(tmp_path, "time [s],wx [rad/s],wy [rad/s],wz [rad/s]\n" + "\n".join(lines) + "\n")
+        found = sigmatau.inspect(path)
+        told = {(f.code, f.channel) for f in (*found.record.findings, *found.checks)}
+        assert told == {("empty_channel", "gyro_y"), ("constant_channel", "gyro_z")}
+        analysis = analyze(read(path))
+        assert {(f.code, f.channel) for f in analysis.findings} == told
+        assert list(analysis.curves) == ["gyro_x"]
+
+    def test_an_array_without_a_sample(self):
+        x = np.random.default_rng(seed_of("array without")).normal(size=2000)
+        analysis = analyze(Record.from_arrays(rate=100, gyro_x=x, gyro_y=np.full(2000, np.nan), gyro_z=np.ones(2000)))
+        assert list(analysis.curves) == ["gyro_x"]
+        told = {(f.code, f.channel) for f in analysis.findings}
+        assert told == {("too_few_samples", "gyro_y"), ("constant_channel", "gyro_z")}
+
     @pytest.mark.parametrize(("end", "kept"), [("0.10,", 10), ("0.10,1", 10), ("0.10,1\n", 11), ("0.10,\n", 11)])
     def test_a_last_field_that_was_cut_off_is_no_missing_number(self, tmp_path, end, kept):
         record = read(log(tmp_path, rows() + end))

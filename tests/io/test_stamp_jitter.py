@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from stamping import record_of
+from stamping import codes, found, record_of
 
 import sigmatau
 from known import seed_of
@@ -10,6 +10,30 @@ from sigmatau import allan, fit
 
 
 class TestJitter:
+    @pytest.mark.parametrize("share", [0.1, 0.15, 0.2])
+    def test_no_row_is_lost_or_moved(self, share):
+        """At 0.2 of an interval twelve of 60,000 stamps are behind the next, one in eighty nearer to another place."""
+        rng = np.random.default_rng(seed_of(f"honest jitter {share}"))
+        for _ in range(5):
+            x = np.arange(60_000.0)
+            record = record_of((x + rng.normal(0, share, len(x))) / 100, x)
+            assert codes(record) == ["jitter"]
+            np.testing.assert_array_equal(record.streams[0].column("gyro_x"), x)
+            assert record.streams[0].grid.rate == pytest.approx(100, rel=4 * share * 12**0.5 / len(x) ** 1.5)
+
+    def test_beside_a_loss_few_are_moved(self):
+        """Only a stamp beside a hole, nearer to it than to its own place, cannot be told from one that belongs there."""
+        share, loss = 0.2, 0.01
+        rng = np.random.default_rng(seed_of("jitter and loss"))
+        k = np.flatnonzero(rng.random(60_000) >= loss)
+        one = found((k + rng.normal(0, share, len(k))) / 100)
+        assert one.n == k[-1] - k[0] + 1
+        moved = np.flatnonzero(one.places != k - k[0])
+        expected = 2 * loss * 0.00621 * len(k)  # two rows beside each hole, each beyond half an interval on that side
+        assert len(moved) <= 2 * expected + 3 * (2 * expected) ** 0.5  # and those that are swapped there
+        holes = np.flatnonzero(np.diff(k) > 1)
+        assert all(np.abs(holes - m).min() <= 5 for m in moved)
+
     def test_it_is_measured(self):
         rng = np.random.default_rng(seed_of("jitter"))
         for share in (0.01, 0.1):

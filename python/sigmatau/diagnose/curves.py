@@ -12,18 +12,30 @@ from sigmatau.fitting import NoiseFit
 from sigmatau.results import Finding, seconds
 from sigmatau.streams import Stream
 
-__all__ = ["LARGEST", "LEAST", "beyond", "constant", "of_fit", "rounding", "strided"]
+__all__ = ["LARGEST", "LEAST", "beyond", "constant", "lifeless", "of_fit", "rounding", "strided"]
 
 LEAST, LARGEST = 1e-120, 1e120
 """A fit squares variances."""
 
 
-def of_fit(fitted: NoiseFit) -> list[Finding]:
-    """Why a channel was not fitted, or not from its shortest time on."""
+_MANY = 0.1  # share of missing samples that may be the reason why there are too few
+
+
+def of_fit(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
+    """Why a channel was not fitted, or not from its shortest time on; `missing` is the share of its samples that is."""
     if fitted.verdict == "too_short":
+        lost = missing > _MANY
         return [
             Finding(
-                code="too_short", severity="warning", channel=fitted.channel, message=f"not fitted: {fitted.reason}"
+                code="too_short",
+                severity="warning",
+                channel=fitted.channel,
+                message=f"not fitted: {fitted.reason}"
+                + (f"; {100 * missing:.3g} % of the samples are missing, which leaves too few to fit" if lost else ""),
+                size=missing if lost else None,
+                remedy="look for the cause of the loss: a longer record with as many losses helps little"
+                if lost
+                else "",
             )
         ]
     if fitted.verdict == "descriptive":
@@ -83,6 +95,22 @@ def constant(stream: Stream, channel: str) -> Finding:
         message=f"{stream.grid.n} samples of {value:.6g} {stream.unit} differ by no more than rounding",
         effect="not analysed; check the wiring, the resolution or the column",
     )
+
+
+def lifeless(stream: Stream) -> list[Finding]:
+    """Channels of a sensor that never change, or have no sample at all, without their curves."""
+    if stream.quantity == "temperature":
+        return []
+    said = []
+    for channel in stream.channels:
+        x = stream.column(channel)
+        low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
+        if low != low:
+            message = f"none of {stream.grid.n} samples is there"
+            said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=message))
+        elif high - low <= rounding(stream, channel):
+            said.append(constant(stream, channel))
+    return said
 
 
 def strided(curves: Mapping[str, DeviationCurve], name: str | None, why: str = "") -> list[Finding]:

@@ -5,11 +5,13 @@ One module a kind of fault; each takes a stream and returns findings. `check` ru
 
 from sigmatau.integrity.interpolated import interpolated
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
+from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
+from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
 from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
 from sigmatau.integrity.static import not_static
-from sigmatau.integrity.stuck import repeated_samples, stuck_samples
+from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
@@ -18,6 +20,7 @@ __all__ = [
     "CHECKS",
     "check",
     "coarse_resolution",
+    "dropouts",
     "earth_rate",
     "find_spikes",
     "gravity",
@@ -31,6 +34,7 @@ __all__ = [
     "saturation",
     "spikes",
     "stuck_samples",
+    "without_runs",
 ]
 
 CHECKS = (
@@ -38,6 +42,7 @@ CHECKS = (
     gravity,
     not_static,
     spikes,
+    dropouts,
     saturation,
     stuck_samples,
     repeated_samples,
@@ -45,6 +50,11 @@ CHECKS = (
     coarse_resolution,
 )
 """All checks of samples, in the order in which their findings are told: the gravest mistakes first."""
+
+_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples)
+"""Checks that ask which samples are equal."""
+
+_RUNS = (dropouts, saturation, stuck_samples)
 
 
 def check(stream: Stream) -> list[Finding]:
@@ -60,8 +70,11 @@ def check(stream: Stream) -> list[Finding]:
     list of Finding
         At most one a kind and channel, or one for several channels of the stream.
     """
-    found = {one: one(stream) for one in CHECKS}
+    even = without_dust(stream)
+    found = {one: one(even if one in _EQUAL else stream) for one in CHECKS}
     if found[spikes] and found[not_static]:  # a single sample may move the mean of a window: that is no motion
         masked, _ = mask_spikes(Record(streams=(stream,)))
         found[not_static] = not_static(masked.streams[0])
+    if found[not_static] and any(found[one] for one in _RUNS):  # and a level that is held is none of the sensor
+        found[not_static] = not_static(without_runs(stream))
     return [finding for findings in found.values() for finding in findings]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.results import Finding, duration_text
-from sigmatau.streams import CHUNK, Stream
+from sigmatau.streams import CHUNK, Stream, Transform
 
 __all__ = [
     "LONG",
@@ -18,6 +18,8 @@ __all__ = [
     "axes_text",
     "block_rms",
     "change_of_white",
+    "full_ends",
+    "growing_step",
     "length",
     "octaves",
     "one_for_all",
@@ -27,6 +29,7 @@ __all__ = [
     "sample_of",
     "when",
     "white_level",
+    "without_dust",
 ]
 
 LONG = 4_000_000
@@ -76,6 +79,85 @@ def block_rms(x: NDArray[np.float64]) -> float:
     power.sort()
     quarter = len(power) // 4
     return float(np.sqrt(np.mean(power[quarter : len(power) - quarter])))
+
+
+# Changes so much smaller than the usual one are rounding errors if there are more of them than noise makes, which is
+# _DUST·√(2/π); such a part of a change is then no difference.
+_DUST, _DUSTY = 1e-4, 0.01
+_LOOKED_AT = 1 << 16
+
+
+def without_dust(stream: Stream) -> Stream:
+    """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
+    raw, changed = list(stream.samples.raw), False
+    transforms = list(stream.samples.transforms)
+    if transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
+        return stream
+    for k, channel in enumerate(stream.channels):
+        some = np.abs(np.diff(sample_of(stream, channel, most=_LOOKED_AT)))
+        some = some[some > 0]
+        scale = block_rms(some)
+        if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
+            raw[k], changed = _joined(stream.column(channel), _DUST * scale), True
+            transforms[k] = Transform()
+    if not changed:
+        return stream
+    for k, channel in enumerate(stream.channels):  # of rates, all of them
+        if transforms[k] != Transform():
+            raw[k], transforms[k] = stream.column(channel), Transform()
+    return replace(stream, samples=replace(stream.samples, raw=tuple(raw), transforms=tuple(transforms)))
+
+
+def _joined(x: NDArray[np.float64], apart: float) -> NDArray[np.float64]:
+    """Values that are no further apart than that, as one."""
+    values, which = np.unique(x, return_inverse=True)  # NaN last, and apart from all others
+    group = np.concatenate(([0], np.cumsum(~(np.diff(values) <= apart))))
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    return np.asarray(values[first][group][which], dtype=np.float64)
+
+
+# From so many steps of noise on, neighbours are seldom equal by chance; and the stretches that are looked at.
+_FINE, _STEP_PARTS, _LEAST_IN_PART = 30.0, 8, 250
+
+
+def growing_step(x: NDArray[np.float64]) -> float:
+    """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
+
+    The step of an angle or a velocity in single precision doubles with it, and a common step of all values is that of the
+    beginning.
+    """
+    if len(x) < _STEP_PARTS * _LEAST_IN_PART:
+        return 0.0
+    steps, coarse = [], 0.0
+    for part in np.array_split(x, _STEP_PARTS):
+        changes = np.abs(np.diff(part))
+        changes = changes[changes > 0]
+        if len(changes) < _LEAST_IN_PART // 10:
+            continue
+        nearest = float(changes.min())
+        steps.append(nearest)
+        if block_rms(changes) < _FINE * nearest:
+            coarse = max(coarse, nearest)
+    return coarse if steps and coarse > 1.5 * min(steps) else 0.0
+
+
+# A tail that is so full is worth a look: none of noise that is seen in fine steps.
+_FULL = 5e-3
+
+
+def full_ends(x: NDArray[np.float64]) -> list[float]:
+    """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
+    low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
+    found = []
+    for end, sign in ((low, 1.0), (high, -1.0)):
+        at = int(np.count_nonzero(x == end))
+        if not low < high or at < max(_FULL * len(x), 2):
+            continue
+        inside = x[sign * x > sign * end]
+        beside = inside.min() if sign > 0 else inside.max()
+        if at > np.count_nonzero(x == beside):
+            found.append(end)
+    return found
 
 
 def when(index: int, stream: Stream) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.resolution import Resolution, resolution
-from sigmatau.integrity.samples import affected, place, when
-from sigmatau.integrity.stuck import stuck_runs
+from sigmatau.integrity.samples import affected, growing_step, one_for_all, place, when
+from sigmatau.integrity.stuck import stuck_runs, zero_runs
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
@@ -43,6 +43,10 @@ def saturation(stream: Stream) -> list[Finding]:
     findings = []
     for channel in stream.channels:
         x = stream.column(channel)
+        first, size = zero_runs(stream, channel, x)
+        for a, m in zip(first.tolist(), size.tolist(), strict=True):  # a sensor that is not there has no range
+            x = x.copy() if a == first[0] else x
+            x[a : a + m] = np.nan
         low, high = float(np.min(x)), float(np.max(x))
         if math.isnan(low):
             low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
@@ -52,6 +56,8 @@ def saturation(stream: Stream) -> list[Finding]:
         if max(map(len, ends)) < _LEVELS:
             continue
         found = resolution(stream, channel)
+        if growing_step(x) > 0:
+            continue
         step = 0.0 if found is None else found.step
         # Of few values, and of noise that is seldom seen, the outermost is no end of a range.
         judged = found is None or (found.ratio >= _TOO_COARSE and high - low >= _LEVELS * step)
@@ -64,7 +70,7 @@ def saturation(stream: Stream) -> list[Finding]:
                 clipped.append(at[:0])
         if any(map(len, clipped)):
             findings.append(_finding(stream, channel, x, clipped, (low, high), found, int(lengths.max(initial=0))))
-    return findings
+    return one_for_all(findings, stream)
 
 
 def _too_often(x: NDArray[np.float64], at: NDArray[np.int64], end: float, sign: float, step: float) -> bool:

@@ -1,20 +1,30 @@
-"""Samples that repeat: a sensor that sticks, and a sensor slower than its log."""
+"""Runs of equal samples: a sensor that sticks, and one that is not there."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import affected, block_rms, change_of_white, length, one_for_all, place, present, when
+from sigmatau.integrity.samples import (
+    affected,
+    change_of_white,
+    growing_step,
+    length,
+    one_for_all,
+    place,
+    present,
+    when,
+)
 from sigmatau.results import Finding
-from sigmatau.streams import Stream
+from sigmatau.streams import Stream, Transform
 
-__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "stuck_runs", "stuck_samples"]
+__all__ = ["dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_runs"]
 
 # A run is improbable if noise makes one so long in one of so many records.
 _FALSE = 1e-4
@@ -28,210 +38,9 @@ _SEEN = 0.6
 # From so long or so large a part of the record on, a coefficient or the time base suffers.
 _LONG_S, _SHARE = 1.0, 1e-3
 
-# Repeated samples must be so large a part of the record, and so many standard errors more than chance makes.
-_LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
-
-# A channel says nothing about repeats if its own step makes half of its neighbours equal, or if what changes is but a step
-# or two: then chance and repetition look alike.
-_TOO_COARSE, _STEPS = 0.5, 3.0
-
-# The mean is a whole number to this, and no sample is there less often: each is there so many times.
-_WHOLE = 0.01
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Repeats:
-    """How samples of a stream repeat.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Those that repeat.
-    share : float
-        Part of the samples that are copies of the one before.
-    shortest, longest : int
-        How often a sample is there, but for the rarest 2.5 % at either end.
-    """
-
-    channels: tuple[str, ...]
-    share: float
-    shortest: int
-    longest: int
-
-    @property
-    def times(self) -> float:
-        """How often a sample is there on average."""
-        return 1 / (1 - self.share)
-
-
-def runs_of_equal(x: NDArray[np.float64], *, least: int = 2) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First samples and lengths of all runs of at least `least` equal samples; NaN equals nothing."""
-    return _runs(x[1:] == x[:-1], least)
-
-
-def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    more = max(least - 2, 0)
-    if len(equal) <= more:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    # Where a run goes on for so long: rarer than what is equal to its neighbour, and so faster to gather.
-    going = equal[: len(equal) - more].copy()
-    for k in range(1, more + 1):
-        going &= equal[k : len(equal) - more + k]
-    at = np.flatnonzero(going)
-    if len(at) == 0:
-        return at, at
-    breaks = np.flatnonzero(np.diff(at) > 1)
-    first = at[np.concatenate(([0], breaks + 1))]
-    last = at[np.concatenate((breaks, [len(at) - 1]))]
-    return first, last - first + 2 + more
-
-
-def repeats(stream: Stream) -> Repeats | None:
-    """Whether samples are there several times, on all channels at once or on some; None if not, or if it cannot be told.
-
-    On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
-    equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
-    as many equations as unknowns. On one channel: p = q/(√(2π)·s) for steps q and changes of standard deviation s.
-    """
-    n = stream.grid.n - 1
-    together: NDArray[np.bool_] | None = None
-    used: list[str] = []
-    shares: list[float] = []
-    alone: dict[str, float] = {}
-    whole = True
-    for channel in stream.channels:
-        x = stream.column(channel)
-        equal = x[1:] == x[:-1]
-        count = int(np.count_nonzero(equal))
-        if count == n:
-            continue
-        if count < _LEAST_EQUAL:
-            whole = False
-            continue
-        share = _share_alone(stream, channel, x, equal)
-        if share > 0:
-            alone[channel] = share
-        used.append(channel)
-        shares.append(count / (n + 1))
-        together = equal if together is None else together & equal
-    if whole and together is not None and len(used) > 1:
-        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n)
-        if share > 0:
-            return _repeats(tuple(used), share, together)
-    return _of_alone(stream, alone)
-
-
-def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
-    if not alone:
-        return None
-    channel = max(alone, key=lambda c: alone[c])
-    x = stream.column(channel)
-    return _repeats(tuple(alone), alone[channel], x[1:] == x[:-1])
-
-
-def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) -> Repeats:
-    _, lengths = _runs(equal, 2)
-    single = max(len(equal) + 1 - int(lengths.sum()), 0)
-    counts = np.bincount(lengths)
-    counts[1] = single
-    part = np.cumsum(counts) / counts.sum()
-    shortest, longest = (int(np.searchsorted(part, level)) for level in (0.025, 0.975))
-    whole = round(1 / (1 - share))
-    if shortest == whole and abs((1 - share) * whole - 1) < _WHOLE:
-        longest = whole  # what is longer is equal by chance
-    return Repeats(channels=channels, share=share, shortest=shortest, longest=longest)
-
-
-def _share_alone(stream: Stream, channel: str, x: NDArray[np.float64], equal: NDArray[np.bool_]) -> float:
-    n, count = len(equal), int(np.count_nonzero(equal))
-    found = resolution(stream, channel)
-    step = 0.0 if found is None else found.step
-    differences = np.diff(x[: 1 << 18])
-    scale = block_rms(differences[differences != 0])
-    if scale < _STEPS * step:
-        return 0.0
-    chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
-    share = (count / (n + 1) - chance) / (1 - chance)
-    # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
-    quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
-    spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
-    surely = share > _LEAST_SHARE + chance + _SIGMAS * math.sqrt(chance / n)
-    return share if surely and spread_out else 0.0
-
-
-def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
-    """The h at which all equations hold, by halving; 0 if it is not surely above it."""
-    f = np.array(shares)
-    if all_at_once * n < _LEAST_EQUAL:
-        return 0.0
-    low, high = 0.0, min(all_at_once, float(f.min()))
-    for _ in range(60):
-        h = (low + high) / 2
-        by_chance = np.prod((f - h) / (1 - h)) if h < 1 else 0.0
-        low, high = (h, high) if h + (1 - h) * by_chance < all_at_once else (low, h)
-    h = (low + high) / 2
-    chance = (f - h) / (1 - h)
-    if chance.max() > _TOO_COARSE:
-        return 0.0
-    noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
-    return h if h > _LEAST_SHARE + _SIGMAS * noise else 0.0
-
-
-def repeated_samples(stream: Stream) -> list[Finding]:
-    """Samples that are copies of the one before: sample and hold, duplicated messages.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    list of Finding
-        At most one; ``changes`` only where the rate was given by hand, for then it may be the sensor's and not the log's.
-    """
-    found = repeats(stream)
-    if found is None:
-        return []
-    k, rate = found.times, stream.grid.rate
-    if found.shortest == found.longest:
-        pattern = f"each sample is there {found.shortest} times"
-    else:
-        pattern = f"samples are there {k:.3g} times on average, {found.shortest} to {found.longest} times each"
-    whole = len(found.channels) == len(stream.channels)
-    on = f" on {', '.join(found.channels)}" if not whole else ", on all axes at once" if len(found.channels) > 1 else ""
-    given = stream.grid.source == "given"
-    effect = (
-        f"if {rate:.6g} Hz is right for the rows, σ at one sample is {1 / k:.2g} × that of white noise, and from some"
-        f" {max(8, math.ceil(4 * k))} samples on right"
-    )
-    changes: tuple[tuple[str, float], ...] = ()
-    if given:
-        effect += (
-            f"; if it is the sensor's own rate, times are stretched by {k:.3g}: random walk {math.sqrt(k):.3g} ×,"
-            f" quantization {k:.3g} ×, rate random walk {1 / math.sqrt(k):.2g} ×, ramp {1 / k:.2g} × the sensor's own"
-        )
-        changes = (
-            ("quantization", k),
-            ("random_walk", math.sqrt(k)),
-            ("rate_random_walk", 1 / math.sqrt(k)),
-            ("rate_ramp", 1 / k),
-        )
-    return [
-        Finding(
-            code="repeated_samples",
-            severity="warning",
-            channel=found.channels[0] if len(stream.channels) == 1 else None,
-            message=(f"{pattern}{on}: {100 * found.share:.3g} % are copies, the sensor gives {rate / k:.4g} Hz"),
-            size=k,
-            effect=effect,
-            changes=changes,
-            remedy=(
-                f"keep one of each group of equal samples and give --rate {rate / k:.4g}"
-                if found.shortest == found.longest
-                else "log at the sensor's rate, on its data-ready signal; else trust long averaging times alone"
-            ),
-        )
-    ]
+# So large a part of the visits to zero must be runs: a sensor whose range ends at zero is there for single samples too, and
+# so is one whose numbers are coarse.
+_IN_RUNS = 0.95
 
 
 def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -249,7 +58,7 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
         The channel.
     """
     first, lengths = runs_of_equal(x, least=_LEAST_RUN)
-    if len(first) == 0 or int(lengths.max()) == len(present(x)):
+    if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
     found = resolution(stream, channel)
 
@@ -273,8 +82,45 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
     return first[kept], lengths[kept]
 
 
-def stuck_samples(stream: Stream) -> list[Finding]:
-    """Runs of equal samples that are improbably long for the step and the noise of a channel.
+def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First samples and lengths of the runs in which a channel has nothing but the number 0: it was not connected.
+
+    None of a sensor whose range ends at 0, or whose numbers are coarse, which is there for single samples too, and none of
+    accumulated values, whose changes are 0 where they stick.
+    """
+    first, lengths = stuck_runs(stream, channel, x)
+    transform = stream.samples.transforms[stream.channels.index(channel)]
+    if len(first) == 0 or transform.kind == "accumulated":
+        return first[:0], lengths[:0]
+    factor = transform.scale * transform.factor / (stream.grid.tau0 if transform.kind != "rate" else 1.0)
+    zero = -transform.offset * factor if transform.offset else 0.0
+    here = x[first] == zero
+    if not here.any():
+        return first[:0], lengths[:0]
+    at = np.flatnonzero(x == zero)
+    alone = np.count_nonzero(np.diff(at) > 1) + 1 - np.count_nonzero(here)
+    if alone > (1 - _IN_RUNS) * (alone + np.count_nonzero(here)):
+        here[:] = False
+    return first[here], lengths[here]
+
+
+def without_runs(stream: Stream) -> Stream:
+    """The stream with the runs that noise does not make taken for missing."""
+    columns, mask = {}, np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+    for k, channel in enumerate(stream.channels):
+        x = stream.column(channel)
+        for start, size in zip(*(found.tolist() for found in stuck_runs(stream, channel, x)), strict=True):
+            mask[start : start + size, k] = True
+        columns[channel] = x
+    if not mask.any():
+        return stream
+    raw = tuple(np.where(mask[:, k], np.nan, x) for k, x in enumerate(columns.values()))
+    samples = replace(stream.samples, raw=raw, transforms=(Transform(),) * len(raw))
+    return replace(stream, samples=samples, mask=mask if stream.mask is None else mask | stream.mask)
+
+
+def dropouts(stream: Stream) -> list[Finding]:
+    """Runs in which a channel has nothing but the number 0: the sensor, or the link to it, was not there.
 
     Parameters
     ----------
@@ -288,16 +134,47 @@ def stuck_samples(stream: Stream) -> list[Finding]:
     findings = []
     for channel in stream.channels:
         x = stream.column(channel)
+        first, lengths = zero_runs(stream, channel, x)
+        if len(first):
+            findings.append(_stuck(stream, channel, x, first, lengths, zero=True))
+    return one_for_all(findings, stream)
+
+
+def stuck_samples(stream: Stream) -> list[Finding]:
+    """Runs of equal samples that are improbably long for the step and the noise of a channel.
+
+    Parameters
+    ----------
+    stream : Stream
+
+    Returns
+    -------
+    list of Finding
+        At most one a channel, or one for several axes; none for a channel that never changes, for runs at an end of the
+        range, see `saturation`, and for runs of the number 0, see `dropouts`.
+    """
+    findings = []
+    for channel in stream.channels:
+        x = stream.column(channel)
         first, lengths = stuck_runs(stream, channel, x)
+        if not len(first):
+            continue
         # At an end of the range it is the range that is too small: `saturation` says so.
-        kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) if len(first) else np.zeros(0, dtype=bool)
+        gone = zero_runs(stream, channel, x)[0]
+        kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, gone)
         if kept.any():
             findings.append(_stuck(stream, channel, x, first[kept], lengths[kept]))
     return one_for_all(findings, stream)
 
 
 def _stuck(
-    stream: Stream, channel: str, x: NDArray[np.float64], first: NDArray[np.int64], lengths: NDArray[np.int64]
+    stream: Stream,
+    channel: str,
+    x: NDArray[np.float64],
+    first: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    *,
+    zero: bool = False,
 ) -> Finding:
     tau0 = stream.grid.tau0
     longest = int(np.argmax(lengths))
@@ -306,19 +183,20 @@ def _stuck(
         bad[start + 1 : start + size] = True
     share = float(bad.mean())
     factor, tau = change_of_white(x, bad, tau0)
+    equal = "0" if zero else "equal"
     many = (
-        f"{len(first)} runs of equal samples, the longest {lengths[longest]}"
+        f"{len(first)} runs of samples that are {equal}, the longest {lengths[longest]}"
         if len(first) > 1
-        else (f"{lengths[longest]} samples are equal")
+        else f"{lengths[longest]} samples are {equal}"
     )
     matters = share > _SHARE or lengths[longest] * tau0 >= _LONG_S or abs(factor - 1) > 0.02
     return Finding(
-        code="stuck_samples",
+        code="dropout" if zero else "stuck_samples",
         severity="warning" if matters else "info",
         channel=channel,
         message=(
             f"{many} ({length(int(lengths[longest]), stream)}) from {when(int(first[longest]), stream)} on, which its"
-            f" noise does not make; {100 * share:.2g} % of the record is stuck"
+            f" noise does not make; {100 * share:.2g} % of the record is {'lost so' if zero else 'stuck'}"
         ),
         where=place(int(first[longest]), stream),
         size=float(lengths[longest]) * tau0,

@@ -18,7 +18,7 @@ from sigmatau.io.read.table import Loaded, Table
 from sigmatau.io.read.temperature import temperature_stream
 from sigmatau.io.read.time import disorder
 from sigmatau.io.read.time.jitter import scattered
-from sigmatau.io.read.time.lay import missing_values, own_rows, with_missing
+from sigmatau.io.read.time.lay import missing_values, mostly_missing, own_rows, with_missing
 from sigmatau.io.read.time.timing import Timing, timed
 from sigmatau.io.read.unwritten import without_unwritten
 from sigmatau.record import MIN_SAMPLES, make_stream, stream_name
@@ -78,7 +78,17 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     sensors = {name: list(columns.values()) for name, columns in by_stream.items()}
     warmth = () if choice.temperature is None else (choice.temperature.index,)
     missing = with_missing(raw, [*indices, *warmth])
-    own = {} if choice.time is None or not missing else own_rows(raw, sensors, missing)
+    own = own_rows(raw, sensors, missing) if missing else {}
+    empty = mostly_missing(
+        raw, by_stream, missing, own, table.where, table.label, timed=choice.time is not None
+    )  # one bad channel must not cost the log
+    if empty:
+        choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in empty})
+        by_stream = {name: {c: i for c, i in of.items() if c not in empty} for name, of in by_stream.items()}
+        by_stream = {name: of for name, of in by_stream.items() if of}
+        indices = list(choice.channels.values())
+    if choice.time is None:
+        own = {}
     rows_of: dict[int, NDArray[np.int64]] = {}
     streams: list[Stream] = []
     shared: Timing | None = None
@@ -108,7 +118,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
                 finite=timing.places is None and not missing.intersection(columns.values()),
             )
         )
-    said = missing_values(raw, choice.channels, missing, rows_of, table.where, table.label)
+    said = missing_values(raw, choice.channels, missing, rows_of, table.where)
     said = (*said, *scattered(streams, times))
     if choice.temperature is not None:
         index = choice.temperature.index
@@ -134,6 +144,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *table.findings,
             *loaded.findings,
             *overruled,
+            *empty.values(),
             *(finding for timing in times for finding in timing.findings),
             *said,
         ),

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sigmatau.io.read.time.neighbours import agreed
+from sigmatau.io.read.time.pattern import lasts, pattern
 
 __all__ = ["Drift", "GridFit", "fit_grid", "resolution"]
 
@@ -32,7 +35,10 @@ _RARE, _LONG = (
     1000,
     20.0,
 )  # of a host: one interval in so many may be a pause, if it is so many times as long as the others
-_WINDOW = 4  # places on each side that outvote one stamp
+_SAME = 1e-3  # relative difference of two intervals that are the same
+_FINEST = 0.15  # quantile of the intervals that is of the finest grid, if one is finer than that of the median
+_FITS = 0.5  # mean cosine of the intervals: poor below, good above
+_FINER = 0.8  # times the interval, at most
 _PARTS = 10  # of a record, for the drift of the rate
 _SPLITS = 64
 _LEAST_LEFT = 0.1  # of the rows: a longest piece with less than this is no record
@@ -93,6 +99,7 @@ class GridFit:
     median: float
     drift: Drift | None
     pieces: int
+    period: int = 0
 
 
 def resolution(intervals: NDArray[Any], largest: float) -> float:
@@ -104,7 +111,7 @@ def resolution(intervals: NDArray[Any], largest: float) -> float:
     largest : float
         Largest absolute value of the stamps, which says how exact the intervals are.
     """
-    some = intervals[:: max(len(intervals) // 2048, 1)]
+    some = intervals[:: max(len(intervals) // 8192, 1)]
     if intervals.dtype.kind in "iu":
         return float(np.gcd.reduce(some.astype(np.int64)))
     for power in range(10):
@@ -119,7 +126,9 @@ def resolution(intervals: NDArray[Any], largest: float) -> float:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a stamp may lie beyond all reason
-def fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
+def fit_grid(
+    t: NDArray[np.float64], intervals: NDArray[np.float64], step: float, *, given: float | None = None
+) -> GridFit:
     """The grid that stamps sit on.
 
     Parameters
@@ -130,9 +139,15 @@ def fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float
         Between them.
     step : float
         Step of their clock, from `resolution`.
+    given : float, optional
+        Interval that the user states: where stamps can be read in two ways, it says which is right.
 
     Notes
     -----
+    Evenly spaced samples on a coarse clock and samples of which every k-th is lost can have the very same stamps: 80 Hz in
+    steps of 10 ms, and 100 Hz without every fifth. Two clocks do not beat in a short pattern for ever; a pattern that
+    repeats to the end of the record is of losses.
+
     The interval is first the median interval, refined over longer and longer lags: the number of intervals in a lag is
     counted, so that lost samples make no error. The phase of the stamps, modulo the interval, is averaged on the circle by
     blocks of 64: it does not see lost samples either, and follows a clock that drifts or steps by a part of an interval.
@@ -148,7 +163,14 @@ def fit_grid(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float
     if even and float(np.std(some)) < _SMOOTH * mean:
         return _finished(t, None, "grid", median, None)
     if _even_line(t, intervals, step):
-        return _finished(t, None, "grid" if intervals.all() else "coarse", median, intervals)
+        period = pattern(intervals, step)
+        stated = bool(given) and period > 0 and abs(cast("float", given) / step - 1) < _SAME
+        even_stated = bool(given) and abs(cast("float", given) / mean - 1) < _SAME
+        if stated or (lasts(period, n) and not even_stated):
+            filled: NDArray[np.int64] = np.rint(t / step).astype(np.int64)
+            return _finished(t, filled, "grid", median, intervals, period=0 if stated else period)
+        kind_: Literal["grid", "coarse"] = "grid" if intervals.all() else "coarse"
+        return _finished(t, None, kind_, median, intervals, period=0 if even_stated else period)
     kind: Literal["grid", "host"] = "grid"
     lost = _places(t, intervals, median)
     if lost is None:
@@ -181,6 +203,9 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
     if not len(usual):
         return None
     interval = _refined(t, float(usual.mean()))
+    if _cosine(intervals, interval) < _FITS:
+        finer = _finer(t, intervals)
+        interval = finer if 0 < finer < _FINER * interval else interval
     if np.count_nonzero(intervals < _SHORT * interval) > _BURSTS * len(intervals):
         return None
     late = t / interval - np.arange(n)
@@ -190,14 +215,27 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
     if phase is None:
         return None
     lost: NDArray[np.float64] = np.rint(late - phase)
-    falls = np.flatnonzero(np.diff(lost) < 0)
-    if len(falls):
-        before = lost
-        lost = _outvoted(lost, falls)
-        lost = np.minimum.accumulate(lost[::-1])[::-1]  # a late stamp is followed by others that are not
-        if np.count_nonzero(lost != before) > _MENDED * n:
-            return None
+    own, lost = lost, agreed(lost, late - phase)
+    if np.count_nonzero(lost != own) > _MENDED * n:
+        return None
     return None if _scattered(lost) else lost - lost[0]
+
+
+def _cosine(intervals: NDArray[np.float64], interval: float) -> float:
+    """1 if the intervals are whole multiples of one, near 0 or less if not."""
+    some = intervals[:: max(len(intervals) // _SPREAD, 1)] / interval
+    return float(np.mean(np.cos(2 * np.pi * (some - np.rint(some)))))
+
+
+def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
+    """The interval of a grid finer than the median interval, of which the intervals are whole multiples; 0 if none is."""
+    some = intervals[:: max(len(intervals) // _SPREAD, 1)]
+    low = float(np.quantile(some, _FINEST, method="lower"))
+    near = some[(some > 0.7 * low) & (some < 1.4 * low)] if low > 0 else some[:0]
+    if not len(near):
+        return 0.0
+    interval = _refined(t, float(near.mean()))
+    return interval if _cosine(intervals, interval) > _FITS else 0.0
 
 
 def _scattered(lost: NDArray[np.float64]) -> bool:
@@ -223,10 +261,14 @@ def _refined(t: NDArray[np.float64], interval: float) -> float:
         at = np.arange(0, n - lag, max((n - lag) // 16384, 1))
         spans = t[at + lag] - t[at]
         counts = np.rint(spans / interval)
-        good = (np.abs(spans / interval - counts) < _NEAR) & (counts > 0) & (counts < 4.0 * lag + 4)
-        if 2 * np.count_nonzero(good) < len(at):
+        good = (counts > 0) & (counts < 4.0 * lag + 4)
+        near = good & (np.abs(spans / interval - counts) < _NEAR)
+        if 2 * np.count_nonzero(near) < len(at):
             break
-        interval = float(spans[good].sum() / counts[good].sum())
+        # By the mean on the circle: that of the good ones alone would be drawn to the interval that they were counted with.
+        turned = np.mean(np.exp(2j * np.pi * (spans[good] / interval - counts[good])))
+        off = float(np.angle(turned)) / (2 * np.pi)
+        interval *= 1 + off / float(counts[good].mean())
         if lag >= 4096:
             break
         lag *= 4
@@ -249,18 +291,6 @@ def _phase(late: NDArray[np.float64]) -> NDArray[np.float64] | None:
     middle = (np.arange(blocks) + 0.5) * size - 0.5
     phase: NDArray[np.float64] = np.interp(np.arange(n), middle, by_block)
     return phase
-
-
-def _outvoted(lost: NDArray[np.float64], falls: NDArray[np.intp]) -> NDArray[np.float64]:
-    """With the median of its neighbourhood where a stamp stands against it; what never falls stays as it is."""
-    n, width = len(lost), 2 * _WINDOW + 1
-    if n < width:
-        return lost
-    near = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
-    windows = np.clip(near[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
-    mended = lost.copy()
-    mended[near] = np.median(lost[windows], axis=1)
-    return mended
 
 
 def _pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -322,6 +352,7 @@ def _finished(
     *,
     start: int = 0,
     pieces: int = 1,
+    period: int = 0,
 ) -> GridFit:
     """What the stamps of one piece say; intervals are None if each of them is near the mean."""
     n = len(t)
@@ -348,6 +379,7 @@ def _finished(
         median=median,
         drift=_drift(rest, along, slope) if n >= 4 * _PARTS * _BLOCK else None,
         pieces=pieces,
+        period=period,
     )
 
 

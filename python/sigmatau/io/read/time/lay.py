@@ -12,7 +12,7 @@ from sigmatau import _kernels
 from sigmatau.errors import NonFiniteError
 from sigmatau.results import Finding
 
-__all__ = ["laid", "missing_values", "own_rows", "with_missing"]
+__all__ = ["laid", "missing_values", "mostly_missing", "own_rows", "with_missing"]
 
 _MOSTLY = 0.5  # of the rows: a column that is empty more often holds no samples of this table
 _OWN = 0.15  # share of empty rows from which on a sensor has rows of its own, if others fill those
@@ -60,6 +60,77 @@ def own_rows(
     return found
 
 
+def mostly_missing(
+    raw: Mapping[int, NDArray[Any]],
+    by_stream: Mapping[str, Mapping[str, int]],
+    missing: set[int],
+    own: Mapping[str, NDArray[np.int64]],
+    where: Callable[[int], str],
+    label: Callable[[int], str],
+    *,
+    timed: bool,
+) -> dict[str, Finding]:
+    """Channels that are empty in more than half of the rows of their stream, each with what is to be said of it.
+
+    Parameters
+    ----------
+    raw, missing
+        See `with_missing`.
+    by_stream : mapping of str to mapping of str to int
+        Columns by stream and channel.
+    own : mapping of str to ndarray of int64
+        From `own_rows`.
+    where, label : callable
+        Places of rows and names of columns, for the messages.
+    timed : bool
+        Whether the rows have time stamps: if not, streams with rows of their own cannot be told apart in time.
+
+    Raises
+    ------
+    NonFiniteError
+        If no channel is left, or another sensor has the rows that are empty and there are no time stamps.
+    """
+    found: dict[str, Finding] = {}
+    refused: NonFiniteError | None = None
+    others_rows = False
+    for stream, columns in by_stream.items():
+        rows = own.get(stream) if timed else None
+        kept = False
+        for channel, index in columns.items():
+            bad = np.isnan(raw[index] if rows is None else raw[index][rows]) if index in missing else np.zeros(1, bool)
+            count, total = int(np.count_nonzero(bad)), len(bad)
+            if count <= _MOSTLY * total:
+                kept = True
+                continue
+            at = int(np.argmax(bad))
+            first = at if rows is None else int(rows[at])
+            refused = refused or NonFiniteError(
+                f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
+                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
+                " time stamps by --channels time=…",
+                channel=channel,
+                index=first,
+            )
+            found[channel] = Finding(
+                code="empty_channel",
+                severity="error",
+                channel=channel,
+                message=(
+                    f"column {label(index)} has no number in {count} of {total} rows ({100 * count / total:.3g} %), the"
+                    f" first: {where(first)}"
+                ),
+                where=where(first),
+                size=count / total,
+                effect="not analysed; the other channels are",
+                remedy="check the wiring, the column, the program that writes the log; if its sensor has rows of its own,"
+                " name their time stamps by --channels time=…",
+            )
+        others_rows |= kept and not timed and stream in own
+    if refused is not None and (others_rows or len(found) == sum(map(len, by_stream.values()))):
+        raise refused
+    return found
+
+
 def laid(
     column: NDArray[Any],
     rows: NDArray[np.int64] | None,
@@ -82,15 +153,8 @@ def missing_values(
     missing: set[int],
     used: Mapping[int, NDArray[np.int64]],
     where: Callable[[int], str],
-    label: Callable[[int], str],
 ) -> tuple[Finding, ...]:
-    """One finding about the numbers that are missing in rows that are there.
-
-    Raises
-    ------
-    NonFiniteError
-        If more than half of a column is missing.
-    """
+    """One finding about the numbers that are missing in rows that are there."""
     said: dict[str, tuple[int, int]] = {}
     rows = 0
     for channel, index in channels.items():
@@ -105,14 +169,6 @@ def missing_values(
         if not count:
             continue
         first = int(np.argmax(bad))
-        if count > _MOSTLY * total:
-            raise NonFiniteError(
-                f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
-                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
-                " time stamps by --channels time=…",
-                channel=channel,
-                index=first,
-            )
         said[channel] = count, first
         rows = max(rows, total)
     if not said:

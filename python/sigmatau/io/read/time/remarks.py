@@ -54,6 +54,14 @@ def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Fi
     count, size = len(at), int(holes[longest])
     begins = float(found.places[longest] + 1) * tau0
     few = max(lost, size) <= _FEW_LOST * found.n
+    even, remedy = "", "none is needed if they are few; look for lost packets or a full buffer if not"
+    if found.period:
+        rate = found.period / (float(found.places[found.period] - found.places[0]) * tau0)
+        even = (
+            f"; the pattern repeats every {found.period} rows without fail: a clock in steps of {tau0:.3g} s would show"
+            f" even samples at {rate:.6g} Hz so too, if it runs exactly with the sensor's"
+        )
+        remedy = f"give --rate {rate:.6g} if that is the rate of the sensor, --rate {1 / tau0:.6g} if this one is"
     about = "about " if found.kind == "host" else ""
     longest_text = (
         f"before {place(found.start + longest + 1)}"
@@ -67,7 +75,7 @@ def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Fi
             severity="info" if few else "warning",
             message=(
                 f"{about}{lost} of {found.n} samples ({100 * lost / found.n:.2g} %) are missing in {count}"
-                f" gap{'s' if count > 1 else ''} of the time stamps; {longest_text}"
+                f" gap{'s' if count > 1 else ''} of the time stamps; {longest_text}{even}"
             ),
             where=f"t = {seconds(begins)} s",
             size=lost,
@@ -75,7 +83,7 @@ def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Fi
                 "they are left empty on the grid of the stamps, never filled in: put together without them, the record would"
                 " bend the curve at long times; interpolated, at all times"
             ),
-            remedy="none is needed if they are few; look for lost packets or a full buffer if not",
+            remedy=remedy,
         ),
     )
 
@@ -128,9 +136,26 @@ def pauses(found: GridFit, used: Rows, second: float, place: Callable[[int], str
 
 def host(found: GridFit, used: Rows, second: float, step: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
     """Stamps that are not of the samples."""
+    rate = 1 / (found.interval * second)
+    if found.kind == "grid" and found.places is None and found.period:
+        lost = round(found.interval * found.period / step) - found.period
+        return (
+            Finding(
+                code="coarse_stamps",
+                severity="info",
+                message=(
+                    f"the clock of the time stamps goes in steps of {step * second:.3g} s; evenly spaced samples at"
+                    f" {rate:.6g} Hz fit all of them, and so would {1 / (step * second):.6g} Hz with {lost} of every"
+                    f" {found.period + lost} samples lost"
+                ),
+                size=step * second,
+                unit="s",
+                effect=f"the samples are taken as even; if not, all times are {100 * lost / found.period:.2g} % too long",
+                remedy=f"if the sensor gives {1 / (step * second):.6g} Hz, say so by --rate, and the lost are left empty",
+            ),
+        )
     if found.kind == "grid" or not found.pieces:
         return ()
-    rate = 1 / (found.interval * second)
     if found.kind == "coarse":
         return (
             Finding(

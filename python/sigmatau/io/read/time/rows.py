@@ -26,6 +26,9 @@ _NEAR = 3.0  # intervals from its new neighbours, at most, for a row that is mov
 _APART = 0.5  # intervals, at least
 _TWICE = 0.01  # share of stamps that come twice, above which the clock is taken to be coarse
 _COPIES = 0.9  # of the repeated stamps, with the same samples: then the rows are copies
+_JITTER = 6.0  # standard deviations of the intervals that a step back may be off: once in 1e9 intervals
+_ROUNDS = 8
+_JITTERED, _LEAST = 0.05, 64  # share of rows that jitter may swap; fewer stamps do not show their scatter
 _REGULAR = 0.25  # relative spread of the distances between repeats that a clock a little too slow makes
 
 
@@ -101,7 +104,10 @@ def in_order(
     signed = stamps.dtype.kind == "f" or stamps.dtype == np.int64  # in others a step back is a large one forward
     shortest = intervals.min() if len(intervals) else 1
     if len(intervals) and (not signed or shortest < 0):
+        stamps = _unswapped(stamps)
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
+        intervals = np.diff(stamps)
+        shortest = intervals.min()
         if len(back):
             kept, moved = _sorted(stamps, back, where, name, rows)
             findings.append(moved)
@@ -195,6 +201,32 @@ def _wrapped(stamps: NDArray[Any], row: int) -> str:
     back = float(stamps[row - 1]) - float(stamps[row])
     bits = next((bits for bits in (16, 32) if 0.95 * 2**bits < back <= 2**bits), None)
     return "" if bits is None else f", add 2^{bits} to the rest if it is a counter of {bits} bits that began anew"
+
+
+def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
+    """Stamps that go back by no more than their own jitter, handed on between neighbours: the rows are in order.
+
+    A row that came late would leave a hole, and a step of two intervals on either side of it; a stamp that is wrong stands
+    far beyond the scatter of the others.
+    """
+    count = int(np.count_nonzero(stamps[1:] < stamps[:-1]))
+    if len(stamps) < _LEAST or count > _JITTERED * len(stamps):
+        return stamps
+    intervals = np.diff((stamps - stamps.min()).astype(np.float64))
+    usual = float(np.median(intervals))
+    most = _JITTER * 1.4826 * float(np.median(np.abs(intervals - usual)))
+    if not most > usual:
+        return stamps
+    stamps = stamps.copy()
+    for _ in range(_ROUNDS):  # a stamp may be behind several
+        back = np.flatnonzero(stamps[1:] < stamps[:-1])
+        size = (stamps[back] - stamps[back + 1]).astype(np.float64)
+        mild = back[size <= most - usual]
+        mild = mild[np.diff(mild, prepend=-2) > 1]  # one pair has no stamp of another
+        if not len(mild):
+            break
+        stamps[mild], stamps[mild + 1] = stamps[mild + 1], stamps[mild]
+    return stamps
 
 
 def _usual(stamps: NDArray[Any]) -> float:

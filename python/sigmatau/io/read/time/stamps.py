@@ -102,8 +102,11 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
         t = (stamps - stamps[0]).astype(np.float64, copy=False)
     if not np.isfinite(t[-1]):
         raise DataError(f"stamps in column {name} are too far apart: {stamps[0]} to {stamps[-1]}")
-    step = resolution(np.diff(stamps[:: max(len(stamps) // 4096, 1)]), float(max(abs(stamps[0]), abs(stamps[-1]))))
-    found = fit_grid(t, used.intervals, step)
+    # Neighbours as well: a pattern of rows may look even at every so many.
+    some = np.concatenate((np.diff(stamps[:2048]), np.diff(stamps[:: max(len(stamps) // 4096, 1)])))
+    step = resolution(some, float(max(abs(stamps[0]), abs(stamps[-1]))))
+    given = 1 / (rate * second) if rate and second else None
+    found = fit_grid(t, used.intervals, step, given=given)
     known = second is not None
     if second is None:
         second = 1 / (rate * found.interval) if rate else 1.0

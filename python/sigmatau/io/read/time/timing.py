@@ -120,7 +120,7 @@ def timed(
     return Timing(
         rate=found.rate if options.rate is None else options.rate,
         start=0.0 if second is None else found.start,
-        source=found.source if options.rate is None else "given",
+        source=_source(found, options.rate, known=second is not None),
         rows=found.rows,
         places=found.places,
         n=found.n,
@@ -130,6 +130,13 @@ def timed(
         notes=notes,
         findings=findings,
     )
+
+
+def _source(found: stamps.Fit, given: float | None, *, known: bool) -> str:
+    """How the rate was found: "given" alone means that nothing in the log confirms it."""
+    if given is None:
+        return found.source
+    return f"given, and {found.source} agree" if known and not stamps.mismatch(given, found) else "given"
 
 
 def _rate_overruled(rate: float, table: Table) -> tuple[Finding, ...]:

@@ -9,19 +9,17 @@ were in all.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.io.read.time.line import BLOCK, GridFit, about_line, finished
 from sigmatau.io.read.time.neighbours import agreed
 from sigmatau.io.read.time.pattern import lasts, pattern
 
-__all__ = ["Drift", "GridFit", "fit_grid", "resolution"]
+__all__ = ["fit_grid", "resolution"]
 
-_BLOCK = 64  # stamps that share a phase
-_BLOCKS = 512  # looked at for the jitter
 _SPREAD = 1 << 16  # intervals looked at for their median
 _PHASES = 1 << 18  # stamps whose phase is computed, at most
 _EVEN = (0.5, 1.5)  # no interval beyond: nothing is lost
@@ -39,67 +37,8 @@ _SAME = 1e-3  # relative difference of two intervals that are the same
 _FINEST = 0.15  # quantile of the intervals that is of the finest grid, if one is finer than that of the median
 _FITS = 0.5  # mean cosine of the intervals: poor below, good above
 _FINER = 0.8  # times the interval, at most
-_PARTS = 10  # of a record, for the drift of the rate
 _SPLITS = 64
 _LEAST_LEFT = 0.1  # of the rows: a longest piece with less than this is no record
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Drift:
-    """The rate by tenths of a record, relative to that of the whole, and the standard error of one of them."""
-
-    rates: NDArray[np.float64]
-    error: float
-
-    @property
-    def size(self) -> float:
-        """Largest less smallest."""
-        return float(np.ptp(self.rates))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GridFit:
-    """The grid of stamps; times are in the unit of the stamps.
-
-    Attributes
-    ----------
-    kind : {"grid", "coarse", "host"}
-    interval : float
-        Sample interval.
-    error : float
-        Standard error of the interval.
-    start, stop : int
-        The stamps that are used: all, or those of the longest piece between long pauses.
-    places : ndarray of int64, shape (stop - start,), or None
-        The place of each stamp on the grid, from 0 and growing; None if every place has one.
-    n : int
-        Places.
-    jitter : float
-        Standard deviation of the stamps about the grid.
-    short : float
-        Share of intervals under half the sample interval.
-    median : float
-        Median of the intervals.
-    drift : Drift or None
-        None if there are too few stamps.
-    pieces : int
-        Pieces between pauses that hold more places than the record has samples; 1 if there is no such pause, 0 if there are
-        so many that the stamps are of no use, and all samples are taken as even.
-    """
-
-    kind: Literal["grid", "coarse", "host"]
-    interval: float
-    error: float
-    start: int
-    stop: int
-    places: NDArray[np.int64] | None
-    n: int
-    jitter: float
-    short: float
-    median: float
-    drift: Drift | None
-    pieces: int
-    period: int = 0
 
 
 def resolution(intervals: NDArray[Any], largest: float) -> float:
@@ -161,26 +100,26 @@ def fit_grid(
     median = float(np.median(some))
     even = _EVEN[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN[1] * mean
     if even and float(np.std(some)) < _SMOOTH * mean:
-        return _finished(t, None, "grid", median, None)
+        return finished(t, None, "grid", median, None)
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
         stated = bool(given) and period > 0 and abs(cast("float", given) / step - 1) < _SAME
         even_stated = bool(given) and abs(cast("float", given) / mean - 1) < _SAME
         if stated or (lasts(period, n) and not even_stated):
             filled: NDArray[np.int64] = np.rint(t / step).astype(np.int64)
-            return _finished(t, filled, "grid", median, intervals, period=0 if stated else period)
+            return finished(t, filled, "grid", median, intervals, period=0 if stated else period)
         kind_: Literal["grid", "coarse"] = "grid" if intervals.all() else "coarse"
-        return _finished(t, None, kind_, median, intervals, period=0 if even_stated else period)
+        return finished(t, None, kind_, median, intervals, period=0 if even_stated else period)
     kind: Literal["grid", "host"] = "grid"
     lost = _places(t, intervals, median)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
     start, stop, pieces = _longest_piece(lost)
     if not pieces:
-        return _finished(t, None, "host", median, intervals, pieces=0)
+        return finished(t, None, "host", median, intervals, pieces=0)
     lost = lost[start:stop] - lost[start]
     places = np.arange(stop - start) + lost.astype(np.int64) if lost[-1] > 0 else None
-    return _finished(t[start:stop], places, kind, median, intervals[start : stop - 1], start=start, pieces=pieces)
+    return finished(t[start:stop], places, kind, median, intervals[start : stop - 1], start=start, pieces=pieces)
 
 
 def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> bool:
@@ -192,7 +131,7 @@ def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: flo
     # A lost sample moves a line by no more than an interval: with a step like the interval, it takes several to tell.
     if step >= _SHORT * mean and np.count_nonzero(np.abs(intervals - np.rint(mean / step) * step) > 0.5 * step) < 5:
         return False
-    rest, _, _ = _about_line(t, np.arange(n, dtype=np.float64))
+    rest, _, _ = about_line(t, np.arange(n, dtype=np.float64))
     return bool(np.ptp(rest) <= 1.05 * step)
 
 
@@ -279,7 +218,7 @@ def _phase(late: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """The phase of each stamp on the grid, in intervals, as its neighbours have it; None if they agree on none."""
     n = len(late)
     stride = max(n // _PHASES, 1)
-    size = _BLOCK * stride
+    size = BLOCK * stride
     blocks = max(n // size, 1)
     size = min(size, n)
     angles = late[: blocks * size : stride] if n >= size else late
@@ -318,107 +257,3 @@ def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
     if pieces > 1 and (stop - start < 4 or stop - start < _LEAST_LEFT * len(lost)):
         return start, stop, 0
     return start, stop, pieces
-
-
-def _about_line(
-    t: NDArray[np.float64], x: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
-    """What times are more than their line over x, its slope, and x less its mean."""
-    first = float((t[-1] - t[0]) / (x[-1] - x[0]))
-    rest = t - t[0] - x * first
-    rest -= rest.mean()
-    middle = x - x.mean()
-    more = float(middle @ rest) / float(middle @ middle)
-    rest -= more * middle
-    return rest, first + more, middle
-
-
-def _by_blocks(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of blocks of 64, which hold all that a line needs; what is left at the end is a block of its own."""
-    if len(values) < 4 * _BLOCK:
-        return values
-    whole = len(values) // _BLOCK * _BLOCK
-    return np.append(
-        values[:whole].reshape(-1, _BLOCK).mean(axis=1), values[whole:].mean() if whole < len(values) else ()
-    )
-
-
-def _finished(
-    t: NDArray[np.float64],
-    places: NDArray[np.int64] | None,
-    kind: Literal["grid", "coarse", "host"],
-    median: float,
-    intervals: NDArray[np.float64] | None,
-    *,
-    start: int = 0,
-    pieces: int = 1,
-    period: int = 0,
-) -> GridFit:
-    """What the stamps of one piece say; intervals are None if each of them is near the mean."""
-    n = len(t)
-    last = n - 1 if places is None else int(places[-1] - places[0])
-    first = float(t[-1] - t[0]) / last
-    along = _by_blocks(places.astype(np.float64)) if places is not None else _counted_by_blocks(n)
-    rest, more, middle = _about_line(_by_blocks(t) - first * along, along)
-    slope = first + more
-    squares = float(middle @ middle)
-    scatter = math.sqrt(float(rest @ rest) / len(rest))
-    short = 0.0
-    if intervals is not None:
-        short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
-    return GridFit(
-        kind=kind,
-        interval=slope,
-        error=scatter / math.sqrt(squares) if squares > 0 else math.inf,
-        start=start,
-        stop=start + n,
-        places=places,
-        n=n if places is None else int(places[-1]) + 1,
-        jitter=_jitter(t, places, slope),
-        short=short,
-        median=median,
-        drift=_drift(rest, along, slope) if n >= 4 * _PARTS * _BLOCK else None,
-        pieces=pieces,
-        period=period,
-    )
-
-
-def _counted_by_blocks(n: int) -> NDArray[np.float64]:
-    """The same of 0, 1, 2 … n - 1."""
-    if n < 4 * _BLOCK:
-        return np.arange(n, dtype=np.float64)
-    blocks = n // _BLOCK
-    means: NDArray[np.float64] = np.arange((_BLOCK - 1) / 2, _BLOCK * (blocks + (n % _BLOCK > 0)), _BLOCK)
-    if n % _BLOCK:
-        means[-1] = (blocks * _BLOCK + n - 1) / 2
-    return means
-
-
-def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:
-    """Standard deviation about the line of each block of 64, from at most 512 blocks spread over the record."""
-    size = min(_BLOCK, len(t))
-    if size < 4:
-        return 0.0
-    blocks = len(t) // size
-    at = np.unique(np.linspace(0, blocks - 1, min(blocks, _BLOCKS)).astype(np.int64))
-    rows = at[:, None] * size + np.arange(size)
-    along = (rows if places is None else places[rows]).astype(np.float64)
-    values = t[rows] - slope * along
-    values = values - values.mean(axis=1, keepdims=True)
-    along = along - along.mean(axis=1, keepdims=True)
-    slopes = (values * along).sum(axis=1) / (along * along).sum(axis=1)
-    values = values - slopes[:, None] * along
-    return math.sqrt(float((values * values).sum()) / (len(at) * (size - 2)))
-
-
-def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float) -> Drift:
-    """Rates by tenths, from the means of blocks: their scatter about ten lines says how sure they are."""
-    per = len(rest) // _PARTS
-    values, along = (x[: _PARTS * per].reshape(_PARTS, per) for x in (rest, along))
-    values = values - values.mean(axis=1, keepdims=True)
-    along = along - along.mean(axis=1, keepdims=True)
-    squares = (along * along).sum(axis=1)
-    slopes = (values * along).sum(axis=1) / squares
-    left = values - slopes[:, None] * along
-    scatter = math.sqrt(float((left * left).sum()) / (_PARTS * (per - 2)))
-    return Drift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)

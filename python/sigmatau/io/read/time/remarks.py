@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sigmatau.io.read.time.grid import GridFit
+from sigmatau.io.read.time.line import GridFit
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.results import Finding, seconds
 

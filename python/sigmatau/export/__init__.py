@@ -1,0 +1,60 @@
+"""From a noise model to the file that a filter or a simulator reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sigmatau.errors import OptionError
+from sigmatau.export.numbers import Axes, Choices, Number, Numbers
+from sigmatau.export.target import Target
+from sigmatau.export.targets import NAMES, target
+from sigmatau.io.write import atomic
+from sigmatau.model import NoiseModel
+
+__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "export", "target"]
+
+
+def export(
+    model: NoiseModel, *, to: str, path: str | Path | None = None, choices: Choices | None = None
+) -> str | bytes:
+    """Write the parameters of a noise model for another program.
+
+    Parameters
+    ----------
+    model : NoiseModel
+    to : str
+        The target, one of `NAMES`.
+    path : str or Path, optional
+        Where to write; whole or not at all.
+    choices : Choices, optional
+        What no record decides; see there.
+
+    Returns
+    -------
+    str or bytes
+        The content of the file, with the origin and the unit of each number beside it.
+
+    Raises
+    ------
+    OptionError
+        For an unknown target, or something that has to be chosen and was not, such as what to write for a rate random walk
+        that was not observed.
+    DataError
+        If the model lacks what the target needs, or the file cannot be written.
+    """
+    chosen = Choices() if choices is None else choices
+    wanted = target(to)
+    unknown = sorted(set(chosen.names) - set(wanted.names))
+    if unknown:
+        listed = ", ".join(wanted.names) or "none"
+        raise OptionError(f"{to} has no name {unknown[0]!r}; it has: {listed}", option="names")
+    if wanted.needs_rate and chosen.rate is None:
+        raise OptionError(f"{to} needs the sampling rate of the sensor: give `rate` in Hz", option="rate")
+    content = wanted.write(Numbers(model, chosen))
+    if path is not None:
+        with atomic(path) as temporary:
+            if isinstance(content, bytes):
+                temporary.write_bytes(content)
+            else:
+                temporary.write_text(content, encoding="utf-8")
+    return content

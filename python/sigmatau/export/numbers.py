@@ -1,0 +1,236 @@
+"""The numbers that a target asks for: of which axis, in which place of a missing one, inflated by how much.
+
+A filter has one number for three axes, and seldom a place for flicker noise. What is chosen is chosen by the user, stands
+in the file that is written, and is never a coefficient under another's name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.record import stream_name
+from sigmatau.results import seconds, two_digits
+from sigmatau.terms import TERMS, display_units
+
+__all__ = ["Axes", "Choices", "Number", "Numbers"]
+
+Axes = Literal["worst", "mean", "each"]
+
+_KINDS = {"gyro": "gyros", "accel": "accelerometers"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choices:
+    """What the user decides, because no record does.
+
+    Attributes
+    ----------
+    axes : {"worst", "mean", "each"}
+        Of three axes the largest number, the root of the mean of the squares, or each where a target has a place for it.
+    walk : mapping of str to (str or float)
+        By sensor, ``"gyro"`` and ``"accel"``, what to write where no rate random walk was observed: ``"upper-limit"``, or
+        a value. [SI] ``"horizon"`` matches the model's Allan variance at `horizon`, observed or not. Default: what was
+        observed, or an error that says what there is to choose from.
+    horizon : float or None
+        Averaging time at which ``"horizon"`` matches. [s]
+    noise_factor, walk_factor : float
+        By which what is written is larger than what was found.
+    rate : float or None
+        Sampling rate of the sensor. [Hz]
+    step : float or None
+        Step of the filter, where it has one of its own. [s]
+    names : mapping of str to str
+        Names and constants that a target has beside the numbers, such as a topic.
+    """
+
+    axes: Axes = "worst"
+    walk: Mapping[str, str | float] = field(default_factory=dict)
+    horizon: float | None = None
+    noise_factor: float = 1.0
+    walk_factor: float = 1.0
+    rate: float | None = None
+    step: float | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.axes not in ("worst", "mean", "each"):
+            raise OptionError(f"`axes` must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
+        for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
+        for sensor, wanted in self.walk.items():
+            if sensor not in _KINDS:
+                raise OptionError(
+                    f"`walk`: {sensor!r} is no sensor; there are gyro and accel", option="rate_random_walk"
+                )
+            if isinstance(wanted, str) and wanted not in ("upper-limit", "horizon"):
+                raise OptionError(
+                    f"`walk` of {sensor}: {wanted!r} is neither 'upper-limit' nor 'horizon' nor a value",
+                    option="rate_random_walk",
+                )
+            if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
+                raise OptionError(f"`walk` of {sensor} must be positive, not {wanted!r}", option="rate_random_walk")
+        if "horizon" in self.walk.values() and self.horizon is None:
+            raise OptionError("a walk that matches the Allan variance at a horizon needs `horizon`", option="horizon")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Number:
+    """One number, in SI, before a target's own conversion.
+
+    Attributes
+    ----------
+    value : float
+        With its factor.
+    words : str
+        Where it comes from, for a comment beside it; one line of plain ASCII but for units.
+    """
+
+    value: float
+    words: str
+
+
+class Numbers:
+    """What a model holds for one target, with the user's choices."""
+
+    def __init__(self, model: NoiseModel, choices: Choices) -> None:
+        self.model = model
+        self.choices = choices
+
+    def has(self, sensor: str) -> bool:
+        """Whether the model has any channel of ``"gyro"`` or ``"accel"``."""
+        return any(stream_name(name) == sensor for name in self.model.channels)
+
+    def channels(self, sensor: str) -> dict[str, ChannelModel]:
+        """The channels of a sensor; raises `DataError` if there is none."""
+        found = {name: channel for name, channel in self.model.channels.items() if stream_name(name) == sensor}
+        if not found:
+            raise DataError(f"the model has no {_KINDS[sensor]}, which this target needs")
+        return found
+
+    def rate(self) -> float:
+        """Sampling rate; raises `OptionError` if it is not known. [Hz]"""
+        if self.choices.rate is None:
+            raise OptionError("the sampling rate of the sensor is needed: give `rate` in Hz", option="rate")
+        return self.choices.rate
+
+    def name(self, key: str, default: str) -> str:
+        """A name or constant that the user gave, or the target's own."""
+        return self.choices.names.get(key, default)
+
+    def noise(self, sensor: str) -> Number:
+        """N, the random walk of a sensor: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
+        by_axis = {name: self.noise_of(name).value for name in self.channels(sensor)}
+        return self._one(by_axis, "random_walk", self.choices.noise_factor)
+
+    def noise_of(self, channel: str) -> Number:
+        """N of one channel."""
+        model = self.model.channels[channel]
+        if "random_walk" not in model:
+            limit = self._limit(model, "random_walk")
+            raise DataError(f"{channel}: the model has no random walk{limit}; this target needs one")
+        factor = self.choices.noise_factor
+        return Number(value=factor * model["random_walk"], words=self._words(channel, "random_walk", factor))
+
+    def walk(self, sensor: str) -> Number:
+        """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]"""
+        channels = self.channels(sensor)
+        wanted = self.choices.walk.get(sensor)
+        factor = self.choices.walk_factor
+        if wanted == "horizon":
+            by_axis = {name: self._at_horizon(name) for name in channels}
+            number = self._one(by_axis, "rate_random_walk", 1.0)
+            words = (
+                f"stands for all slow noise: with N it has the model's Allan variance at {seconds(self._horizon())} s"
+            )
+            return Number(value=factor * number.value, words=f"{words}; {number.words}{_times(factor)}")
+        observed = {name: model["rate_random_walk"] for name, model in channels.items() if "rate_random_walk" in model}
+        if observed:
+            larger = {name: factor * value for name, value in observed.items()}
+            number = self._one(larger, "rate_random_walk", factor)
+            missing = sorted(set(channels) - set(observed))
+            more = f"; not observed of {', '.join(missing)}" if missing else ""
+            return Number(value=number.value, words=number.words + more)
+        if wanted == "upper-limit":
+            limits = {n: m.limits["rate_random_walk"] for n, m in channels.items() if "rate_random_walk" in m.limits}
+            if len(limits) < len(channels):
+                without = ", ".join(sorted(set(channels) - set(limits)))
+                raise OptionError(
+                    f"{sensor}: no upper limit of the rate random walk is known of {without}; give a value",
+                    option="rate_random_walk",
+                )
+            axis = max(limits, key=lambda name: limits[name])
+            return Number(
+                value=factor * limits[axis], words=f"not observed: upper limit (95 %), {axis}{_times(factor)}"
+            )
+        if wanted is not None:
+            return Number(value=factor * float(wanted), words=f"not observed: a value that was given{_times(factor)}")
+        raise OptionError(self._what_to_choose(sensor, channels), option="rate_random_walk")
+
+    def _what_to_choose(self, sensor: str, channels: Mapping[str, ChannelModel]) -> str:
+        model = next(iter(channels.values()))
+        si = model.unit_of("rate_random_walk")
+        limits = [m.limits["rate_random_walk"] for m in channels.values() if "rate_random_walk" in m.limits]
+        known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(channels) else ""
+        limit = f"{sensor}=upper-limit, " if known else ""
+        return (
+            f"the {_KINDS[sensor]} show no rate random walk{known}, and this target needs one: choose --rate-random-walk"
+            f" {limit}{sensor}=VALUE (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon, which matches"
+            " the model's Allan variance there"
+        )
+
+    def _horizon(self) -> float:
+        assert self.choices.horizon is not None  # Choices has seen to it
+        return self.choices.horizon
+
+    def _at_horizon(self, channel: str) -> float:
+        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
+        model, time = self.model.channels[channel], self._horizon()
+        tau0 = 1 / self.choices.rate if self.choices.rate else time / 1000
+        m = max(round(time / tau0), 1)
+        parts = model.avar_of_parts(m=[m], tau0=tau0)
+        rest = sum(float(avar[0]) for term, avar in parts.items() if term not in ("random_walk", "quantization"))
+        if not rest > 0:
+            raise OptionError(
+                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon",
+                option="rate_random_walk",
+            )
+        return math.sqrt(3 * rest / time)
+
+    def _one(self, by_axis: Mapping[str, float], term: str, factor: float) -> Number:
+        """One number for all axes of a sensor, by the user's choice."""
+        if len(by_axis) == 1 or self.choices.axes != "mean":
+            axis = max(by_axis, key=lambda name: by_axis[name])
+            worst = f"worst of {len(by_axis)} axes, " if len(by_axis) > 1 else ""
+            return Number(value=by_axis[axis], words=worst + self._words(axis, term, factor))
+        mean = math.sqrt(sum(value**2 for value in by_axis.values()) / len(by_axis))
+        return Number(value=mean, words=f"root mean square of {', '.join(by_axis)}{_times(factor)}")
+
+    def _words(self, channel: str, term: str, factor: float) -> str:
+        model = self.model.channels[channel]
+        words = channel
+        if term in model:
+            text, size = display_units(term, model.quantity, model.unit)[0]
+            label = TERMS[term].label(model.quantity)
+            words += f": {label} {model[term] / size:.4g} {text}"
+            if term in model.intervals:
+                low, high = (value / size for value in model.intervals[term])
+                words += f" [{low:.4g}, {high:.4g}]"
+        return words + _times(factor)
+
+    @staticmethod
+    def _limit(model: ChannelModel, term: str) -> str:
+        if term not in model.limits:
+            return ""
+        text, size = display_units(term, model.quantity, model.unit)[0]
+        return f" (it is below {two_digits(model.limits[term] / size)} {text})"
+
+
+def _times(factor: float) -> str:
+    return "" if factor == 1 else f", times {factor:g}"

@@ -1,0 +1,41 @@
+"""What a target is: a program that reads noise parameters, and how its file is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from sigmatau.export.numbers import Numbers
+
+__all__ = ["Target"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A target of ``sigmatau export``.
+
+    Attributes
+    ----------
+    name : str
+        As it is typed.
+    summary : str
+        One line of ``sigmatau export --list``: what is written, and what the program makes of it.
+    ending : str
+        Of its file, with the dot.
+    write : callable
+        From `Numbers` to the text of the file; bytes where the file is binary.
+    needs_rate : bool
+        Whether the sampling rate enters, and must be known.
+    needs_walk : bool
+        Whether it has a place for K that must not be empty.
+    names : mapping of str to str
+        Names that it has beside the numbers, with what stands there if none is given: ``{"topic": "/imu0"}``.
+    """
+
+    name: str
+    summary: str
+    ending: str
+    write: Callable[[Numbers], str | bytes]
+    needs_rate: bool = False
+    needs_walk: bool = False
+    names: Mapping[str, str] = field(default_factory=dict)

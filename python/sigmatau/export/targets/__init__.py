@@ -1,0 +1,23 @@
+"""One module a target, each with its ``TARGET``; to add one, write such a module and name it in `_MODULES`."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from sigmatau.errors import OptionError
+from sigmatau.export.target import Target
+
+__all__ = ["NAMES", "target"]
+
+_MODULES = {"kalibr": "kalibr"}
+
+NAMES = tuple(_MODULES)
+"""Names of the targets, as they are typed."""
+
+
+def target(name: str) -> Target:
+    """A target by its name; raises `OptionError` that lists them."""
+    if name not in _MODULES:
+        raise OptionError(f"unknown target {name!r}; targets: {', '.join(NAMES)}", option="to")
+    found: Target = import_module(f"{__name__}.{_MODULES[name]}").TARGET
+    return found

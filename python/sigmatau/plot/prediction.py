@@ -1,0 +1,61 @@
+"""Figures of predicted navigation errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.plot.curves import need_matplotlib
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_prediction"]
+
+Floats = NDArray[np.float64]
+
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_TITLES = {"rad": ("angle", "deg", math.pi / 180), "m/s": ("velocity", "m/s", 1.0), "m": ("position", "m", 1.0)}
+
+
+class ErrorLike(Protocol):
+    """What is drawn: see `sigmatau.model.PredictedError`."""
+
+    @property
+    def unit(self) -> str: ...
+    @property
+    def after(self) -> Floats: ...
+    @property
+    def rms(self) -> Floats: ...
+    @property
+    def low(self) -> Floats | None: ...
+    @property
+    def high(self) -> Floats | None: ...
+
+
+def draw_prediction(errors: Mapping[str, ErrorLike]) -> Figure:
+    """Errors against time, log-log, a panel a unit."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    units = [unit for unit in _TITLES if any(error.unit == unit for error in errors.values())]
+    figure = Figure(figsize=(4.6 * len(units), 4.2), layout="constrained")
+    for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
+        title, text, factor = _TITLES[unit]
+        shown = [(name, error) for name, error in errors.items() if error.unit == unit]
+        for k, (name, error) in enumerate(shown):
+            colour = _COLOURS[k % len(_COLOURS)]
+            if error.low is not None and error.high is not None:
+                ax.fill_between(
+                    error.after, error.low / factor, error.high / factor, color=colour, alpha=0.2, linewidth=0
+                )
+            ax.loglog(error.after, error.rms / factor, color=colour, marker="o", markersize=3, label=name)
+        ax.set_xlabel("time since the start [s]")
+        ax.set_ylabel(f"error of the {title}, rms [{text}]")
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+        ax.legend(fontsize=8)
+    return figure

@@ -4,7 +4,8 @@ from sigmatau.model.arma import Arma, arma
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.predict import PredictedError, Prediction, predict
+from sigmatau.model.predict import predict
+from sigmatau.model.prediction import PredictedError, Prediction
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.model.simulation import simulate
 

@@ -204,7 +204,7 @@ class TestAgainstSums:
             assert got == pytest.approx(expected, rel=5e-3 if name == "bias_instability" else 1e-8), name
 
     def test_bandwidth(self):
-        """Over times far beyond its corner, white noise behind a filter counts with its density at zero, what folds back too."""
+        """Over times far beyond its corner, filtered white noise counts with its density at zero, what folds back too."""
         wide = ChannelModel(terms={"random_walk": 1e-3}, bandwidth=LowPass(order=2, corner=20.0))
         found = predict(NoiseModel(channels={"gyro_z": wide}), after=[1000.0], rate=RATE)["heading"]
         density = float(wide.psd(1e-6, tau0=1 / RATE)[0])

@@ -8,6 +8,7 @@ from sigmatau.model.predict import predict
 from sigmatau.model.prediction import PredictedError, Prediction
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.model.simulation import simulate
+from sigmatau.model.verify import Verification, Verifications
 
 __all__ = [
     "Arma",
@@ -18,6 +19,8 @@ __all__ = [
     "PredictedError",
     "Prediction",
     "Sinusoid",
+    "Verification",
+    "Verifications",
     "arma",
     "predict",
     "simulate",

@@ -7,7 +7,8 @@ across them makes,
 
 and likewise with ψ_x' = ω_x + v_y/R, v_y' = a_y − g·ψ_x. Feedback by v/R is Schuler's; upwards gravity falls with the
 height, v_z' = a_z + 2g/R·p_z. On a flat Earth, R is infinite. Over a step the sensors' rates are constant, and the
-equations solved exactly. What one source of noise does is found alone, since all are independent, and many steps are made at once.
+equations solved exactly. What one source of noise does is found alone, since all are independent; many steps are made at
+once.
 
 References
 ----------

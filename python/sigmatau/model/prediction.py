@@ -160,7 +160,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
 
     def plot(self) -> Figure:
         """Draw the errors against time, a panel for angles, velocities and positions each."""
-        from sigmatau.plot.prediction import draw_prediction
+        from sigmatau.plot.model import draw_prediction
 
         return draw_prediction(self)
 

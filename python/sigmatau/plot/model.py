@@ -1,4 +1,4 @@
-"""Figures of predicted navigation errors."""
+"""Figures of noise models: over a record's curve, and the navigation errors predicted from them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import need_matplotlib
+from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve, need_matplotlib
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_prediction"]
+__all__ = ["draw_prediction", "draw_verification", "draw_verifications"]
 
 Floats = NDArray[np.float64]
 
@@ -58,4 +59,32 @@ def draw_prediction(errors: Mapping[str, ErrorLike]) -> Figure:
         ax.set_ylabel(f"error of the {title}, rms [{text}]")
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
         ax.legend(fontsize=8)
+    return figure
+
+
+def draw_verification(
+    curve: CurveLike, avar: Floats, label: str, *, ax: Axes | None = None, unit: str | None = None
+) -> Axes:
+    """A record's curve with its band, and the curve of a model at the same averaging times."""
+    ax = draw_curve(curve, ax=ax, unit=unit)
+    factor, _ = curve_unit(curve, unit)
+    ax.plot(curve.tau, np.sqrt(avar) / factor, color=_COLOURS[1], linewidth=1.3, zorder=3, label=label)
+    ax.fill_between([], [], [], color=_COLOURS[0], alpha=0.18, linewidth=0, label="band by χ² if the model is true")
+    ax.legend(fontsize=8)
+    return ax
+
+
+def draw_verifications(found: Mapping[str, tuple[CurveLike, Floats, str]]) -> Figure:
+    """A panel for each channel."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    columns = min(len(found), 3)
+    rows = math.ceil(len(found) / columns)
+    figure = Figure(figsize=(5.2 * columns, 4.2 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).flat
+    for ax, (curve, avar, label) in zip(axes, found.values(), strict=False):
+        draw_verification(curve, avar, label, ax=ax)
+    for ax in list(figure.axes)[len(found) :]:
+        ax.set_visible(False)
     return figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -68,35 +68,71 @@ def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
     velocity through its angle times g.
     """
     left = ahead - np.arange(ahead) - 0.5
-    by_sum = {
-        "heading": [dt * np.ones(ahead)],
-        "velocity_x": [GRAVITY * dt**2 * left, dt * np.ones(ahead)],
+    by_sum: dict[str, list[NDArray[np.floating]]] = {
+        "heading": [np.full(ahead, dt)],
+        "velocity_x": [GRAVITY * dt**2 * left, np.full(ahead, dt)],
         "position_x": [GRAVITY * dt**3 * (left**2 / 2 + 1 / 24), dt**2 * left],
-    }[error]
-    return np.array([np.concatenate((np.full(calibration, -w.sum() / calibration), w)) for w in by_sum])
+    }
+    by_sensor = by_sum[error]
+    return np.array([np.concatenate((np.full(calibration, -w.sum() / calibration), w)) for w in by_sensor])
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Expected:
+    """What a model says of segments one after another.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (n_sensors, n)
+        See `weights`.
+    rms : float
+    low, high : float
+        See `HeldOut`.
+    segments : int
+    freedom : float
+    """
+
+    weights: Floats
+    rms: float
+    low: float
+    high: float
+    segments: int
+    freedom: float
+
+    def held_against(self, samples: list[Floats]) -> HeldOut:
+        """The samples of each sensor, cut into the segments."""
+        shape = self.segments, self.weights.shape[1]
+        errors = np.zeros(self.segments)
+        for y, row in zip(samples, self.weights, strict=True):
+            errors += y[: shape[0] * shape[1]].reshape(shape) @ row
+        ratio = float(np.sqrt(np.mean(np.square(errors)))) / self.rms
+        return HeldOut(ratio=ratio, low=self.low, high=self.high, segments=self.segments, freedom=self.freedom)
+
+
+def expected(model: NoiseModel, error: str, n: int, *, after: float, calibration: float, dt: float) -> Expected:
+    """The prediction of a model for n samples, and how far the root mean square over their segments may be off."""
+    from scipy.stats import f
+
+    average, ahead = round(calibration / dt), round(after / dt)
+    w = weights(error, average, ahead, dt)
+    count = n // (average + ahead)
+    predicted = predict(model, after=after, calibration=calibration, rate=1 / dt, earth="flat")[error]
+    sd = 0.0
+    if predicted.low is not None and predicted.high is not None:
+        sd = math.log(float(predicted.high[0] / predicted.low[0])) / (2 * 1.959964)
+    freedom = independent(list(model.channels.values()), w, count, dt)
+    low, high = np.sqrt(f.ppf([0.025, 0.975], freedom, 1 / (2 * sd**2) if sd else 1e9))
+    return Expected(
+        weights=w, rms=float(predicted.rms[0]), low=float(low), high=float(high), segments=count, freedom=freedom
+    )
 
 
 def held_out(
     model: NoiseModel, error: str, samples: list[Floats], *, after: float, calibration: float, dt: float
 ) -> HeldOut:
     """Segments of samples, one after another, against the prediction of a model."""
-    from scipy.stats import f
-
-    average, ahead = round(calibration / dt), round(after / dt)
-    length = average + ahead
-    w = weights(error, average, ahead, dt)
-    count = len(samples[0]) // length
-    errors = sum(y[: count * length].reshape(count, length) @ row for y, row in zip(samples, w, strict=True))
-    predicted = predict(model, after=after, calibration=calibration, rate=1 / dt, earth="flat")[error]
-    sd = 0.0
-    if predicted.low is not None and predicted.high is not None:
-        sd = math.log(float(predicted.high[0] / predicted.low[0])) / (2 * 1.959964)
-    channels = [name for name in model.channels if name.startswith(("gyro", "accel"))]
-    freedom = independent([model.channels[name] for name in channels], w, count, dt)
-    of_model = 1 / (2 * sd**2) if sd else 1e9
-    low, high = np.sqrt(f.ppf([0.025, 0.975], freedom, of_model))
-    ratio = float(np.sqrt(np.mean(np.square(errors)))) / float(predicted.rms[0])
-    return HeldOut(ratio=ratio, low=float(low), high=float(high), segments=count, freedom=freedom)
+    case = expected(model, error, len(samples[0]), after=after, calibration=calibration, dt=dt)
+    return case.held_against(samples)
 
 
 def independent(channels: list[ChannelModel], w: Floats, count: int, dt: float) -> float:
@@ -112,7 +148,7 @@ def independent(channels: list[ChannelModel], w: Floats, count: int, dt: float) 
 
 def _covariances(channel: ChannelModel, row: Floats, count: int, length: int, dt: float) -> Floats:
     """Of errors of segments 0 … count−1 apart: their spectrum is that of the noise times the weights' own."""
-    n = 1 << (8 * count * length - 1).bit_length()
+    n = 1 << (2 * count * length - 1).bit_length()
     power = np.abs(np.fft.rfft(row, n)) ** 2
     frequency = np.fft.rfftfreq(n, dt)
     density = channel.psd(frequency[1:], tau0=dt) / dt
@@ -125,28 +161,36 @@ def cell(seed: int, name: str) -> list[list[list[float]]]:
     """Of each record, error and time: the ratio, its range, segments."""
     rng = np.random.default_rng(seed)
     truth = NoiseModel(channels=MODELS[name])
+    known = _cases(truth, name)
     rows = []
     for _ in range(RECORDS // PARTS):
         record = simulate(truth, duration=2 * HALF, rate=RATE, rng=rng)
-        rows.append(_of_record(record, truth, name))
+        rows.append(_of_record(record, truth, known, name))
     return rows
 
 
-def _of_record(record: Record, truth: NoiseModel, name: str) -> list[list[float]]:
+def _cases(model: NoiseModel, name: str) -> list[Expected]:
+    n = round(HALF * RATE)
+    return [
+        expected(model, error, n, after=after, calibration=CALIBRATION, dt=1 / RATE)
+        for error in ERRORS[name]
+        for after in AFTER
+    ]
+
+
+def _of_record(record: Record, truth: NoiseModel, known: list[Expected], name: str) -> list[list[float]]:
     half = round(HALF * RATE)
-    y = {channel: stream.column(channel) for stream in record.streams for channel in stream.channels}
-    first = Record.from_arrays(rate=RATE, **{channel: column[:half] for channel, column in y.items()})
+    first = replace(record, streams=tuple(stream.cut(0, half) for stream in record.streams))
     try:
         fitted = NoiseModel.from_result(analyze(first).to_dict(), channels=truth.channels)
     except DataError:
         return []
-    later = [y[channel][half:] for channel in truth.channels]
+    later = [stream.column(channel)[half:] for stream in record.streams for channel in stream.channels]
     rows = []
-    for error in ERRORS[name]:
-        for after in AFTER:
-            for model in (fitted, truth):
-                found = held_out(model, error, later, after=after, calibration=CALIBRATION, dt=1 / RATE)
-                rows.append([found.ratio, found.low, found.high, found.freedom])
+    for pair in zip(_cases(fitted, name), known, strict=True):
+        for case in pair:
+            found = case.held_against(later)
+            rows.append([found.ratio, found.low, found.high, found.freedom])
     return rows
 
 
@@ -155,13 +199,14 @@ def field() -> list[str]:
     log = Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")) / "adis16405_static.csv.gz"
     if not log.exists():
         return []
-    (gyro,) = (stream for stream in read(log, rate=100).streams if stream.name == "gyro")
+    record = read(log, rate=100)
+    (gyro,) = (stream for stream in record.streams if stream.name == "gyro")
     y = {channel: gyro.column(channel) for channel in gyro.channels}
     half = gyro.grid.n // 2
-    parts = {"first": slice(None, half), "second": slice(half, None)}
+    parts = {"first": (0, half), "second": (half, gyro.grid.n)}
     rows = []
     for fitted, held in (("first", "second"), ("second", "first")):
-        analysis = analyze(Record.from_arrays(rate=100, **{c: column[parts[fitted]] for c, column in y.items()}))
+        analysis = analyze(replace(record, streams=(gyro.cut(*parts[fitted]),)))
         for channel, column in y.items():
             fit = analysis.fits[channel]
             model = NoiseModel.from_result(analysis.to_dict(), channels=[channel])
@@ -169,7 +214,7 @@ def field() -> list[str]:
             single = NoiseModel(channels={"gyro_z": model.channels[channel]})
             for after in AFTER:
                 found = held_out(
-                    single, "heading", [column[parts[held]]], after=after, calibration=CALIBRATION, dt=0.01
+                    single, "heading", [column[slice(*parts[held])]], after=after, calibration=CALIBRATION, dt=0.01
                 )
                 bounds = f"{found.low:.3f} … {found.high:.3f}"
                 inside = "yes" if found.low < found.ratio < found.high else "**no**"
@@ -228,7 +273,10 @@ One unit, 2.78 h at 100 Hz; the fit of one half against the other, as above.
 | axis | fitted half | verdict | after | segments | measured/predicted | 95 % range | inside |
 |---|---|---|---|---|---|---|---|"""
 
-_TAIL = ""
+_TAIL = """At 1 s and 10 s all are inside. At 100 s fits of the first half say 20 to 45 % too much for the second, and those
+of the second 18 to 26 % too little for the first, on every axis: the slow noise of this unit is weaker in its second half,
+which no stationary model can foretell, and one axis each way is outside its range. With 31 segments and the errors of the
+fits, the range is ± 25 to 30 %."""
 
 if __name__ == "__main__":
     main()

@@ -10,6 +10,7 @@ from studies import (
     false_alarms,
     gaps,
     intervals,
+    prediction,
     read_off,
     robustness,
     selection,
@@ -27,6 +28,7 @@ STUDIES = (
     stability,
     selection,
     false_alarms,
+    prediction,
     adis16405,
 )
 

@@ -113,13 +113,13 @@ class Verification(Printed):
         """Draw the record's curve with its band, and the model's; returns the axes."""
         from sigmatau.plot.model import draw_verification
 
-        return draw_verification(self.curve, self.avar, f"model, p = {_p(self.p_value)}", ax=ax, unit=unit)
+        return draw_verification(self.curve, self.avar, f"model, {_p(self.p_value)}", ax=ax, unit=unit)
 
     def __repr__(self) -> str:
         tau, k = self.curve.tau, self.worst
         lines = [
             f"{self.curve.channel}: linear model of {self.states} states every {self.curve.tau0:g} s,"
-            f" misfit {self.misfit:.3g} of {self.freedom} octaves, p = {_p(self.p_value)}",
+            f" misfit {self.misfit:.3g} of {self.freedom} octaves, {_p(self.p_value)}",
             f"  least likely: σ of the model is {self.ratio[k]:.3g} times that of the record at {seconds(tau[k])} s"
             f" ({self.low[k]:.3g} to {self.high[k]:.3g} if it is true)",
         ]
@@ -148,7 +148,7 @@ class Verifications(ByChannel[Verification]):
         from sigmatau.plot.model import draw_verifications
 
         return draw_verifications(
-            {name: (one.curve, one.avar, f"model, p = {_p(one.p_value)}") for name, one in self.items()}
+            {name: (one.curve, one.avar, f"model, {_p(one.p_value)}") for name, one in self.items()}
         )
 
 
@@ -328,4 +328,4 @@ def _deviates(ratio: Floats, edf: Floats) -> Floats:
 
 
 def _p(value: float) -> str:
-    return f"{value:.2g}" if value >= 1e-12 else "< 1e-12"
+    return f"p = {value:.2g}" if value >= 1e-12 else "p < 1e-12"

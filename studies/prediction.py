@@ -274,9 +274,9 @@ One unit, 2.78 h at 100 Hz; the fit of one half against the other, as above.
 |---|---|---|---|---|---|---|---|"""
 
 _TAIL = """At 1 s and 10 s all are inside. At 100 s fits of the first half say 20 to 45 % too much for the second, and those
-of the second 18 to 26 % too little for the first, on every axis: the slow noise of this unit is weaker in its second half,
-which no stationary model can foretell, and one axis each way is outside its range. With 31 segments and the errors of the
-fits, the range is ± 25 to 30 %."""
+of the second 18 to 26 % too little for the first, on every axis, and one axis each way is outside its range: the errors at
+100 s are smaller in the second half, as if the slow noise of this unit were not stationary. Why was not looked into. With
+31 segments and the errors of the fits, the range is ± 25 to 30 %."""
 
 if __name__ == "__main__":
     main()

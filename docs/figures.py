@@ -8,8 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
 
-from sigmatau import NoiseModel, Record, allan, analyze, simulate
+from sigmatau import NoiseModel, Record, allan, analyze, predict, simulate
 from sigmatau.diagnose.filters import relative_avar
+from sigmatau.model import ChannelModel, GaussMarkov
+from sigmatau.model.flicker import flicker_poles
+from sigmatau.model.state_space import state_space
 from sigmatau.stability import dynamic_allan
 from sigmatau.terms import TERMS, aliasing_inflation, avar
 from sigmatau.units import to_si
@@ -116,6 +119,91 @@ def stability_figure() -> None:
     figure.savefig(HERE / "stability.svg", metadata={"Date": None})
 
 
+def state_space_figure() -> None:
+    """Flicker noise by Gauss-Markov processes: each of them, their sum, and by how much it is off."""
+    m = np.unique(np.round(2 ** np.linspace(0, 21, 253)).astype(int))
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    exact = np.sqrt(avar("bias_instability", 1.0, m=m, tau0=0.01))
+    left.loglog(m * 0.01, exact, color="black", linewidth=2.5, alpha=0.35, label="flicker noise, B = 1")
+    poles = flicker_poles(dt=0.01, tau_max=3600.0, error=0.01)
+    for k, (time, variance) in enumerate(zip(poles.times, poles.variances, strict=True)):
+        one = ChannelModel(gauss_markov=(GaussMarkov(sigma=float(np.sqrt(variance)), time=float(time)),))
+        label = "its Gauss-Markov processes" if k == 0 else None
+        left.loglog(m * 0.01, one.adev(m=m, tau0=0.01), color=COLOURS[2], linewidth=0.9, label=label)
+    flicker = ChannelModel(terms={"bias_instability": 1.0})
+    for error, colour in zip((0.012, 0.001), COLOURS, strict=False):
+        system = state_space(flicker, dt=0.01, tau_max=3600.0, flicker_error=error)
+        adev = np.sqrt(system.avar(m))
+        states = f"{len(system.states)} states"
+        left.loglog(m * 0.01, adev, "--", color=colour, linewidth=1.1, label=states)
+        right.semilogx(m * 0.01, 100 * (adev / exact - 1), color=colour, label=states)
+    left.set_ylim(0.05, 1.2)
+    left.set_ylabel("Allan deviation σ(τ)")
+    right.axvline(3600, color="0.5", linewidth=0.8)
+    right.set_ylim(-5, 2)
+    right.set_ylabel("off by [%]")
+    for ax in (left, right):
+        ax.set_xlabel("averaging time τ [s]")
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+        ax.legend(fontsize=8.5)
+    figure.savefig(HERE / "state-space.svg", metadata={"Date": None})
+
+
+def prediction_figure() -> None:
+    """A tactical-grade unit: error of the position by its parts, and with calibrations."""
+    model = NoiseModel.from_dict(
+        {
+            "channels": {
+                "gyro_y": {
+                    "random_walk": "0.1 deg/sqrt(h)",
+                    "bias_instability": "0.5 deg/h",
+                    "rate_random_walk": "1 deg/h/sqrt(h)",
+                },
+                "accel_x": {"random_walk": "0.03 m/s/sqrt(h)", "bias_instability": "40 ug"},
+            }
+        }
+    )
+    after = np.geomspace(1, 7200, 60)
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    found = predict(model, after=after, calibration=300.0, rate=10.0)["position_x"]
+    left.loglog(found.after, found.rms, color="black", linewidth=1.8, label="position, 5 min of calibration")
+    for (key, share), colour in zip(found.shares.items(), COLOURS, strict=True):
+        channel, part = key
+        name = TERMS[part].label("signal")
+        left.loglog(found.after, found.rms * np.sqrt(share), color=colour, linewidth=1, label=f"{channel} {name}")
+    left.set_ylim(1e-3, 3e5)
+    left.set_ylabel("error of the position, rms [m]")
+    known = predict(model, after=after, rate=10.0)["position_x"]
+    cases = {"1 min": 60.0, "5 min": 300.0, "30 min": 1800.0}
+    for (name, calibration), colour in zip(cases.items(), COLOURS, strict=False):
+        error = predict(model, after=after, calibration=calibration, rate=10.0)["position_x"]
+        right.semilogx(error.after, error.rms / known.rms, color=colour, label=f"{name} of calibration")
+    flat = predict(model, after=after, rate=10.0, earth="flat")["position_x"]
+    right.semilogx(flat.after, flat.rms / known.rms, ":", color="black", label="no calibration, flat Earth")
+    right.set_ylim(0.8, 4)
+    right.set_ylabel("over the error from a known state")
+    for ax in (left, right):
+        ax.set_xlabel("time since the start [s]")
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+        ax.legend(fontsize=8.5)
+    figure.savefig(HERE / "prediction.svg", metadata={"Date": None})
+
+
+def verification_figure() -> None:
+    """A record's curve and the linear models of two coefficients' sets: the true one, and one without its random walk."""
+    truth = {"random_walk": "0.1 deg/sqrt(h)", "bias_instability": "1 deg/h", "rate_random_walk": "10 deg/h/sqrt(h)"}
+    wrong = {name: value for name, value in truth.items() if name != "rate_random_walk"}
+    models = [NoiseModel.from_dict({"channels": {"gyro_x": terms}}) for terms in (truth, wrong)]
+    curves = allan(simulate(models[0], duration=7200, rate=100, rng=1))
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    for ax, model, title in zip(figure.subplots(1, 2), models, ("N, B, K", "N, B"), strict=True):
+        model.verify(curves)["gyro_x"].plot(ax=ax)
+        ax.set_title(title)
+    figure.savefig(HERE / "verification.svg", metadata={"Date": None})
+
+
 CHOSEN = {
     "N, B, K": {"random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-4},
     "K alone": {"rate_random_walk": 1e-4},
@@ -128,3 +216,6 @@ if __name__ == "__main__":
     fit_figure()
     bandwidth_figure()
     stability_figure()
+    state_space_figure()
+    verification_figure()
+    prediction_figure()

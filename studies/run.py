@@ -10,6 +10,7 @@ from studies import (
     false_alarms,
     gaps,
     intervals,
+    prediction,
     read_off,
     robustness,
     round_trip,
@@ -29,6 +30,7 @@ STUDIES = (
     stability,
     selection,
     false_alarms,
+    prediction,
     adis16405,
 )
 

@@ -10,7 +10,7 @@ from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooSho
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.inspection import inspect
 from sigmatau.io import from_frame, read
-from sigmatau.model import NoiseModel, simulate
+from sigmatau.model import NoiseModel, predict, simulate
 from sigmatau.planning import detectable
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Record
@@ -48,6 +48,7 @@ __all__ = [
     "from_frame",
     "inspect",
     "percentage_error",
+    "predict",
     "psd",
     "read",
     "read_off",

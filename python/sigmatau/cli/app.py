@@ -48,6 +48,13 @@ sigmatau plan imu.toml --term bias_instability --rate 100 --hours 2
 sigmatau plan imu.toml --term rate_random_walk --rate 100 --value "20 deg/h/sqrt(h)"
 sigmatau plan result.json --term bias_instability --hours 12""",
     ),
+    "predict": (
+        "Errors of free inertial navigation at rest, from a noise model: angles, velocity, position, each term's share.",
+        """\
+sigmatau predict imu.toml --after 60s,10min --calibration 5min
+sigmatau predict result.json --after 1s,10s,100s --calibration 100s --json
+sigmatau predict imu.toml --after 1min --turn-on gyro="10 deg/h" --turn-on accel_x="1 mg" --plot errors.png""",
+    ),
     "watch": (
         "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",
         """\

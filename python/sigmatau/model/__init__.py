@@ -1,9 +1,28 @@
 """Noise models: from a file, a fit or by hand; what they predict, and records simulated from them."""
 
+from sigmatau.model.arma import Arma, arma
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.predict import predict
+from sigmatau.model.prediction import PredictedError, Prediction
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.model.simulation import simulate
+from sigmatau.model.verify import Verification, Verifications
 
-__all__ = ["ChannelModel", "GaussMarkov", "LowPass", "NoiseModel", "Sinusoid", "simulate", "value_in_si"]
+__all__ = [
+    "Arma",
+    "ChannelModel",
+    "GaussMarkov",
+    "LowPass",
+    "NoiseModel",
+    "PredictedError",
+    "Prediction",
+    "Sinusoid",
+    "Verification",
+    "Verifications",
+    "arma",
+    "predict",
+    "simulate",
+    "value_in_si",
+]

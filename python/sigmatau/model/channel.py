@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,10 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.results import Printed
 from sigmatau.terms import TERMS, coefficient_unit, display_units
+
+if TYPE_CHECKING:
+    from sigmatau.allan import DeviationCurve
+    from sigmatau.model.verify import Verification
 
 __all__ = ["STATIONARY", "ChannelModel"]
 
@@ -209,6 +213,32 @@ class ChannelModel(Mapping[str, float], Printed):
             quantity=self.quantity,
             unit=self.unit,
         )
+
+    def verify(
+        self, curve: DeviationCurve, *, tau_min: float = 0.0, flicker_error: float = 0.01, level: float = 0.95
+    ) -> Verification:
+        """Hold the linear model, as `sigmatau.model.state_space` has it, against the curve of a record.
+
+        Parameters
+        ----------
+        curve : DeviationCurve
+            Overlapped, of a record in which no sample is missing.
+        tau_min : float
+            Shortest averaging time of the misfit. [s]
+        flicker_error : float
+            As in `sigmatau.model.state_space`.
+        level : float
+            Probability of the bands.
+
+        Returns
+        -------
+        Verification
+            Ratio of the deviations with its bands, the misfit and how likely it is; see
+            `sigmatau.model.verify.verify_channel`, also for the errors.
+        """
+        from sigmatau.model.verify import verify_channel
+
+        return verify_channel(self, curve, tau_min=tau_min, flicker_error=flicker_error, level=level)
 
     def _bare(self) -> ChannelModel:
         """Some white noise in the channel's unit, to be replaced."""

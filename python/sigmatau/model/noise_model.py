@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,10 @@ from sigmatau.model.file import channels_of, correlation_of, toml
 from sigmatau.model.result import channels_of_result
 from sigmatau.record import stream_name
 from sigmatau.results import Printed
+
+if TYPE_CHECKING:
+    from sigmatau.allan import DeviationCurve
+    from sigmatau.model.verify import Verifications
 
 __all__ = ["CORRELATED", "Correlation", "NoiseModel"]
 
@@ -161,6 +165,22 @@ class NoiseModel(Printed):
     def psd(self, channel: str, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
         """Two-sided power spectral density of a channel; see `ChannelModel.psd`. [(rate unit)²/Hz]"""
         return self._of(channel).psd(f, tau0=tau0)
+
+    def verify(
+        self,
+        curves: Mapping[str, DeviationCurve],
+        *,
+        tau_min: float | Mapping[str, float] = 0.0,
+        flicker_error: float = 0.01,
+        level: float = 0.95,
+    ) -> Verifications:
+        """Hold the linear models of all channels against curves, by channel; see `ChannelModel.verify`.
+
+        `tau_min` may be given by channel. Raises `OptionError` for a curve of a channel that the model has not.
+        """
+        from sigmatau.model.verify import verify_channels
+
+        return verify_channels(self, curves, tau_min=tau_min, flicker_error=flicker_error, level=level)
 
     def _of(self, channel: str) -> ChannelModel:
         try:

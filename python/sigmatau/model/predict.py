@@ -1,0 +1,240 @@
+"""How far free inertial navigation at rest goes astray, from the noise of its sensors, and through which term."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.navigation import Earth, Mechanisation, Source, mechanisations, source
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.prediction import PredictedError, Prediction
+
+__all__ = ["predict"]
+
+Floats = NDArray[np.float64]
+
+_STEPS = 1e12
+
+
+def predict(
+    model: NoiseModel,
+    *,
+    after: ArrayLike,
+    calibration: float | None = None,
+    rate: float,
+    earth: Earth = "round",
+    turn_on: Mapping[str, float] | None = None,
+    flicker_error: float = 0.01,
+    level: float = 0.95,
+) -> Prediction:
+    """Errors of free inertial navigation at rest, from the noise of the sensors.
+
+    Heading of gyro_z, roll and pitch of gyro_x and gyro_y, velocity and position of each accelerometer; those of a level
+    accelerometer with the tilt that the gyro across it makes, if the model has it. Axes x, y level, z up. Angles alone of
+    gyros alone.
+
+    Parameters
+    ----------
+    model : NoiseModel
+    after : array_like, shape (n_times,)
+        Times since the start, rounded to whole steps. [s]
+    calibration : float, optional
+        Length of time at rest before the start; the mean of each rate over it is subtracted from then on. Of level
+        accelerometers that is levelling, of gyros their bias. Default: no calibration; the state at the start is known,
+        walks and flicker noise begin at 0. [s]
+    rate : float
+        Steps a second, the sampling rate. [Hz]
+    earth : {"round", "flat"}
+        Schuler's feedback of the velocity into the tilt, and gravity falling with height; or not.
+    turn_on : mapping of str to float, optional
+        Without a calibration: standard deviations of constant biases, by channel. [rad/s, m/s²]
+    flicker_error : float
+        What the Allan deviation of flicker noise may be off by, relative.
+    level : float
+        Probability of the intervals, which are as sure as the coefficients (`ChannelModel.covariance`).
+
+    Returns
+    -------
+    Prediction
+
+    Raises
+    ------
+    OptionError
+        For times that are not positive, an unknown Earth, a turn-on bias of a channel that is not there, or both a turn-on
+        bias and a calibration, which takes it away.
+    DataError
+        For a model with neither a gyro nor an accelerometer.
+
+    Notes
+    -----
+    The covariance of sensor states, subtracted means and errors is propagated exactly for sampled noise; see
+    `sigmatau.model.navigation`. Of flicker noise at the start nothing else but increments is defined: with a calibration
+    only these count, without one it begins at 0, so that the angle error is 0.664·B·t.
+    """
+    steps = _steps(after, rate)
+    average = 0 if calibration is None else _whole("calibration", calibration, rate)
+    if earth not in ("round", "flat"):
+        raise OptionError(f"`earth` must be 'round' or 'flat', not {earth!r}", option="earth")
+    if not 0 < level < 1:
+        raise OptionError(f"`level` must lie between 0 and 1, not {level!r}", option="level")
+    turn_on = _checked(turn_on or {}, model, calibration)
+    dt = 1 / rate
+    found: dict[str, PredictedError] = {}
+    as_known: dict[tuple[str, str], None] = {}
+    reached = 0.0
+    for equations in mechanisations(tuple(model.channels), earth=earth):
+        sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
+        made: dict[tuple[str, str], Source] = {}
+        for k, channel in enumerate(equations.inputs):
+            gains = np.eye(len(equations.inputs))[k]
+            parts = {
+                name: source(
+                    part,
+                    dt=dt,
+                    tau_max=(average + int(steps[-1])) * dt,
+                    flicker_error=flicker_error,
+                    calibrated=average > 0,
+                )
+                for name, part in model.channels[channel].parts().items()
+            }
+            if turn_on.get(channel):
+                parts["turn_on"] = Source.constant(turn_on[channel])
+            for name, part in parts.items():
+                made[channel, name] = part
+                sources[channel, name] = part.errors(equations, gains, dt=dt, calibration=average, steps=steps)
+                reached = max(reached, part.flicker_error)
+        for key, variance in _correlated(model, equations, made, sources, dt, average, steps).items():
+            sources[key] = np.zeros_like(variance), variance
+        for name, row in equations.rows.items():
+            found[name], known = _error(
+                name, model, {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()}, steps * dt, level
+            )
+            as_known |= dict.fromkeys(known)
+    if not found:
+        raise DataError("a prediction needs gyros (gyro_x …) or accelerometers (accel_x …), and the model has none")
+    return Prediction(
+        errors={name: found[name] for name in sorted(found, key=_order)},
+        after=steps * dt,
+        calibration=None if calibration is None else average * dt,
+        rate=rate,
+        earth=earth,
+        turn_on=turn_on,
+        level=level,
+        flicker_error=reached,
+        as_known=tuple(as_known),
+    )
+
+
+def _steps(after: ArrayLike, rate: float) -> Floats:
+    if not (math.isfinite(rate) and rate > 0):
+        raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+    times = np.atleast_1d(np.asarray(after, dtype=np.float64))
+    if times.ndim != 1 or not times.size:
+        raise OptionError("`after` must be one or more times in s", option="after")
+    return np.unique([_whole("after", float(time), rate) for time in times])
+
+
+def _whole(option: str, time: float, rate: float) -> int:
+    """A time in whole steps."""
+    if not (math.isfinite(time) and 0.5 <= time * rate <= _STEPS):
+        raise OptionError(
+            f"`{option}` must be {1 / rate:g} s, a step, to {_STEPS / rate:g} s, not {time!r}", option=option
+        )
+    return max(round(time * rate), 1)
+
+
+def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float | None) -> dict[str, float]:
+    for name, value in turn_on.items():
+        if name not in model.channels:
+            raise OptionError(
+                f"`turn_on`: no channel {name!r}; channels: {', '.join(model.channels)}", option="turn_on"
+            )
+        if not (math.isfinite(value) and value >= 0):
+            raise OptionError(
+                f"`turn_on` of {name} must be a standard deviation in SI, not {value!r}", option="turn_on"
+            )
+    if turn_on and calibration is not None:
+        raise OptionError("`turn_on`: a calibration takes a constant bias away; give one of the two", option="turn_on")
+    return dict(turn_on)
+
+
+def _correlated(
+    model: NoiseModel,
+    equations: Mechanisation,
+    made: Mapping[tuple[str, str], Source],
+    sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    dt: float,
+    average: int,
+    steps: Floats,
+) -> dict[tuple[str, str], Floats]:
+    """What the correlation of a term between a gyro and the accelerometer across it adds to the variance."""
+    if len(equations.inputs) < 2:
+        return {}
+    first, second = equations.inputs
+    found = {}
+    for term, pairs in model.correlation.items():
+        correlation = pairs.get((first, second), pairs.get((second, first), 0.0))
+        if correlation:
+            ratio = model.channels[second][term] / model.channels[first][term]
+            gains = np.array([1.0, ratio])
+            _, both = made[first, term].errors(equations, gains, dt=dt, calibration=average, steps=steps)
+            apart = sources[first, term][1] + sources[second, term][1]
+            found[f"{first} with {second}", term] = correlation * (both - apart)
+    return found
+
+
+def _error(
+    name: str,
+    model: NoiseModel,
+    sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    after: Floats,
+    level: float,
+) -> tuple[PredictedError, list[tuple[str, str]]]:
+    """One error of its sources, and which of them have no known error of their own."""
+    from statistics import NormalDist
+
+    variance = np.asarray(sum(v for _, v in sources.values()))
+    mean = np.asarray(sum(m for m, _ in sources.values()))
+    square = np.maximum(variance, 0.0) + mean**2
+    of_parts = {key: v + m * mean for key, (m, v) in sources.items()}
+    shares = {
+        key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in of_parts.items()
+    }
+    spread, any_known, as_known = np.zeros_like(square), False, []
+    for channel in dict.fromkeys(channel for channel, _ in sources):
+        names, covariance = model.channels[channel].covariance if channel in model.channels else ((), None)
+        parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources]
+        as_known += [key for key in sources if key[0] == channel and key[1] not in names and np.any(of_parts[key])]
+        if covariance is None or not parts:
+            continue
+        any_known = True
+        # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
+        gradient = np.array([2 * of_parts[channel, term] / model.channels[channel][term] for _, term in parts])
+        index = [k for k, _ in parts]
+        spread = spread + np.einsum("pt,pq,qt->t", gradient, covariance[np.ix_(index, index)], gradient)
+    rms = np.sqrt(square)
+    low = high = None
+    if any_known:
+        wide = np.exp(NormalDist().inv_cdf(0.5 + level / 2) * np.sqrt(np.maximum(spread, 0)) / (2 * square))
+        low, high = rms / wide, rms * wide
+    error = PredictedError(
+        name=name,
+        unit="m/s" if name.startswith("velocity") else "m" if name.startswith("position") else "rad",
+        after=np.array(after),
+        rms=rms,
+        std=np.sqrt(np.maximum(variance, 0.0)),
+        mean=mean,
+        low=low,
+        high=high,
+        shares=shares,
+    )
+    return error, as_known if any_known else []
+
+
+def _order(name: str) -> tuple[int, str]:
+    kind = 0 if name == "heading" else 2 if name.startswith("velocity") else 3 if name.startswith("position") else 1
+    return kind, name

@@ -1,0 +1,217 @@
+"""Predicted navigation errors: what they are, and how they print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.model.navigation import Earth
+from sigmatau.results import Printed, duration_text, interval_texts
+from sigmatau.terms import TERMS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["PredictedError", "Prediction"]
+
+Floats = NDArray[np.float64]
+
+_DISPLAY = {"rad": ("deg", math.pi / 180)}
+_OTHER = {"gauss_markov": "Gauss-Markov process", "sinusoid": "sinusoid", "turn_on": "turn-on bias"}
+_SHOWN = 0.01
+"""The least share that is printed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class PredictedError(Printed):
+    """One error against time.
+
+    Attributes
+    ----------
+    name : str
+        ``"heading"``, ``"roll"``, ``"pitch"``, ``"velocity_x"``, ``"position_x"`` …
+    unit : str
+        SI: rad, m/s, m.
+    after : ndarray, shape (n_times,)
+        [s]
+    rms : ndarray, shape (n_times,)
+        √(std² + mean²). [unit]
+    std, mean : ndarray, shape (n_times,)
+        What noise makes, and what ramps make, with its sign. [unit]
+    low, high : ndarray or None, shape (n_times,)
+        Interval of `rms`, as sure as the coefficients are; None if that of none is known. [unit]
+    shares : mapping of (str, str) to ndarray, shape (n_times,)
+        Parts of rms², by channel and term; they add up to 1.
+    """
+
+    name: str
+    unit: str
+    after: Floats
+    rms: Floats
+    std: Floats
+    mean: Floats
+    low: Floats | None
+    high: Floats | None
+    shares: Mapping[tuple[str, str], Floats]
+
+    def __post_init__(self) -> None:
+        for array in (self.after, self.rms, self.std, self.mean, self.low, self.high, *self.shares.values()):
+            if array is not None:
+                array.setflags(write=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns in SI."""
+        shares: dict[str, dict[str, list[float]]] = {}
+        for (channel, part), share in self.shares.items():
+            shares.setdefault(channel, {})[part] = share.tolist()
+        content: dict[str, Any] = {
+            "unit": self.unit,
+            "rms": self.rms.tolist(),
+            "std": self.std.tolist(),
+            "mean": self.mean.tolist(),
+            "shares": shares,
+        }
+        if self.low is not None and self.high is not None:
+            content |= {"low": self.low.tolist(), "high": self.high.tolist()}
+        return content
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Time, rms, interval, unit, mean and shares of each time, as they are printed."""
+        unit, factor = _DISPLAY.get(self.unit, (self.unit, 1.0))
+        rows: list[tuple[str, ...]] = []
+        for k, after in enumerate(self.after.tolist()):
+            edges = (None, None) if self.low is None or self.high is None else (self.low[k], self.high[k])
+            value, interval = interval_texts(
+                self.rms[k] / factor, *(None if edge is None else float(edge) / factor for edge in edges)
+            )
+            made_of = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
+            parts = [f"{channel} {_label(part)} {100 * s:.0f} %" for s, (channel, part) in made_of if s >= _SHOWN]
+            if self.mean[k]:
+                parts.append(f"mean {self.mean[k] / factor:+.3g} {unit}")
+            rows.append((duration_text(after), value, interval, unit, ", ".join(parts)))
+        return rows
+
+    def __repr__(self) -> str:
+        return "\n".join(_table([("", "after", "rms", "", "", ""), *_named(self)]))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Prediction(Mapping[str, PredictedError], Printed):
+    """Errors of free inertial navigation at rest: a mapping from error to `PredictedError`.
+
+    Attributes
+    ----------
+    errors : mapping of str to PredictedError
+    after : ndarray, shape (n_times,)
+        [s]
+    calibration : float or None
+        Length of time before the start whose mean rates are subtracted. [s]
+    rate : float
+        [Hz]
+    earth : {"round", "flat"}
+    turn_on : mapping of str to float
+        Standard deviations of constant biases, by channel. [unit of the rate]
+    level : float
+        Probability of the intervals.
+    flicker_error : float
+        Largest relative error of the Allan deviation of the flicker noise.
+    as_known : tuple of (str, str)
+        Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
+    """
+
+    errors: Mapping[str, PredictedError]
+    after: Floats
+    calibration: float | None
+    rate: float
+    earth: Earth
+    turn_on: Mapping[str, float] = field(default_factory=dict)
+    level: float = 0.95
+    flicker_error: float = 0.0
+    as_known: tuple[tuple[str, str], ...] = ()
+
+    def __getitem__(self, error: str) -> PredictedError:
+        try:
+            return self.errors[error]
+        except KeyError:
+            raise KeyError(f"no error {error!r}; predicted: {', '.join(self.errors)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.errors)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns in SI, by error."""
+        return {
+            "after_s": self.after.tolist(),
+            "calibration_s": self.calibration,
+            "rate_hz": self.rate,
+            "earth": self.earth,
+            "turn_on": dict(self.turn_on),
+            "level": self.level,
+            "errors": {name: error.to_dict() for name, error in self.errors.items()},
+        }
+
+    def plot(self) -> Figure:
+        """Draw the errors against time, a panel for angles, velocities and positions each."""
+        from sigmatau.plot.model import draw_prediction
+
+        return draw_prediction(self)
+
+    def notes(self) -> list[str]:
+        """What the numbers rest on."""
+        if self.calibration is not None:
+            lines = [
+                f"The mean rates of the {duration_text(self.calibration)} before the start are subtracted, those of level"
+                " accelerometers by levelling;",
+                "roll and pitch are without what levelling leaves, an accelerometer's bias over g.",
+            ]
+        else:
+            lines = ["The state at the start is taken as known: walks and flicker noise begin at 0."]
+            lines.append(
+                "Biases at turn-on: "
+                + ", ".join(f"{name} {value:.3g}" for name, value in self.turn_on.items())
+                + " (SI, standard deviations)."
+                if self.turn_on
+                else "A bias at turn-on, which no record at rest shows, is not in it: see `turn_on`, or calibrate."
+            )
+        if self.earth == "flat":
+            lines.append("Flat Earth: without Schuler's feedback.")
+        if self.flicker_error:
+            lines.append(f"Flicker noise: Allan deviation within {100 * self.flicker_error:.2g} %.")
+        if any(error.low is not None for error in self.errors.values()):
+            known = ", ".join(f"{channel} {_label(part)}" for channel, part in self.as_known)
+            lines.append(
+                f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients"
+                + (f"; taken as known: {known}." if known else ".")
+            )
+        return lines
+
+    def __repr__(self) -> str:
+        head = f"error of free inertial navigation at rest, steps of {1 / self.rate:g} s"
+        rows: list[tuple[str, ...]] = [("", "after", "rms", "", "", "of the mean square")]
+        for error in self.errors.values():
+            rows += _named(error)
+        return "\n".join([head, *_table(rows), *self.notes()])
+
+
+def _label(part: str) -> str:
+    return TERMS[part].label("signal") if part in TERMS else _OTHER[part]
+
+
+def _named(error: PredictedError) -> list[tuple[str, ...]]:
+    return [(error.name if k == 0 else "", *row) for k, row in enumerate(error.rows())]
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
+    return [
+        ("  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[-1]])).rstrip()
+        for row in rows
+    ]

@@ -1,0 +1,90 @@
+"""Figures of noise models: over a record's curve, and the navigation errors predicted from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve, need_matplotlib
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_prediction", "draw_verification", "draw_verifications"]
+
+Floats = NDArray[np.float64]
+
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_TITLES = {"rad": ("angle", "deg", math.pi / 180), "m/s": ("velocity", "m/s", 1.0), "m": ("position", "m", 1.0)}
+
+
+class ErrorLike(Protocol):
+    """What is drawn: see `sigmatau.model.PredictedError`."""
+
+    @property
+    def unit(self) -> str: ...
+    @property
+    def after(self) -> Floats: ...
+    @property
+    def rms(self) -> Floats: ...
+    @property
+    def low(self) -> Floats | None: ...
+    @property
+    def high(self) -> Floats | None: ...
+
+
+def draw_prediction(errors: Mapping[str, ErrorLike]) -> Figure:
+    """Errors against time, log-log, a panel a unit."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    units = [unit for unit in _TITLES if any(error.unit == unit for error in errors.values())]
+    figure = Figure(figsize=(4.6 * len(units), 4.2), layout="constrained")
+    for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
+        title, text, factor = _TITLES[unit]
+        shown = [(name, error) for name, error in errors.items() if error.unit == unit]
+        for k, (name, error) in enumerate(shown):
+            colour = _COLOURS[k % len(_COLOURS)]
+            if error.low is not None and error.high is not None:
+                ax.fill_between(
+                    error.after, error.low / factor, error.high / factor, color=colour, alpha=0.2, linewidth=0
+                )
+            ax.loglog(error.after, error.rms / factor, color=colour, marker="o", markersize=3, label=name)
+        ax.set_xlabel("time since the start [s]")
+        ax.set_ylabel(f"error of the {title}, rms [{text}]")
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+        ax.legend(fontsize=8)
+    return figure
+
+
+def draw_verification(
+    curve: CurveLike, avar: Floats, label: str, *, ax: Axes | None = None, unit: str | None = None
+) -> Axes:
+    """A record's curve with its band, and the curve of a model at the same averaging times."""
+    ax = draw_curve(curve, ax=ax, unit=unit)
+    factor, _ = curve_unit(curve, unit)
+    ax.plot(curve.tau, np.sqrt(avar) / factor, color=_COLOURS[1], linewidth=1.3, zorder=3, label=label)
+    ax.fill_between([], [], [], color=_COLOURS[0], alpha=0.18, linewidth=0, label="band by χ² if the model is true")
+    ax.legend(fontsize=8)
+    return ax
+
+
+def draw_verifications(found: Mapping[str, tuple[CurveLike, Floats, str]]) -> Figure:
+    """A panel for each channel."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    columns = min(len(found), 3)
+    rows = math.ceil(len(found) / columns)
+    figure = Figure(figsize=(5.2 * columns, 4.2 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).flat
+    for ax, (curve, avar, label) in zip(axes, found.values(), strict=False):
+        draw_verification(curve, avar, label, ax=ax)
+    for ax in list(figure.axes)[len(found) :]:
+        ax.set_visible(False)
+    return figure

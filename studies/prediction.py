@@ -1,0 +1,282 @@
+"""Predicted errors of navigation against held-out halves: simulated records, and the gyros of a real unit."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import NoiseModel, Record, analyze, predict, read, simulate
+from sigmatau.errors import DataError
+from sigmatau.model import ChannelModel
+from sigmatau.model.navigation import GRAVITY
+from studies.runner import run
+
+Floats = NDArray[np.float64]
+
+AFTER = (1.0, 10.0, 100.0)
+CALIBRATION = 60.0
+RATE = 10.0
+HALF = 10_000.0
+RECORDS = 200
+PARTS = 4
+MODELS: dict[str, dict[str, dict[str, float]]] = {
+    "gyro N, B": {"gyro_z": {"random_walk": 7e-4, "bias_instability": 1.5e-4}},
+    "gyro N, B, K": {"gyro_z": {"random_walk": 7e-4, "bias_instability": 1.5e-4, "rate_random_walk": 2e-5}},
+    "accelerometer and gyro": {
+        "gyro_y": {"random_walk": 3e-5, "rate_random_walk": 1e-6},
+        "accel_x": {"quantization": 5e-4, "random_walk": 1e-3, "bias_instability": 3e-4},
+    },
+}
+ERRORS = {
+    "gyro N, B": ("heading",),
+    "gyro N, B, K": ("heading",),
+    "accelerometer and gyro": ("velocity_x", "position_x"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldOut:
+    """What segments show against what was predicted.
+
+    Attributes
+    ----------
+    ratio : float
+        Root mean square over the segments, over that predicted.
+    low, high : float
+        Where it is in 95 % of cases if the model is right, with the errors of its coefficients.
+    segments : int
+    freedom : float
+        How many independent segments tell as much.
+    """
+
+    ratio: float
+    low: float
+    high: float
+    segments: int
+    freedom: float
+
+
+def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
+    """Of each sample of a sensor in an error after `ahead` samples, on a flat Earth; shape (n_sensors, n).
+
+    An angle or velocity is a sum, the position of a constant rate over each step half a step more; a gyro acts on the
+    velocity through its angle times g.
+    """
+    left = ahead - np.arange(ahead) - 0.5
+    by_sum: dict[str, list[NDArray[np.floating]]] = {
+        "heading": [np.full(ahead, dt)],
+        "velocity_x": [GRAVITY * dt**2 * left, np.full(ahead, dt)],
+        "position_x": [GRAVITY * dt**3 * (left**2 / 2 + 1 / 24), dt**2 * left],
+    }
+    by_sensor = by_sum[error]
+    return np.array([np.concatenate((np.full(calibration, -w.sum() / calibration), w)) for w in by_sensor])
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Expected:
+    """What a model says of segments one after another.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (n_sensors, n)
+        See `weights`.
+    rms : float
+    low, high : float
+        See `HeldOut`.
+    segments : int
+    freedom : float
+    """
+
+    weights: Floats
+    rms: float
+    low: float
+    high: float
+    segments: int
+    freedom: float
+
+    def held_against(self, samples: list[Floats]) -> HeldOut:
+        """The samples of each sensor, cut into the segments."""
+        shape = self.segments, self.weights.shape[1]
+        errors = np.zeros(self.segments)
+        for y, row in zip(samples, self.weights, strict=True):
+            errors += y[: shape[0] * shape[1]].reshape(shape) @ row
+        ratio = float(np.sqrt(np.mean(np.square(errors)))) / self.rms
+        return HeldOut(ratio=ratio, low=self.low, high=self.high, segments=self.segments, freedom=self.freedom)
+
+
+def expected(model: NoiseModel, error: str, n: int, *, after: float, calibration: float, dt: float) -> Expected:
+    """The prediction of a model for n samples, and how far the root mean square over their segments may be off."""
+    from scipy.stats import f
+
+    average, ahead = round(calibration / dt), round(after / dt)
+    w = weights(error, average, ahead, dt)
+    count = n // (average + ahead)
+    predicted = predict(model, after=after, calibration=calibration, rate=1 / dt, earth="flat")[error]
+    sd = 0.0
+    if predicted.low is not None and predicted.high is not None:
+        sd = math.log(float(predicted.high[0] / predicted.low[0])) / (2 * 1.959964)
+    freedom = independent(list(model.channels.values()), w, count, dt)
+    low, high = np.sqrt(f.ppf([0.025, 0.975], freedom, 1 / (2 * sd**2) if sd else 1e9))
+    return Expected(
+        weights=w, rms=float(predicted.rms[0]), low=float(low), high=float(high), segments=count, freedom=freedom
+    )
+
+
+def held_out(
+    model: NoiseModel, error: str, samples: list[Floats], *, after: float, calibration: float, dt: float
+) -> HeldOut:
+    """Segments of samples, one after another, against the prediction of a model."""
+    case = expected(model, error, len(samples[0]), after=after, calibration=calibration, dt=dt)
+    return case.held_against(samples)
+
+
+def independent(channels: list[ChannelModel], w: Floats, count: int, dt: float) -> float:
+    """(tr C)²/tr C² of the covariance C of the segments' errors: neighbours share slow noise."""
+    length = w.shape[1]
+    covariances = np.zeros(count)
+    # Twice differenced, noise is stationary; weights that sum to 0 are a difference of their running sums.
+    for channel, row in zip(channels, w, strict=True):
+        covariances += _covariances(channel, row, count, length, dt)
+    c = covariances[np.abs(np.subtract.outer(np.arange(count), np.arange(count)))]
+    return float(np.trace(c) ** 2 / np.sum(c**2))
+
+
+def _covariances(channel: ChannelModel, row: Floats, count: int, length: int, dt: float) -> Floats:
+    """Of errors of segments 0 … count−1 apart: their spectrum is that of the noise times the weights' own."""
+    n = 1 << (2 * count * length - 1).bit_length()
+    power = np.abs(np.fft.rfft(row, n)) ** 2
+    frequency = np.fft.rfftfreq(n, dt)
+    density = channel.psd(frequency[1:], tau0=dt) / dt
+    # At 0 the weights, which sum to 0, cancel what is not finite there.
+    correlation = np.fft.irfft(np.concatenate(([0.0], power[1:] * density)), n)
+    return np.asarray(correlation[: count * length : length])
+
+
+def cell(seed: int, name: str) -> list[list[list[float]]]:
+    """Of each record, error and time: the ratio, its range, segments."""
+    rng = np.random.default_rng(seed)
+    truth = NoiseModel(channels=MODELS[name])
+    known = _cases(truth, name)
+    rows = []
+    for _ in range(RECORDS // PARTS):
+        record = simulate(truth, duration=2 * HALF, rate=RATE, rng=rng)
+        rows.append(_of_record(record, truth, known, name))
+    return rows
+
+
+def _cases(model: NoiseModel, name: str) -> list[Expected]:
+    n = round(HALF * RATE)
+    return [
+        expected(model, error, n, after=after, calibration=CALIBRATION, dt=1 / RATE)
+        for error in ERRORS[name]
+        for after in AFTER
+    ]
+
+
+def _of_record(record: Record, truth: NoiseModel, known: list[Expected], name: str) -> list[list[float]]:
+    half = round(HALF * RATE)
+    first = replace(record, streams=tuple(stream.cut(0, half) for stream in record.streams))
+    try:
+        fitted = NoiseModel.from_result(analyze(first).to_dict(), channels=truth.channels)
+    except DataError:
+        return []
+    later = [stream.column(channel)[half:] for stream in record.streams for channel in stream.channels]
+    rows = []
+    for pair in zip(_cases(fitted, name), known, strict=True):
+        for case in pair:
+            found = case.held_against(later)
+            rows.append([found.ratio, found.low, found.high, found.freedom])
+    return rows
+
+
+def field() -> list[str]:
+    """Rows of the page: each gyro of the ADIS16405, each half predicted from the other; none without the data."""
+    log = Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")) / "adis16405_static.csv.gz"
+    if not log.exists():
+        return []
+    record = read(log, rate=100)
+    (gyro,) = (stream for stream in record.streams if stream.name == "gyro")
+    y = {channel: gyro.column(channel) for channel in gyro.channels}
+    half = gyro.grid.n // 2
+    parts = {"first": (0, half), "second": (half, gyro.grid.n)}
+    rows = []
+    for fitted, held in (("first", "second"), ("second", "first")):
+        analysis = analyze(replace(record, streams=(gyro.cut(*parts[fitted]),)))
+        for channel, column in y.items():
+            fit = analysis.fits[channel]
+            model = NoiseModel.from_result(analysis.to_dict(), channels=[channel])
+            # The angle of any one gyro; its name decides which angle, not how large.
+            single = NoiseModel(channels={"gyro_z": model.channels[channel]})
+            for after in AFTER:
+                found = held_out(
+                    single, "heading", [column[slice(*parts[held])]], after=after, calibration=CALIBRATION, dt=0.01
+                )
+                bounds = f"{found.low:.3f} … {found.high:.3f}"
+                inside = "yes" if found.low < found.ratio < found.high else "**no**"
+                tau_min = "" if fit.tau_min is None else f"{fit.tau_min:.3g} s"
+                rows.append(
+                    f"| {channel} | {fitted} | {fit.verdict}, from {tau_min} | {after:g} s | {found.segments}"
+                    f" | {found.ratio:.3f} | {bounds} | {inside} |"
+                )
+    return rows
+
+
+def main() -> None:
+    """Run the study and write docs/study/prediction.md."""
+    cells = {f"{name} {k}": (cell, (name,)) for name in MODELS for k in range(PARTS)}
+    results = run("prediction", cells, settings=repr((MODELS, AFTER, CALIBRATION, RATE, HALF, RECORDS, PARTS)))
+    lines, failures = [_HEAD.format(records=RECORDS)], []
+    for name in MODELS:
+        found = np.array([row for k in range(PARTS) for row in results[f"{name} {k}"] if row])
+        cases = [(error, after) for error in ERRORS[name] for after in AFTER]
+        for k, (error, after) in enumerate(cases):
+            texts = []
+            for j, kind in ((2 * k, "fitted"), (2 * k + 1, "true")):
+                ratio, low, high, _ = found[:, j].T
+                inside = float(np.mean((low < ratio) & (ratio < high)))
+                texts.append(f"{100 * inside:.1f} %")
+                texts.append(f"{math.sqrt(float(np.mean(ratio**2))):.3f}")
+                if inside < 0.95 - 3 * math.sqrt(0.95 * 0.05 / len(found)):
+                    failures.append(f"- {name}, {error} after {after:g} s, {kind} model: {100 * inside:.1f} %")
+            lines.append(f"| {name} | {error.replace('_', ' ')} | {after:g} s | {len(found)} | {' | '.join(texts)} |")
+    lines += ["", _GATES, "", *(failures or ["All hold."])]
+    rows = field()
+    lines += ["", _FIELD, *rows] if rows else []
+    lines += ["", _TAIL] if rows else []
+    Path("docs/study/prediction.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+_HEAD = """# Predicted errors against held-out data
+
+Made by `make study` (studies/prediction.py). Simulated records of twice 10 000 s at 10 Hz: the first half is fitted, what
+`sigmatau.predict` makes of the fit is held against the second half, cut into segments of 60 s of calibration and the
+time after it, one after another. "Inside": in how many records the root mean square over the segments lies in the 95 %
+range of the prediction, which is that of χ² with as many degrees of freedom as the correlated segments are worth, and for
+fitted models of the prediction's own interval (F). "rms": measured over predicted. {records} records a row, on a flat Earth.
+
+| noise | error | after | records | inside, fitted | rms | inside, true model | rms |
+|---|---|---|---|---|---|---|---|"""
+
+_GATES = """## Gates
+
+Inside in 95 % of the records less three standard errors, for the fitted and for the true model."""
+
+_FIELD = """## A real unit: the gyros of an ADIS16405
+
+One unit, 2.78 h at 100 Hz; the fit of one half against the other, as above.
+
+| axis | fitted half | verdict | after | segments | measured/predicted | 95 % range | inside |
+|---|---|---|---|---|---|---|---|"""
+
+_TAIL = """At 1 s and 10 s all are inside. At 100 s fits of the first half say 20 to 45 % too much for the second, and those
+of the second 18 to 26 % too little for the first, on every axis, and one axis each way is outside its range: the errors at
+100 s are smaller in the second half, as if the slow noise of this unit were not stationary. Why was not looked into. With
+31 segments and the errors of the fits, the range is ± 25 to 30 %."""
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,131 @@
+"""Noise models as ARIMA processes: known answers, spectra, the steady Kalman filter."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sigmatau import DataError
+from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid, arma
+from sigmatau.model.flicker import flicker_poles
+from sigmatau.model.state_space import state_space
+
+DT = 0.01
+N_K = {"random_walk": 0.005, "rate_random_walk": 1e-4}
+
+
+def test_random_walk_and_rate_random_walk():
+    """ARIMA(0, 1, 1); known_answers.json, all digits."""
+    found = arma(ChannelModel(terms=N_K), dt=DT)
+    assert (found.p, found.d, found.q) == (0, 1, 1)
+    assert -found.ma[1] == pytest.approx(0.9998000199994974, rel=1e-12)
+    assert 1 + found.ma[1] == pytest.approx(0.00019998000050258646, rel=1e-11)  # eps/1.99980e-4
+    assert found.variance == pytest.approx(0.005**2 / DT / 0.9998000199994974, rel=1e-12)
+    assert "ARIMA(0, 1, 1) every 0.01 s" in repr(found)
+
+
+def test_quantization_too():
+    """ARIMA(0, 1, 2) against its three autocovariances: g0 = 6q + 2w + k, g1 = −4q − w, g2 = q."""
+    q, n, k = 2.8e-4, 1.7e-3, 5.5e-6
+    found = arma(ChannelModel(terms={"quantization": q, "random_walk": n, "rate_random_walk": k}), dt=DT)
+    assert (found.p, found.d, found.q) == (0, 1, 2)
+    q, n, k = q**2 / DT**2, n**2 / DT, k**2 * DT
+    covariances = found.variance * np.correlate(found.ma, found.ma, "full")[2:]
+    # k shows in their sum alone, 1e-10 of them.
+    np.testing.assert_allclose(covariances, [6 * q + 2 * n + k, -4 * q - n, q], rtol=1e-12)
+    # Computed before by others for this tactical-grade unit, to the digits printed.
+    assert found.ma[1:] == pytest.approx([-1.54977665, 0.54979121], abs=5e-9)
+    assert found.variance == pytest.approx(1.42599588e-3, abs=5e-12)
+    assert found.variance * math.prod(1 - found.ma_roots.real) ** 2 == pytest.approx(k, rel=1e-8)
+
+
+def test_gauss_markov_process_and_random_walk():
+    """ARMA(1, 1) against its autocovariances: s²(1 + θ² + 2θφ)/(1 − φ²) = σ² + N²/dt, lag 1: φσ²."""
+    model = ChannelModel(terms={"random_walk": 0.005}, gauss_markov=(GaussMarkov(sigma=0.1, time=0.05),))
+    found = arma(model, dt=DT)
+    assert (found.p, found.d, found.q) == (1, 0, 1)
+    phi, theta = -found.ar[1], found.ma[1]
+    assert phi == pytest.approx(math.exp(-0.2), rel=1e-14)
+    r0 = found.variance * (1 + theta**2 + 2 * theta * phi) / (1 - phi**2)
+    assert r0 == pytest.approx(0.01 + 0.005**2 / DT, rel=1e-12)
+    assert phi * r0 + theta * found.variance == pytest.approx(phi * 0.01, rel=1e-12)
+
+
+SPECTRA = {
+    "quantization": (ChannelModel(terms={"quantization": 1e-4}), (0, 0, 1), 1e-13),
+    "rate random walk": (ChannelModel(terms={"rate_random_walk": 1e-4}), (0, 1, 0), 1e-13),
+    "quantization, complex pair": (
+        ChannelModel(terms={"rate_random_walk": 1.0, "quantization": 1e-5}),
+        (0, 1, 2),
+        1e-12,
+    ),
+    "flicker": (ChannelModel(terms={"bias_instability": 0.0028}), (8, 0, 7), 1e-8),
+    "all": (
+        ChannelModel(
+            terms={**N_K, "quantization": 1e-5, "bias_instability": 0.0028},
+            gauss_markov=(GaussMarkov(sigma=1e-3, time=10.0), GaussMarkov(sigma=1.0, time=1e-4)),
+        ),
+        (9, 1, 11),  # the second process is white
+        1e-8,
+    ),
+    "bandwidth": (ChannelModel(terms=N_K, bandwidth=LowPass(order=2, corner=30.0)), (2, 1, 2), 1e-12),
+    "bandwidth 5": (ChannelModel(terms=N_K, bandwidth=LowPass(order=5, corner=30.0)), (5, 1, 5), 1e-10),
+}
+
+
+@pytest.mark.parametrize("case", SPECTRA)
+def test_spectrum_is_the_models(case):
+    """Flicker against its poles' spectrum; the rounding of exp(−dt/τ) at τ = 1e6·dt leaves 1e-10 of it."""
+    model, orders, tolerance = SPECTRA[case]
+    found = arma(model, dt=DT)
+    assert (found.p, found.d, found.q) == orders
+    assert np.abs(found.ma_roots).max(initial=0) <= 1  # invertible
+    terms, more = dict(model.terms), ()
+    if level := terms.pop("bias_instability", 0.0):
+        poles = flicker_poles(dt=DT, tau_max=3600.0)
+        more = tuple(
+            GaussMarkov(sigma=level * math.sqrt(v), time=float(t))
+            for t, v in zip(poles.times, poles.variances, strict=True)
+        )
+    same = ChannelModel(terms=terms, gauss_markov=(*model.gauss_markov, *more), bandwidth=model.bandwidth)
+    f = np.geomspace(1e-6, 49.9, 200)
+    np.testing.assert_allclose(found.psd(f), same.psd(f, tau0=DT), rtol=tolerance)
+
+
+@pytest.mark.parametrize("gm", [(), (GaussMarkov(sigma=0.03, time=1.0), GaussMarkov(sigma=0.05, time=0.1))])
+def test_innovations_of_the_steady_kalman_filter(gm):
+    """The innovation variance is H·P·Hᵀ + R, P from the discrete Riccati equation; ma has the eigenvalues of F − K·H."""
+    from scipy.linalg import solve_discrete_are
+
+    model = ChannelModel(terms={"random_walk": 0.005, "rate_random_walk": 0.01}, gauss_markov=gm)
+    system = state_space(model, dt=DT)
+    p = solve_discrete_are(system.F.T, system.H.T, system.G @ system.Qd @ system.G.T, system.R)
+    s = system.H @ p @ system.H.T + system.R
+    closed = system.F - system.F @ p @ system.H.T @ np.linalg.inv(s) @ system.H
+    found = arma(model, dt=DT)
+    assert found.variance == pytest.approx(float(s[0, 0]), rel=1e-9)
+    np.testing.assert_allclose(np.sort(found.ma_roots.real), np.sort(np.linalg.eigvals(closed).real), rtol=1e-8)
+
+
+def test_ramp_is_a_drift():
+    found = arma(ChannelModel(terms={"random_walk": 0.005, "rate_ramp": -2.0}), dt=DT)
+    assert (found.p, found.d, found.q) == (0, 1, 1)
+    assert found.drift == -0.02
+    assert found.ma.tolist() == [1.0, -1.0]
+    gm = ChannelModel(terms={"rate_ramp": 1.0}, gauss_markov=(GaussMarkov(sigma=1.0, time=DT),))
+    assert arma(gm, dt=DT).drift == pytest.approx(DT * (1 - math.exp(-1)), rel=1e-12)
+
+
+def test_what_is_no_such_process():
+    with pytest.raises(DataError, match="sinusoid"):
+        arma(ChannelModel(sinusoid=(Sinusoid(amplitude=1.0, frequency=1.0),)), dt=DT)
+    with pytest.raises(DataError, match="no noise"):
+        arma(ChannelModel(terms={"rate_ramp": 1.0}), dt=DT)
+
+
+def test_dictionary_and_print():
+    found = arma(ChannelModel(terms={**N_K, "bias_instability": 1e-4}), dt=DT, tau_max=100.0)
+    content = found.to_dict()
+    assert (content["p"], content["d"], content["q"]) == (found.p, 1, found.p + 1)
+    assert content["ma"][0] == 1.0
+    assert "up to 100 s" in repr(found)

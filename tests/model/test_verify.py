@@ -1,0 +1,164 @@
+"""The linear model held against curves: p is uniform for the true model, small for a wrong one."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import signal, stats
+
+from known import seed_of
+from sigmatau import DataError, NoiseModel, OptionError, Record, allan, simulate
+from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid
+from sigmatau.model.verify import _covariance
+from sigmatau.uncertainty import avar_covariance, degrees_of_freedom
+
+RATE = 10.0
+RECORDS = 200
+TERMS = {"quantization": 2e-4, "random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-3}
+
+
+def curve_of(y):
+    return allan(Record.from_arrays(rate=RATE, gyro_x=y), taus="octave", threads=1)["gyro_x"]
+
+
+def simulated(terms, name, *, n=4096, records=RECORDS):
+    """Curves of records with the given terms."""
+    rng = np.random.default_rng(seed_of(name))
+    model = NoiseModel(channels={"gyro_x": terms})
+    return [
+        allan(simulate(model, duration=n / RATE, rate=RATE, rng=rng), taus="octave", threads=1)["gyro_x"]
+        for _ in range(records)
+    ]
+
+
+def assert_uniform(p):
+    """Kolmogorov's test at 1e-3; the mean at ±3 standard errors; at 5 %, the rate plus three standard errors."""
+    assert stats.kstest(p, "uniform").pvalue > 1e-3
+    assert abs(np.mean(p) - 0.5) < 3 / np.sqrt(12 * len(p))
+    assert np.mean(np.array(p) < 0.05) <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / len(p))
+
+
+class TestStatistics:
+    @pytest.mark.parametrize("terms", [TERMS, {"random_walk": 0.005}, {"rate_random_walk": 1e-3}], ids=" ".join)
+    def test_true_model(self, terms):
+        model = ChannelModel(terms=terms)
+        found = [model.verify(curve) for curve in simulated(terms, f"verify {' '.join(terms)}")]
+        assert_uniform([v.p_value for v in found])
+        inside = np.mean([np.mean(~v.outside[v.used]) for v in found])
+        # Octaves of a record are correlated: as if a third of them counted.
+        assert inside == pytest.approx(0.95, abs=3 * np.sqrt(0.05 * 0.95 / (RECORDS * found[0].freedom / 3)))
+
+    def test_random_walk_that_is_5_percent_off(self):
+        """1.05² is 10 % of a variance that 2^16 samples show to 0.7 %: the misfit is hundreds."""
+        wrong = ChannelModel(terms={**TERMS, "random_walk": 1.05 * TERMS["random_walk"]})
+        for curve in simulated(TERMS, "verify N off", n=1 << 16, records=10):
+            assert wrong.verify(curve).p_value < 1e-6
+
+    def test_missing_rate_random_walk(self):
+        wrong = ChannelModel(terms={t: v for t, v in TERMS.items() if t != "rate_random_walk"})
+        found = [wrong.verify(curve).p_value for curve in simulated(TERMS, "verify K missing", n=1 << 16, records=10)]
+        assert max(found) < 1e-3
+
+    def test_gauss_markov_process(self):
+        rng = np.random.default_rng(seed_of("verify Gauss-Markov"))
+        model = ChannelModel(terms={"random_walk": 0.005}, gauss_markov=(GaussMarkov(sigma=0.01, time=3.0),))
+        phi = np.exp(-1 / RATE / 3.0)
+        e = 0.01 * np.sqrt(1 - phi**2) * rng.standard_normal((RECORDS, 1000 + 4096))
+        y = signal.lfilter([1.0], [1.0, -phi], e)[:, 1000:] + 0.005 * np.sqrt(RATE) * rng.standard_normal(
+            (RECORDS, 4096)
+        )
+        assert_uniform([model.verify(curve_of(row)).p_value for row in y])
+
+    def test_bandwidth(self):
+        """White noise behind a first-order filter, whose samples are those of a Gauss-Markov process.
+
+        V is approximate: of 600 records, the mean of p was 0.52, and 1.3 % had p < 0.01.
+        """
+        rng = np.random.default_rng(seed_of("verify bandwidth"))
+        model = ChannelModel(terms={"random_walk": 0.005}, bandwidth=LowPass(order=1, corner=1.0))
+        time = 1 / (2 * np.pi)
+        phi = np.exp(-1 / RATE / time)
+        e = np.sqrt(0.005**2 / (2 * time) * (1 - phi**2)) * rng.standard_normal((RECORDS, 1000 + 4096))
+        y = signal.lfilter([1.0], [1.0, -phi], e)[:, 1000:]
+        p = np.array([model.verify(curve_of(row)).p_value for row in y])
+        assert abs(np.mean(p) - 0.5) < 0.02 + 3 / np.sqrt(12 * RECORDS)
+        assert np.mean(p < 0.01) <= 0.013 + 3 * np.sqrt(0.013 * 0.987 / RECORDS)
+
+    def test_sinusoid(self):
+        rng = np.random.default_rng(seed_of("verify sinusoid"))
+        line = Sinusoid(amplitude=0.02, frequency=0.5)
+        model = ChannelModel(terms={"random_walk": 0.005}, sinusoid=(line,))
+        t = np.arange(4096) / RATE
+        y = 0.02 * np.sin(np.pi * t + 6.28 * rng.random((RECORDS, 1))) + 0.005 * np.sqrt(RATE) * rng.standard_normal(
+            (RECORDS, 4096)
+        )
+        assert_uniform([model.verify(curve_of(row)).p_value for row in y])
+        assert ChannelModel(terms={"random_walk": 0.005}).verify(curve_of(y[0])).p_value < 1e-12
+
+
+def test_covariance_is_the_exact_one():
+    sizes = np.array([1, 4, 32, 300])
+    terms = {**TERMS, "rate_ramp": 1e-4}
+    expected = avar_covariance(terms, n=1000, m=sizes, tau0=0.1)
+    np.testing.assert_allclose(_covariance(ChannelModel(terms=terms), n=1000, m=sizes, tau0=0.1), expected, rtol=1e-12)
+
+
+def test_linear_models_curve_and_bands():
+    """The avar is that of the matrices, and the degrees of freedom those of the model."""
+    model = ChannelModel(terms=TERMS)
+    (curve,) = simulated(TERMS, "verify one", records=1)
+    found = model.verify(curve)
+    np.testing.assert_allclose(found.avar, model.avar(m=curve.m, tau0=curve.tau0), rtol=2 * 0.01)
+    assert 0 < found.flicker_error <= 0.01
+    edf = degrees_of_freedom(TERMS, n=curve.n, m=curve.m, tau0=curve.tau0)
+    np.testing.assert_allclose(found.curve.edf, edf, rtol=1e-10)
+    np.testing.assert_allclose(found.ratio, np.sqrt(found.avar / curve.avar), rtol=1e-12)
+    assert found.curve.m[found.used].tolist() == [2**k for k in range(11)]  # 1024 ≤ 4096/3 < 2048
+    later = model.verify(curve, tau_min=0.8)
+    assert later.curve.m[later.used][0] == 8
+
+
+def test_what_is_printed_written_and_drawn():
+    model = NoiseModel(channels={"gyro_x": TERMS, "gyro_y": {"random_walk": 1.0}})
+    curves = allan(simulate(model, duration=400.0, rate=RATE, rng=seed_of("verify print")))
+    found = model.verify(curves, tau_min={"gyro_y": 1.0})
+    assert set(found) == {"gyro_x", "gyro_y"}
+    text = repr(found)
+    assert "gyro_x: linear model of " in text
+    assert "gyro_y: linear model of 0 states every 0.1 s, misfit " in text
+    assert "σ of the model is" in text
+    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert content["gyro_x"]["freedom"] == found["gyro_x"].freedom
+    assert len(content["gyro_y"]["tau_s"]) == len(content["gyro_y"]["used"])
+    assert len(found.plot().axes) == 2
+    ax = found["gyro_x"].plot(unit="rad/s")
+    np.testing.assert_allclose(ax.lines[1].get_ydata(), np.sqrt(found["gyro_x"].avar))
+    wrong = NoiseModel(channels={"gyro_x": {**TERMS, "random_walk": 0.02}}).verify({"gyro_x": curves["gyro_x"]})
+    assert "outside" in repr(wrong)
+
+
+def test_many_averaging_times_are_thinned():
+    y = np.random.default_rng(seed_of("verify all")).standard_normal(1000)
+    curve = allan(Record.from_arrays(rate=RATE, gyro_x=y), taus="all")["gyro_x"]
+    found = ChannelModel(terms={"random_walk": RATE**-0.5}).verify(curve)
+    assert len(found.curve.m) <= 64
+    assert found.freedom >= 7
+    assert found.p_value > 1e-3
+
+
+def test_what_is_refused():
+    y = np.random.default_rng(seed_of("verify refused")).standard_normal(1000)
+    model = ChannelModel(terms={"random_walk": 1.0})
+    with pytest.raises(OptionError, match="rad/s"):
+        ChannelModel(terms={"random_walk": 1.0}, quantity="acceleration", unit="m/s^2").verify(curve_of(y))
+    with pytest.raises(OptionError, match="overlap"):
+        model.verify(allan(Record.from_arrays(rate=RATE, gyro_x=y), overlap="none")["gyro_x"])
+    with pytest.raises(OptionError, match="`level`"):
+        model.verify(curve_of(y), level=1.0)
+    with pytest.raises(OptionError, match="1 octaves"):
+        model.verify(curve_of(y), tau_min=25.6)
+    with pytest.raises(OptionError, match="gyro_x, of which there is no model"):
+        NoiseModel(channels={"gyro_y": {"random_walk": 1.0}}).verify({"gyro_x": curve_of(y)})
+    y[100:120] = np.nan
+    with pytest.raises(DataError, match="gaps, 20 of 1000 samples missing"):
+        model.verify(curve_of(y))

@@ -5,5 +5,18 @@ from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.model.simulation import simulate
+from sigmatau.model.state_space import StateSpace, state_space
+from sigmatau.model.transform import avar_from_psd
 
-__all__ = ["ChannelModel", "GaussMarkov", "LowPass", "NoiseModel", "Sinusoid", "simulate", "value_in_si"]
+__all__ = [
+    "ChannelModel",
+    "GaussMarkov",
+    "LowPass",
+    "NoiseModel",
+    "Sinusoid",
+    "StateSpace",
+    "avar_from_psd",
+    "simulate",
+    "state_space",
+    "value_in_si",
+]

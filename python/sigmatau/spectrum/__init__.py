@@ -11,8 +11,9 @@ References
    no. 1, 1995, :doi:`10.1109/78.365298`.
 """
 
+from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.estimate import psd, welch
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, without_line
 
-__all__ = ["Method", "Spectra", "Spectrum", "good_length", "hann", "psd", "welch", "without_line"]
+__all__ = ["Comparison", "Method", "Spectra", "Spectrum", "good_length", "hann", "psd", "welch", "without_line"]

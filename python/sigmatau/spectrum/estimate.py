@@ -9,7 +9,7 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.record import Record
 from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
-from sigmatau.spectrum.tapers import good_length, hann, without_line
+from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
 from sigmatau.streams import Stream
 
 __all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
@@ -50,7 +50,8 @@ def psd(
     segment : float, optional
         Length of Welch's segments. Default: a power of two of samples, 4096 at most, of which 15 at least fit in. [s]
     tapers : int
-        Of the multitaper estimate, which has 2·tapers degrees of freedom, and a resolution of (tapers + 1)/(2·record).
+        Of the multitaper estimate, which has 2·tapers degrees of freedom, fewer within a resolution of 0 and of half the
+        sampling rate; the resolution is (tapers + 1)/(2·record), to either side.
     f_max : float, optional
         Highest frequency of the multitaper estimate. Default: 4096 frequencies. [Hz]
 
@@ -213,7 +214,8 @@ def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: 
         unit=stream.unit,
         frequency=np.arange(1, bins + 1) / ((used + 1) * tau0),
         density=density,
-        dof=np.full(bins, 2.0 * tapers),
+        # Near 0 and half the sampling rate a real series' tapered transforms resemble their own conjugates.
+        dof=2 * tapers / (1 + sine_correlation(tapers, centres) + sine_correlation(tapers, used + 1 - centres)),
         resolution=(tapers + 1) / (2 * (used + 1) * tau0),
         segments=tapers,
         n=stream.grid.n,

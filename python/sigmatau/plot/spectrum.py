@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_comparison", "draw_cross", "draw_spectra", "draw_spectrum"]
+__all__ = ["draw_comparison", "draw_cross", "draw_filter", "draw_spectra", "draw_spectrum"]
 
 Floats = NDArray[np.float64]
 
@@ -72,6 +72,23 @@ class CrossLike(Protocol):
     def significance(self, *, level: float = 0.95) -> Floats: ...
     def coherence_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
     def phase_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
+
+
+class FilterLike(Protocol):
+    """What is drawn: see `sigmatau.spectrum.MinimumPhase`."""
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def frequency(self) -> Floats: ...
+    @property
+    def magnitude(self) -> Floats: ...
+    @property
+    def low(self) -> Floats: ...
+    @property
+    def high(self) -> Floats: ...
+    @property
+    def phase(self) -> Floats: ...
 
 
 def draw_spectrum(
@@ -190,6 +207,25 @@ def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
     lower.set_yticks([-180, -90, 0, 90, 180])
     lower.set_xlabel("frequency [Hz]")
     lower.set_ylabel(f"phase of {cross.b} [deg]")
+    for ax in (upper, lower):
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return figure
+
+
+def draw_filter(found: FilterLike, *, colour: str = COLOURS[0]) -> Figure:
+    """Magnitude of a filter with its 95 % interval, and below it its phase."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    f = found.frequency[1:]
+    upper.fill_between(f, found.low[1:], found.high[1:], color=colour, alpha=0.25, linewidth=0)
+    upper.loglog(f, found.magnitude[1:], color=colour, linewidth=1.1)
+    upper.set_ylabel(f"|H(f)| of {found.channel}")
+    lower.semilogx(f, np.degrees(found.phase[1:]), color=colour, linewidth=1.1)
+    lower.set_ylabel("phase [deg],\nminimum phase assumed")
+    lower.set_xlabel("frequency [Hz]")
     for ax in (upper, lower):
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
     return figure

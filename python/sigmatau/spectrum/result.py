@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed
+from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.comparison import Comparison
-from sigmatau.spectrum.tapers import sine_correlation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,12 +22,6 @@ __all__ = ["HasChannels", "HasDensity", "Method", "Spectra", "Spectrum"]
 
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
-
-_STEEPEST = 4.0
-"""Slope of a density in a log-log plot that `Spectrum.binned` follows."""
-
-# Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
-_NEIGHBOURS = (4 / 9, 1 / 36)
 
 
 class HasDensity(Protocol):
@@ -136,36 +130,11 @@ class Spectrum(Printed):
         density was taken there along the slope between the neighbouring bins, without which an octave of a density as steep
         as f⁻² would be an eighth too high.
         """
-        edges = self.frequency[0] * 2.0 ** (
-            np.arange(int(np.log2(self.frequency[-1] / self.frequency[0]) * per_octave) + 2) / per_octave
-        )
-        starts = np.unique(np.searchsorted(self.frequency, edges * (1 - 1e-9)))
-        starts = starts[starts < len(self.frequency)]
-        # A last bin that is cut short, at half the sampling rate, goes to the one before.
-        if len(starts) > 1 and self.frequency[-1] < self.frequency[starts[-1]] * 2 ** (0.5 / per_octave):
-            starts = starts[:-1]
+        starts = bin_starts(self.frequency, per_octave)
+        frequency, density, _ = levelled(self.density, self.frequency, starts)
         count = np.diff(np.append(starts, len(self.frequency)))
-        frequency = np.add.reduceat(self.frequency, starts) / count
-        density = np.add.reduceat(self.density, starts) / count
-        if len(starts) > 2 and (density > 0).all():
-            slope = np.clip(np.gradient(np.log(density), np.log(frequency)), -_STEEPEST, _STEEPEST)
-            ratio = self.frequency / np.repeat(frequency, count)
-            density = np.add.reduceat(self.density * ratio ** -np.repeat(slope, count), starts) / count
-        return replace(
-            self,
-            frequency=frequency,
-            density=density,
-            dof=np.add.reduceat(self.dof, starts) / (1 + self.shared(count)),
-        )
-
-    def shared(self, count: NDArray[np.intp]) -> Floats:
-        """How much larger the variance of a mean over so many neighbouring frequencies is than if they were independent."""
-        if self.method == "welch":
-            correlation = np.array(_NEIGHBOURS)
-        else:
-            correlation = sine_correlation(self.segments, np.arange(1, 2 * self.segments + 1))
-        apart = np.arange(1, len(correlation) + 1)
-        return np.asarray(2 * (np.maximum(1 - apart / count[:, None], 0) @ correlation))
+        dof = np.add.reduceat(self.dof, starts) / (1 + shared(count, method=self.method, tapers=self.segments))
+        return replace(self, frequency=frequency, density=density, dof=dof)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""

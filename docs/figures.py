@@ -10,6 +10,7 @@ from studies.bandwidth import BANDWIDTH, RATES, filtered_white
 
 from sigmatau import NoiseModel, Record, allan, analyze, simulate
 from sigmatau.diagnose.filters import relative_avar
+from sigmatau.spectrum import psd
 from sigmatau.stability import dynamic_allan
 from sigmatau.terms import TERMS, aliasing_inflation, avar
 from sigmatau.units import to_si
@@ -116,6 +117,26 @@ def stability_figure() -> None:
     figure.savefig(HERE / "stability.svg", metadata={"Date": None})
 
 
+def psd_figure() -> None:
+    """Simulated gyros: the two-sided density with its band, and that of the model; at the low end what a taper lets through."""
+    truth = {"random_walk": "0.1 deg/sqrt(h)", "bias_instability": "5 deg/h", "rate_random_walk": "60 deg/h/sqrt(h)"}
+    model = NoiseModel.from_dict({"channels": {"gyro_y": truth}})
+    record = simulate(model, duration=7200, rate=100, rng=1)
+    figure = Figure(figsize=(7, 4.6), layout="constrained")
+    ax = figure.subplots()
+    for method, colour in (("welch", COLOURS[0]), ("multitaper", COLOURS[1])):
+        spectrum = psd(record, method=method)["gyro_y"]
+        spectrum.plot(ax, model=model if method == "welch" else None, unit="deg/h")
+        for line in ax.lines[-3 if method == "welch" else -2 :]:
+            line.set_color(colour if line.get_linestyle() != "--" else "black")
+        ax.collections[-1].set_color(colour)
+        ax.lines[-2 if method == "welch" else -1].set_label(method)
+    ax.plot([], [], "--", color="black", label="model")
+    ax.plot([], [], ":", color="0.4", label="where a red density is not to be trusted")
+    ax.legend(fontsize=8.5)
+    figure.savefig(HERE / "psd.svg", metadata={"Date": None})
+
+
 CHOSEN = {
     "N, B, K": {"random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-4},
     "K alone": {"rate_random_walk": 1e-4},
@@ -128,3 +149,4 @@ if __name__ == "__main__":
     fit_figure()
     bandwidth_figure()
     stability_figure()
+    psd_figure()

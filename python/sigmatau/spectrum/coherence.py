@@ -13,6 +13,8 @@ References
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -45,11 +47,17 @@ def probability_below(measured: ArrayLike, true: ArrayLike, n: ArrayLike) -> Flo
     from scipy.special import gammaincinv, ncfdtr
 
     c, truth, pairs = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (measured, true, n)))
-    nodes, weights = np.polynomial.legendre.leggauss(_GAMMA_NODES)
+    nodes, weights = _rule()
     power = gammaincinv(pairs[..., None], (nodes + 1) / 2)
     odds = (truth / np.maximum(1 - truth, 1e-300))[..., None]
     f = ((pairs - 1) * c / np.maximum(1 - c, 1e-300))[..., None]
     return np.asarray(ncfdtr(2.0, 2 * (pairs[..., None] - 1), 2 * power * odds, f) @ weights / 2)
+
+
+@functools.cache
+def _rule() -> tuple[Floats, Floats]:
+    nodes, weights = np.polynomial.legendre.leggauss(_GAMMA_NODES)
+    return nodes, weights
 
 
 def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Floats, Floats]:

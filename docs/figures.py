@@ -118,7 +118,7 @@ def stability_figure() -> None:
 
 
 def psd_figure() -> None:
-    """Simulated gyros: the two-sided density with its band, and that of the model; at the low end what a taper lets through."""
+    """A simulated gyro: the two-sided density with its band, and the model; at the low end what a taper lets through."""
     truth = {"random_walk": "0.1 deg/sqrt(h)", "bias_instability": "5 deg/h", "rate_random_walk": "60 deg/h/sqrt(h)"}
     model = NoiseModel.from_dict({"channels": {"gyro_y": truth}})
     record = simulate(model, duration=7200, rate=100, rng=1)

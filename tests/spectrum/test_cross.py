@@ -14,7 +14,7 @@ from sigmatau.spectrum import coherence as law
 from sigmatau.spectrum import cross_spectrum, psd
 
 RATE = 100.0
-RECORDS = 25
+RECORDS = 14
 
 
 def record(x, y, rate=RATE):
@@ -88,6 +88,8 @@ class TestLaws:
             yield shown, (shown.frequency > 2 * row[k].resolution) & (shown.frequency < 45)
 
     def test_intervals(self, method, per_octave):
+        # In bands the turning phase lessens the coherence, and every interval is wider than need be.
+        least_only = per_octave is not None
         held = {"coherence": [], "gain": [], "phase": []}
         for shown, there in self.spectra(method, per_octave, 0):
             low, high = shown.coherence_interval()
@@ -99,12 +101,12 @@ class TestLaws:
             low, high = shown.phase_interval()
             off = np.angle(np.exp(1j * (turned - shown.phase)))
             held["phase"].append(np.mean((np.abs(off) <= (high - low) / 2)[there]))
-        if per_octave is not None:  # a delay of one sample lessens the coherence of a band of a third of an octave
-            held.pop("coherence")
-            held.pop("gain")
         for what, values in held.items():
             mean, error = share(values)
-            assert mean == pytest.approx(0.95, abs=3 * error), what
+            if not least_only:
+                assert mean == pytest.approx(0.95, abs=3 * error), what
+            elif what == "phase":
+                assert mean > 0.95 - 3 * error
 
     def test_chance(self, method, per_octave):
         """Independent channels are above the level in 5 %."""

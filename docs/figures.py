@@ -126,11 +126,11 @@ def psd_figure() -> None:
     ax = figure.subplots()
     for method, colour in (("welch", COLOURS[0]), ("multitaper", COLOURS[1])):
         spectrum = psd(record, method=method)["gyro_y"]
-        spectrum.plot(ax, model=model if method == "welch" else None, unit="deg/h")
-        for line in ax.lines[-3 if method == "welch" else -2 :]:
+        spectrum.plot(ax, model=model, unit="deg/h")
+        for line in ax.lines[-3:]:
             line.set_color(colour if line.get_linestyle() != "--" else "black")
         ax.collections[-1].set_color(colour)
-        ax.lines[-2 if method == "welch" else -1].set_label(method)
+        ax.lines[-2].set_label(method)
     ax.plot([], [], "--", color="black", label="model")
     ax.plot([], [], ":", color="0.4", label="where a red density is not to be trusted")
     ax.legend(fontsize=8.5)

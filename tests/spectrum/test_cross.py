@@ -14,7 +14,7 @@ from sigmatau.spectrum import coherence as law
 from sigmatau.spectrum import cross_spectrum, psd
 
 RATE = 100.0
-RECORDS = 14
+RECORDS = 8
 
 
 def record(x, y, rate=RATE):

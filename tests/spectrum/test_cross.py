@@ -14,7 +14,7 @@ from sigmatau.spectrum import coherence as law
 from sigmatau.spectrum import cross_spectrum, psd
 
 RATE = 100.0
-RECORDS = 8
+RECORDS = 20
 
 
 def record(x, y, rate=RATE):

@@ -13,6 +13,7 @@ from sigmatau.diagnose.filters import relative_avar
 from sigmatau.model import ChannelModel, GaussMarkov
 from sigmatau.model.flicker import flicker_poles
 from sigmatau.model.state_space import state_space
+from sigmatau.spectrum import psd
 from sigmatau.stability import dynamic_allan
 from sigmatau.terms import TERMS, aliasing_inflation, avar
 from sigmatau.units import to_si
@@ -204,6 +205,26 @@ def verification_figure() -> None:
     figure.savefig(HERE / "verification.svg", metadata={"Date": None})
 
 
+def psd_figure() -> None:
+    """A simulated gyro: the two-sided density with its band, and the model; at the low end what a taper lets through."""
+    truth = {"random_walk": "0.1 deg/sqrt(h)", "bias_instability": "5 deg/h", "rate_random_walk": "60 deg/h/sqrt(h)"}
+    model = NoiseModel.from_dict({"channels": {"gyro_y": truth}})
+    record = simulate(model, duration=7200, rate=100, rng=1)
+    figure = Figure(figsize=(7, 4.6), layout="constrained")
+    ax = figure.subplots()
+    for method, colour in (("welch", COLOURS[0]), ("multitaper", COLOURS[1])):
+        spectrum = psd(record, method=method)["gyro_y"]
+        spectrum.plot(ax, model=model, unit="deg/h")
+        for line in ax.lines[-3:]:
+            line.set_color(colour if line.get_linestyle() != "--" else "black")
+        ax.collections[-1].set_color(colour)
+        ax.lines[-2].set_label(method)
+    ax.plot([], [], "--", color="black", label="model")
+    ax.plot([], [], ":", color="0.4", label="where a red density is not to be trusted")
+    ax.legend(fontsize=8.5)
+    figure.savefig(HERE / "psd.svg", metadata={"Date": None})
+
+
 CHOSEN = {
     "N, B, K": {"random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-4},
     "K alone": {"rate_random_walk": 1e-4},
@@ -219,3 +240,4 @@ if __name__ == "__main__":
     state_space_figure()
     verification_figure()
     prediction_figure()
+    psd_figure()

@@ -10,12 +10,22 @@ from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooSho
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.inspection import inspect
 from sigmatau.io import from_frame, read
-from sigmatau.model import NoiseModel, predict, simulate
+from sigmatau.model import (
+    ChannelModel,
+    GaussMarkov,
+    LowPass,
+    NoiseModel,
+    Sinusoid,
+    avar_from_psd,
+    predict,
+    simulate,
+    state_space,
+)
 from sigmatau.planning import detectable
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Record
 from sigmatau.results import Finding
-from sigmatau.spectrum import psd
+from sigmatau.spectrum import CrossSpectrum, Spectrum, cross_spectrum, psd, transfer
 from sigmatau.stability import dynamic_allan
 from sigmatau.streams import Stream
 from sigmatau.uncertainty import percentage_error
@@ -23,12 +33,16 @@ from sigmatau.uncertainty import percentage_error
 __all__ = [
     "Accumulator",
     "Analysis",
+    "ChannelModel",
+    "CrossSpectrum",
     "Curves",
     "DataError",
     "Deviation",
     "DeviationCurve",
     "Deviations",
     "Finding",
+    "GaussMarkov",
+    "LowPass",
     "NoiseFit",
     "NoiseModel",
     "NonFiniteError",
@@ -36,11 +50,15 @@ __all__ = [
     "ReadOff",
     "Record",
     "RecordTooShortError",
+    "Sinusoid",
+    "Spectrum",
     "Stream",
     "__version__",
     "allan",
     "analyze",
+    "avar_from_psd",
     "check",
+    "cross_spectrum",
     "detectable",
     "deviation",
     "dynamic_allan",
@@ -53,4 +71,6 @@ __all__ = [
     "read",
     "read_off",
     "simulate",
+    "state_space",
+    "transfer",
 ]

@@ -30,6 +30,7 @@ from sigmatau.diagnose.causes import one_cause
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.integrity import mask_spikes
+from sigmatau.model import NoiseModel
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
 from sigmatau.results import Finding, Printed, by_severity, two_digits
@@ -110,6 +111,11 @@ class Analysis(Printed):
                 for channel, curve in self.curves.items()
             },
         }
+
+    @property
+    def model(self) -> NoiseModel:
+        """The noise model of the channels that have one; see `NoiseModel.from_result`. Raises `DataError` if none has."""
+        return NoiseModel.from_result(self.to_dict())
 
     def plot(self) -> Figure:
         """Draw the curves of all channels with their bands and what was fitted or read; one panel a stream."""

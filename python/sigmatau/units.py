@@ -48,7 +48,7 @@ class Unit:
 def _pretty(symbol: str) -> str:
     text = symbol.replace("sqrt(h)", "√h").replace("sqrt(s)", "√s").replace("sqrt(Hz)", "√Hz")
     text = text.replace("^(3/2)", "^{3/2}").replace("^2", "²").replace("^3", "³")
-    return re.sub(r"\bu(?=g|rad|s)", "µ", text)
+    return re.sub(r"\bu(?=g|rad|s|deg|m\b)", "µ", text)
 
 
 def _table() -> dict[str, Unit]:
@@ -60,6 +60,7 @@ def _table() -> dict[str, Unit]:
             "rad/s": 1.0,
             "mrad/s": 1e-3,
             "urad/s": 1e-6,
+            "nrad/s": 1e-9,
             "deg/s": _DEG,
             "mdeg/s": _DEG / 1e3,
             "deg/h": _DEG / _HOUR,
@@ -71,6 +72,9 @@ def _table() -> dict[str, Unit]:
             "g": g,
             "mg": g * 1e-3,
             "ug": g * 1e-6,
+            "ng": g * 1e-9,
+            "mm/s^2": 1e-3,
+            "um/s^2": 1e-6,
             "mGal": 1e-5,
             "ft/s^2": _FOOT,
             "m/s/h": 1 / _HOUR,
@@ -82,6 +86,18 @@ def _table() -> dict[str, Unit]:
             "rad/s/sqrt(Hz)": 1.0,
             "mrad/s/sqrt(Hz)": 1e-3,
             "urad/s/sqrt(Hz)": 1e-6,
+            "nrad/s/sqrt(Hz)": 1e-9,
+            "mrad/sqrt(s)": 1e-3,
+            "urad/sqrt(s)": 1e-6,
+            "rad/sqrt(h)": 1 / root_hour,
+            "mrad/sqrt(h)": 1e-3 / root_hour,
+            "urad/sqrt(h)": 1e-6 / root_hour,
+            "arcsec/sqrt(s)": _ARCSEC,
+            "arcsec/s/sqrt(Hz)": _ARCSEC,
+            "arcsec/sqrt(h)": _ARCSEC / root_hour,
+            "mdeg/sqrt(s)": _DEG / 1e3,
+            "mdeg/sqrt(h)": _DEG / 1e3 / root_hour,
+            "udeg/s/sqrt(Hz)": _DEG / 1e6,
             "deg/sqrt(s)": _DEG,
             "deg/s/sqrt(Hz)": _DEG,
             "mdeg/s/sqrt(Hz)": _DEG / 1e3,
@@ -92,6 +108,13 @@ def _table() -> dict[str, Unit]:
             "m/s/sqrt(s)": 1.0,
             "m/s^2/sqrt(Hz)": 1.0,
             "m/s/sqrt(h)": 1 / root_hour,
+            "mm/s/sqrt(s)": 1e-3,
+            "mm/s/sqrt(h)": 1e-3 / root_hour,
+            "mm/s^2/sqrt(Hz)": 1e-3,
+            "um/s/sqrt(s)": 1e-6,
+            "um/s/sqrt(h)": 1e-6 / root_hour,
+            "um/s^2/sqrt(Hz)": 1e-6,
+            "ng/sqrt(Hz)": g * 1e-9,
             "ft/s/sqrt(h)": _FOOT / root_hour,
             "g/sqrt(Hz)": g,
             "mg/sqrt(Hz)": g * 1e-3,
@@ -100,6 +123,8 @@ def _table() -> dict[str, Unit]:
         "rad/s/sqrt(s)": {
             "rad/s/sqrt(s)": 1.0,
             "rad/s^2/sqrt(Hz)": 1.0,
+            "mdeg/s/sqrt(s)": _DEG / 1e3,
+            "mdeg/s/sqrt(h)": _DEG / 1e3 / root_hour,
             "deg/s/sqrt(s)": _DEG,
             "deg/s^2/sqrt(Hz)": _DEG,
             "deg/s/sqrt(h)": _DEG / root_hour,
@@ -112,6 +137,9 @@ def _table() -> dict[str, Unit]:
             "m/s^2/sqrt(h)": 1 / root_hour,
             "m/s/h^(3/2)": 1 / (_HOUR * root_hour),
             "m/s/h/sqrt(h)": 1 / (_HOUR * root_hour),
+            "g/sqrt(s)": g,
+            "mg/sqrt(s)": g * 1e-3,
+            "ug/sqrt(s)": g * 1e-6,
             "g/sqrt(h)": g / root_hour,
             "mg/sqrt(h)": g * 1e-3 / root_hour,
             "ug/sqrt(h)": g * 1e-6 / root_hour,
@@ -140,6 +168,15 @@ _UNITS = _table()
 _INTEGRAL = {"rad/s": "rad", "m/s^2": "m/s"}
 
 _WORDS = (
+    # Superscripts are letters to a pattern, so that sec² would not end a word.
+    (r"⁻([¹²³])", r"^-\1"),
+    (r"⁻", "-"),
+    (r"(?<=-)¹", "1"),
+    (r"(?<=-)²", "2"),
+    (r"(?<=-)³", "3"),
+    (r"¹", ""),
+    (r"²", "^2"),
+    (r"³", "^3"),
     (r"[°º]|\bdegrees?\b|\bdegs\b", "deg"),
     (r"[µμ]|\bmicro\b", "u"),
     (r"\barc ?sec(onds?)?\b|″", "arcsec"),
@@ -154,18 +191,24 @@ _WORDS = (
     (r"\bhours?\b|\bhrs?\b", "h"),
     (r"\bhertz\b", "hz"),
     (r"\bg's\b|\bgs\b|\bgn\b|\bg0\b", "g"),
+    (r"\bmilli[ -]", "m"),
+    (r"\bu-(?=g\b)", "u"),
+    (r"\bfps\b", "ft/s"),
     (r"\bper\b", "/"),
+    (r"^[\[(]([^()\[\]]+)[\])](?=\s*[/·* ])", r"\1"),  # (deg/s)/√Hz
+    (r"[·* ]\s*(hz|h|s)\s*\^?\(?-(?:½|0?\.5|1/2)\)?", r"/sqrt(\1)"),  # deg·h^-1/2
+    (r"(?<=/)(hz|h|s)(?:\^?½|\^\(?(?:0?\.5|1/2)\)?)", r"sqrt(\1)"),  # deg/h^0.5
     (r"√\(?(hz|h|s)\)?", r"sqrt(\1)"),
     (r"\b(?:rt|root|sqrt)[ -]?\(?(hz|h|s)\)?(?!\w)", r"sqrt(\1)"),
-    (r"²", "^2"),
-    (r"³", "^3"),
     (r"\*\*", "^"),
     (r"\^\{3/2\}|\^1\.5", "^(3/2)"),
+    (r"/s\^\(3/2\)$", "/s/sqrt(s)"),
+    (r"/s\^\(5/2\)$|/s\^2\.5$", "/s^2/sqrt(s)"),
     (r"(?<=[sh])\^?\(?-([123])\)?", r"^-\1"),
     (r"\b(s|h)([23])\b", r"\1^\2"),
     (r"\b(deg|rad|m|ft)\s*[·* ]\s*(s|h)\^-([123])", r"\1/\2^\3"),
     (r"\^1\b", ""),
-    (r"m/s/s\b(?!/|\^)", "m/s^2"),
+    (r"m/s/s\b(?!/(?!sqrt)|\^)", "m/s^2"),
     (r"\bdps\b", "deg/s"),
     (r"\bdph\b", "deg/h"),
     (r"\bmdps\b", "mdeg/s"),

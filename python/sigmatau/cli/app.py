@@ -37,6 +37,12 @@ sigmatau inspect counts.csv --unit gyro=deg/s --scale gyro=0.0061 --rate 100 --j
 sigmatau deviation static.csv --kind hadamard --noise random_walk --plot hadamard.png
 sigmatau deviation static.csv --kind mtie --taus 0.1,1 --json mtie.json""",
     ),
+    "psd": (
+        "Power spectral densities of every axis, two-sided, with intervals; and a noise model held against them.",
+        """\
+sigmatau psd static.csv --plot psd.svg --json psd.json
+sigmatau psd static.csv --method multitaper --model result.json""",
+    ),
     "simulate": (
         "Simulate a sensor at rest from its noise model, and write the log.",
         "sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o simulated.csv",

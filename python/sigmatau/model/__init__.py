@@ -8,6 +8,8 @@ from sigmatau.model.predict import predict
 from sigmatau.model.prediction import PredictedError, Prediction
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.model.simulation import simulate
+from sigmatau.model.state_space import StateSpace, state_space
+from sigmatau.model.transform import avar_from_psd
 from sigmatau.model.verify import Verification, Verifications
 
 __all__ = [
@@ -19,10 +21,13 @@ __all__ = [
     "PredictedError",
     "Prediction",
     "Sinusoid",
+    "StateSpace",
     "Verification",
     "Verifications",
     "arma",
+    "avar_from_psd",
     "predict",
     "simulate",
+    "state_space",
     "value_in_si",
 ]

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels, terms
 from sigmatau.errors import DataError, OptionError
+from sigmatau.model import covariance as covariances
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.results import Printed
 from sigmatau.terms import TERMS, coefficient_unit, display_units
@@ -174,18 +175,109 @@ class ChannelModel(Mapping[str, float], Printed):
             raise OptionError("`f` must be positive frequencies", option="f")
         if tau0 is None and "quantization" in self.terms:
             raise OptionError("the density of quantization noise needs the sample interval `tau0`", option="tau0")
-        if tau0 is not None and not (math.isfinite(tau0) and tau0 > 0):
-            raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="tau0")
+        if tau0 is not None:
+            _interval(tau0)
         total = np.zeros(frequency.shape)
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
                 order, corner = self.bandwidth.order, self.bandwidth.corner
-                total += _kernels.band_limited_psd(value, order, corner, frequency, tau0)
+                # Far above the corner the sum over the poles is rounding, 1e-16 of N², of either sign.
+                total += np.maximum(_kernels.band_limited_psd(value, order, corner, frequency, tau0), 0.0)
             elif term != "rate_ramp":
                 total += terms.psd(term, value, frequency, tau0=tau0)
         for gm in self.gauss_markov:
             total += _kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
         return total
+
+    def autocovariance(self, lags: ArrayLike, *, tau0: float) -> Floats:
+        """Autocovariance of the samples, E[y(k)·y(k + l)], of whose Fourier transform eq. (1) makes the density.
+
+        Parameters
+        ----------
+        lags : array_like of int, any shape
+            In samples; of either sign.
+        tau0 : float
+            Sample interval. [s]
+
+        Returns
+        -------
+        ndarray, shape of `lags`
+            [(unit of the rate)²]
+
+        Raises
+        ------
+        DataError
+            For a model with bias instability, a rate random walk or a ramp: their rate is not stationary, and only its
+            differences have a covariance, see `phase_autocovariance`.
+        OptionError
+            For lags that are not whole, a tau0 that is not positive.
+
+        References
+        ----------
+        Eq. (1) of :doi:`10.1109/TIM.2007.908635`: S(f) = τ₀·Σ r(l)·exp(−j2πflτ₀), `psd` with its `tau0`.
+        """
+        moving = [term for term in self.terms if term not in STATIONARY]
+        if moving:
+            raise DataError(
+                f"{' and '.join(moving)} {'has' if len(moving) == 1 else 'have'} no autocovariance: the rate is not"
+                " stationary, only its differences are; take phase_autocovariance, or a model without"
+            )
+        shape, size, step = np.shape(lags), _lags(lags), _interval(tau0)
+        total = np.zeros(size.shape)
+        for term, value in self.terms.items():
+            if term == "random_walk" and self.bandwidth is not None:
+                total += covariances.band_limited(value, self.bandwidth.order, self.bandwidth.corner, size, step)
+            else:
+                total += covariances.rate_of_term(term, value, size, step)
+        for gm in self.gauss_markov:
+            total += covariances.gauss_markov(gm.sigma, gm.time, size, step)
+        for line in self.sinusoid:
+            turns = np.fmod(size * math.fmod(line.frequency * step, 1.0), 1.0)
+            total += line.amplitude**2 / 2 * np.cos(2 * math.pi * turns)
+        return total.reshape(shape or (1,))
+
+    def phase_autocovariance(self, l: ArrayLike, *, tau0: float) -> Floats:  # noqa: E741  the lag of the formulas
+        """Generalised autocovariance s(l) of the integral of the rate, of all terms.
+
+        Its fourth differences are those of the covariance of the angle (velocity), which alone enters an Allan variance and
+        the covariance of Allan variances: AVAR(n) = [6·s(0) − 8·s(n) + 2·s(2n)]/(2T²).
+
+        Parameters
+        ----------
+        l : array_like of int, any shape
+            Lags in samples; of either sign.
+        tau0 : float
+            Sample interval. [s]
+
+        Returns
+        -------
+        ndarray, shape of `l`
+            [(unit of the rate · s)²]
+
+        Raises
+        ------
+        OptionError
+            For lags that are not whole, a tau0 that is not positive.
+
+        Notes
+        -----
+        A stationary rate has s(l) = −Var(x(l) − x(0))/2; a ramp counts as one of random slope with the mean square R².
+        The sum of three terms above loses digits where a process hardly changes within n samples: of a Gauss-Markov process
+        the Allan variance has a relative error of about 1e-15·T/(n·τ₀), of a filter's corner 1e-15/(f·n·τ₀)².
+        """
+        shape, size, step = np.shape(l), _lags(l), _interval(tau0)
+        total = np.zeros(size.shape)
+        for term, value in self.terms.items():
+            if term == "random_walk" and self.bandwidth is not None:
+                order, corner = self.bandwidth.order, self.bandwidth.corner
+                total += covariances.phase_of_band_limited(value, order, corner, size, step)
+            else:
+                total += covariances.phase_of_term(term, value, size, step)
+        for gm in self.gauss_markov:
+            total += covariances.phase_of_gauss_markov(gm.sigma, gm.time, size, step)
+        for line in self.sinusoid:
+            total += covariances.phase_of_sinusoid(line.amplitude, line.frequency, size, step)
+        return total.reshape(shape or (1,))
 
     def parts(self) -> dict[str, ChannelModel]:
         """Each part of the noise as a model of its own; keys are terms, ``"gauss_markov"`` and ``"sinusoid"``."""
@@ -278,3 +370,18 @@ class ChannelModel(Mapping[str, float], Printed):
         if self.bandwidth is not None:
             rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
         return ", ".join(rows)
+
+
+def _interval(tau0: float) -> float:
+    if not (math.isfinite(tau0) and tau0 > 0):
+        raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="tau0")
+    return float(tau0)
+
+
+def _lags(lags: ArrayLike) -> Floats:
+    """Lags as numbers that are not negative: every covariance here is that of a real process."""
+    given = np.asarray(lags).ravel()
+    size = given.astype(np.float64) if given.dtype.kind in "iuf" else np.array([math.nan])
+    if not np.isfinite(size).all() or (size != np.round(size)).any():
+        raise OptionError("`lags` must be whole numbers of samples", option="lags")
+    return np.asarray(np.abs(size))

@@ -69,7 +69,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
     for name, channel in channels.items():
         lines = [f"[channels.{_key(name)}]"]
         if channel.quantity == "signal":
-            lines.append(f"unit = {json.dumps(channel.unit)}")
+            lines.append(f"unit = {_string(channel.unit)}")
         lines += [f"{term} = {_quoted(value, channel.unit_of(term))}" for term, value in channel.terms.items()]
         if channel.gauss_markov:
             rows = (
@@ -211,8 +211,13 @@ def _unit_example(si: str) -> str:
 
 
 def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=True)
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _string(name)
 
 
 def _quoted(value: float, unit: str) -> str:
-    return json.dumps(f"{value!r} {unit}", ensure_ascii=False)
+    return _string(f"{value!r} {unit}")
+
+
+def _string(text: str) -> str:
+    """As TOML has it, which knows no surrogates (beyond 0xFFFF JSON writes pairs of them) and no bare delete."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

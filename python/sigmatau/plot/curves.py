@@ -17,12 +17,22 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["curve_unit", "draw_analysis", "draw_curve", "draw_deviation", "draw_deviations", "need_matplotlib", "save"]
+__all__ = [
+    "COLOURS",
+    "TITLES",
+    "curve_unit",
+    "draw_analysis",
+    "draw_curve",
+    "draw_deviation",
+    "draw_deviations",
+    "need_matplotlib",
+    "save",
+]
 
 # Okabe & Ito's palette: told apart with any colour vision, and in print by its lightness.
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
-_TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
+TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
 
 # Of a record's every averaging time, lines for each would make a slow figure and a large file, and look the same.
 _PER_OCTAVE = 256
@@ -89,7 +99,7 @@ class CoefficientLike(Protocol):
     def tau_max(self) -> float: ...
 
 
-def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = _COLOURS[0]) -> Axes:
+def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = COLOURS[0]) -> Axes:
     """One curve with its band, see `DeviationCurve.interval`.
 
     Parameters
@@ -113,7 +123,7 @@ def draw_deviation(
     ax: Axes | None = None,
     unit: str | None = None,
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
-    colour: str = _COLOURS[0],
+    colour: str = COLOURS[0],
 ) -> Axes:
     """One deviation of `sigmatau.deviation`, with a band if there is one; units as in `draw_curve`."""
     factor, text = curve_unit(curve, unit)
@@ -132,7 +142,7 @@ def draw_deviations(
     for ax, key, channels in panels:
         for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
             draw_deviation(curves[channel], ax=ax, band=bands.get(channel), colour=colour)
-        ax.set_title(_TITLES.get(key, key))
+        ax.set_title(TITLES.get(key, key))
         if any(channel in bands for channel in channels):
             ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
         ax.legend(fontsize=8, loc="best")
@@ -193,7 +203,7 @@ def draw_analysis(
                 continue
             for name, coefficient in read_off[channel].items():
                 _draw_line(ax, curve, name, coefficient, colour, named)
-        ax.set_title(_TITLES.get(key, key))
+        ax.set_title(TITLES.get(key, key))
         what = "fitted model, dotted where it was not fitted" if fits else "line read off, ● where it is read"
         ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label=what)
         for text in dict.fromkeys(curves[channel].interval_text for channel in channels):
@@ -306,7 +316,7 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
 
 
 def _cycle(n: int) -> list[str]:
-    return [_COLOURS[k % len(_COLOURS)] for k in range(n)]
+    return [COLOURS[k % len(COLOURS)] for k in range(n)]
 
 
 def need_matplotlib() -> None:

@@ -11,8 +11,25 @@ References
    no. 1, 1995, :doi:`10.1109/78.365298`.
 """
 
+from sigmatau.spectrum.comparison import Comparison
+from sigmatau.spectrum.cross import CrossSpectrum, cross_spectrum
 from sigmatau.spectrum.estimate import psd, welch
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, without_line
+from sigmatau.spectrum.transfer import MinimumPhase, transfer
 
-__all__ = ["Method", "Spectra", "Spectrum", "good_length", "hann", "psd", "welch", "without_line"]
+__all__ = [
+    "Comparison",
+    "CrossSpectrum",
+    "Method",
+    "MinimumPhase",
+    "Spectra",
+    "Spectrum",
+    "cross_spectrum",
+    "good_length",
+    "hann",
+    "psd",
+    "transfer",
+    "welch",
+    "without_line",
+]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +12,7 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.record import Record
 from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
-from sigmatau.spectrum.tapers import good_length, hann, without_line
+from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
 from sigmatau.streams import Stream
 
 __all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
@@ -50,7 +53,8 @@ def psd(
     segment : float, optional
         Length of Welch's segments. Default: a power of two of samples, 4096 at most, of which 15 at least fit in. [s]
     tapers : int
-        Of the multitaper estimate, which has 2·tapers degrees of freedom, and a resolution of (tapers + 1)/(2·record).
+        Of the multitaper estimate, which has 2·tapers degrees of freedom, fewer within a resolution of 0 and of half the
+        sampling rate; the resolution is (tapers + 1)/(2·record), to either side.
     f_max : float, optional
         Highest frequency of the multitaper estimate. Default: 4096 frequencies. [Hz]
 
@@ -76,7 +80,7 @@ def psd(
     streams = record.streams if isinstance(record, Record) else (record,)
     found: dict[str, Spectrum] = {}
     for stream in streams:
-        size = _size(segment, stream) if method == "welch" else None
+        size = segment_size(segment, stream) if method == "welch" else None
         for channel in stream.channels:
             y = np.ascontiguousarray(stream.column(channel))
             if method == "welch":
@@ -91,7 +95,7 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
     n, tau0 = len(y), stream.grid.tau0
     length = size or default_size(n)
     while True:
-        starts = _starts(y, length, gaps=stream.mask is not None)
+        starts = segment_starts(y, length, gaps=stream.mask is not None)
         if len(starts) >= min(_LEAST_SEGMENTS, 2 * n // length - 1) or size is not None or length < 2 * SHORTEST:
             break
         length //= 2
@@ -99,14 +103,8 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
         raise RecordTooShortError(
             f"{channel} has no {length} samples in a row, which a spectrum needs", need=length, got=n
         )
-    density, taper_power = _average(y, starts, length, _slope(y, gaps=stream.mask is not None))
-    overlapping = float(np.mean(np.diff(starts) < length)) if len(starts) > 1 else 0.0
-    dof = 2 * len(starts) / (1 + _OVERLAP * overlapping)
-    # A mean that is taken off takes a sixth of white noise with it from the first frequency, and nothing from the others.
-    frequency = np.arange(2, length // 2 + 1) / (length * tau0)
-    dofs = np.full(len(frequency), dof)
-    if length % 2 == 0:
-        dofs[-1] /= 2  # half the sampling rate has no imaginary part
+    density, taper_power = _average(y, starts, length, slope(y, gaps=stream.mask is not None))
+    frequency, dofs = welch_grid(starts, length, tau0)
     return Spectrum(
         channel=channel,
         quantity=stream.quantity,
@@ -121,13 +119,25 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
     )
 
 
+def welch_grid(starts: NDArray[np.int64], length: int, tau0: float) -> tuple[Floats, Floats]:
+    """Frequencies of Welch's estimate and the degrees of freedom at each, from the segments' beginnings."""
+    overlapping = float(np.mean(np.diff(starts) < length)) if len(starts) > 1 else 0.0
+    dof = 2 * len(starts) / (1 + _OVERLAP * overlapping)
+    # A mean that is taken off takes a sixth of white noise with it from the first frequency, and nothing from the others.
+    frequency = np.arange(2, length // 2 + 1) / (length * tau0)
+    dofs = np.full(len(frequency), dof)
+    if length % 2 == 0:
+        dofs[-1] /= 2  # half the sampling rate has no imaginary part
+    return frequency, dofs
+
+
 def default_size(n: int) -> int:
     """Samples in a segment for a record of `n`: a power of two, so that 15 that overlap by half fit in."""
     fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
     return min(1 << (fits.bit_length() - 1), _LONGEST)
 
 
-def _size(segment: float | None, stream: Stream) -> int | None:
+def segment_size(segment: float | None, stream: Stream) -> int | None:
     if segment is None:
         return None
     size = round(segment / stream.grid.tau0)
@@ -141,7 +151,7 @@ def _size(segment: float | None, stream: Stream) -> int | None:
     return size
 
 
-def _starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
+def segment_starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
     """Where segments begin: half a length apart, all samples present, evenly thinned beyond `MOST_SAMPLES`."""
     starts = np.arange(0, len(y) - length + 1, max(length // 2, 1))
     if gaps:
@@ -153,7 +163,7 @@ def _starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
     return starts
 
 
-def _slope(y: Floats, *, gaps: bool) -> float:
+def slope(y: Floats, *, gaps: bool) -> float:
     """Of the whole record, per sample: a ramp would leak into all frequencies, and a segment is too short to tell it."""
     t = np.arange(len(y), dtype=np.float64)
     t -= (len(y) - 1) / 2
@@ -165,61 +175,95 @@ def _slope(y: Floats, *, gaps: bool) -> float:
     return float(t @ y - t.sum() * y.mean()) / power if power > 0 else 0.0
 
 
-def _average(y: Floats, starts: NDArray[np.int64], length: int, slope: float) -> tuple[Floats, float]:
+def _average(y: Floats, starts: NDArray[np.int64], length: int, rise: float) -> tuple[Floats, float]:
     """Sum of the tapered segments' squared transforms over their number, and the taper's power."""
     taper = hann(length)
-    ramp = slope * (np.arange(length) - (length - 1) / 2) * taper
-    views = np.lib.stride_tricks.sliding_window_view(y, length)
+    ramp = rise * (np.arange(length) - (length - 1) / 2) * taper
     total = np.zeros(length // 2 + 1)
-    batch = max(1, _BATCH // length)
-    for first in range(0, len(starts), batch):
-        rows = views[starts[first : first + batch]]
-        rows -= rows.mean(axis=1, keepdims=True)
-        rows *= taper
-        rows -= ramp
-        parts = np.fft.rfft(rows, axis=1).view(np.float64)
+    for some in batches(starts, length):
+        parts = transforms(y, some, taper, ramp).view(np.float64)
         squares = np.einsum("ij,ij->j", parts, parts)
         total += squares[::2] + squares[1::2]
     return total / len(starts), float(taper @ taper)
 
 
+def batches(starts: NDArray[np.int64], length: int) -> list[NDArray[np.int64]]:
+    """The segments' beginnings, as many at a time as are transformed together."""
+    batch = max(1, _BATCH // length)
+    return [starts[first : first + batch] for first in range(0, len(starts), batch)]
+
+
+def transforms(y: Floats, starts: NDArray[np.int64], taper: Floats, ramp: Floats) -> NDArray[np.complex128]:
+    """Of segments without their means, tapered, less a tapered ramp; shape (n_segments, n_f)."""
+    rows = np.lib.stride_tricks.sliding_window_view(y, len(taper))[starts]
+    rows -= rows.mean(axis=1, keepdims=True)
+    rows *= taper
+    rows -= ramp
+    return np.fft.rfft(rows, axis=1)
+
+
 def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: float | None) -> Spectrum:
-    if tapers < 1:
-        raise OptionError(f"`tapers` must be at least 1, not {tapers!r}", option="tapers")
     if stream.mask is not None:
         y = _longest_run(y)
     n, tau0 = len(y), stream.grid.tau0
-    if n < SHORTEST or n < 4 * tapers:
-        raise RecordTooShortError(
-            f"{channel} has {n} samples in a row; a spectrum needs {max(SHORTEST, 4 * tapers)}", need=SHORTEST, got=n
-        )
-    used = good_length(n + 1) - 1  # at most a few in a thousand samples fewer, for a fast transform
-    y = without_line(y[:used])
-    # All tapers from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
-    transform = np.fft.rfft(np.concatenate(([0.0], y)), 2 * (used + 1))
-    bins = used // 2 if f_max is None else min(int(f_max * (used + 1) * tau0), used // 2)
-    bins = min(bins, 4096) if f_max is None else bins
-    if bins < 1:
-        raise OptionError(f"`f_max` is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
-    centres = 2 * np.arange(1, bins + 1)
+    used = used_samples(n, tapers, channel)
+    bins = tapered_bins(used, tau0, f_max)
     density: Floats = np.zeros(bins)
-    for k in range(1, tapers + 1):
-        difference = _at(transform, centres - k, used) - _at(transform, centres + k, used)
-        density += np.abs(difference) ** 2
-    density *= tau0 / (2 * (used + 1)) / tapers
+    for parts in tapered(y[:used], bins, tapers):
+        density += np.abs(parts) ** 2
+    density *= tau0 / tapers
+    frequency, dof, resolution = tapered_grid(used, bins, tapers, tau0)
     return Spectrum(
         channel=channel,
         quantity=stream.quantity,
         unit=stream.unit,
-        frequency=np.arange(1, bins + 1) / ((used + 1) * tau0),
+        frequency=frequency,
         density=density,
-        dof=np.full(bins, 2.0 * tapers),
-        resolution=(tapers + 1) / (2 * (used + 1) * tau0),
+        dof=dof,
+        resolution=resolution,
         segments=tapers,
         n=stream.grid.n,
         tau0=tau0,
         method="multitaper",
     )
+
+
+def used_samples(n: int, tapers: int, what: str) -> int:
+    """How many of n samples are used: at most a few in a thousand fewer, for a fast transform."""
+    if tapers < 1:
+        raise OptionError(f"`tapers` must be at least 1, not {tapers!r}", option="tapers")
+    need = max(SHORTEST, 4 * tapers)
+    if n < need:
+        raise RecordTooShortError(f"{what} has {n} samples in a row; a spectrum needs {need}", need=need, got=n)
+    return good_length(n + 1) - 1
+
+
+def tapered_bins(used: int, tau0: float, f_max: float | None) -> int:
+    """How many frequencies up to `f_max`, or 4096."""
+    bins = min(4096, used // 2) if f_max is None else min(int(f_max * (used + 1) * tau0), used // 2)
+    if bins < 1:
+        raise OptionError(f"`f_max` is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
+    return bins
+
+
+def tapered_grid(used: int, bins: int, tapers: int, tau0: float) -> tuple[Floats, Floats, float]:
+    """Frequencies of the multitaper estimate, the degrees of freedom at each, and its resolution."""
+    k = np.arange(1, bins + 1)
+    # Near 0 and half the sampling rate a real series' tapered transforms resemble their own conjugates.
+    alike = sine_correlation(tapers, 2 * k) + sine_correlation(tapers, used + 1 - 2 * k)
+    return k / ((used + 1) * tau0), 2 * tapers / (1 + alike), (tapers + 1) / (2 * (used + 1) * tau0)
+
+
+def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128]]:
+    """Transforms of samples without mean and slope under each sine taper, at that many frequencies.
+
+    All from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
+    """
+    used = len(y)
+    transform = np.fft.rfft(np.concatenate(([0.0], without_line(y))), 2 * (used + 1))
+    centres = 2 * np.arange(1, bins + 1)
+    for k in range(1, tapers + 1):
+        yield (_at(transform, centres - k, used) - _at(transform, centres + k, used)) / math.sqrt(2 * (used + 1))
 
 
 def _at(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -> NDArray[np.complex128]:

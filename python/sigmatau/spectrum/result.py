@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed
+from sigmatau.spectrum.bins import bin_starts, levelled, shared
+from sigmatau.spectrum.comparison import Comparison
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["Method", "Spectra", "Spectrum"]
+__all__ = ["HasChannels", "HasDensity", "Method", "Spectra", "Spectrum"]
 
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
 
-# Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
-_NEIGHBOURS = (4 / 9, 1 / 36)
+
+class HasDensity(Protocol):
+    """What a density is compared with: see `sigmatau.model.ChannelModel`."""
+
+    @property
+    def unit(self) -> str: ...
+    def psd(self, f: Floats, *, tau0: float | None = None) -> Floats: ...
+
+
+class HasChannels(Protocol):
+    """Several of them by name: see `sigmatau.model.NoiseModel`."""
+
+    @property
+    def channels(self) -> Mapping[str, HasDensity]: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -65,6 +82,11 @@ class Spectrum(Printed):
             object.__setattr__(self, name, array)
 
     @property
+    def trusted(self) -> float:
+        """Frequency from which a density as steep as f⁻² has no bias worth speaking of: 3 resolutions, of tapers 4. [Hz]"""
+        return (3.0 if self.method == "welch" else 4.0) * self.resolution
+
+    @property
     def density_unit(self) -> str:
         """Unit of the density, two-sided."""
         return f"({self.unit})^2/Hz" if "/" in self.unit else f"{self.unit}^2/Hz"
@@ -72,11 +94,29 @@ class Spectrum(Printed):
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
         """Between which densities the true one lies, by χ².
 
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
         Returns
         -------
         low, high : ndarray, shape (n_f,)
             [unit²/Hz]
+
+        Raises
+        ------
+        OptionError
+            For a level that is no probability.
+
+        Notes
+        -----
+        Of a density that changes little within the `resolution`. Of a red one, as steep as f⁻², the lowest frequencies are
+        wrong by more than the interval: what the taper lets through from below, and the slope that was taken off. The
+        intervals hold from `trusted` on.
         """
+        if not 0 < level < 1:
+            raise OptionError(f"`level` must be between 0 and 1, not {level!r}", option="level")
         from scipy.special import chdtri
 
         # chdtri(v, p) is the x that χ² exceeds with probability p.
@@ -86,25 +126,15 @@ class Spectrum(Printed):
     def binned(self, *, per_octave: int = 8) -> Spectrum:
         """The same with neighbouring frequencies averaged, as many bins an octave: what a figure or a fit needs.
 
-        The density of a bin is the mean of its densities, its frequency the mean of their frequencies.
+        The frequency of a bin is the mean of its frequencies. Its density is that at this frequency: the mean after each
+        density was taken there along the slope between the neighbouring bins, without which an octave of a density as steep
+        as f⁻² would be an eighth too high.
         """
-        edges = self.frequency[0] * 2.0 ** (
-            np.arange(int(np.log2(self.frequency[-1] / self.frequency[0]) * per_octave) + 2) / per_octave
-        )
-        starts = np.unique(np.searchsorted(self.frequency, edges * (1 - 1e-9)))
-        starts = starts[starts < len(self.frequency)]
+        starts = bin_starts(self.frequency, per_octave)
+        frequency, density, _ = levelled(self.density, self.frequency, starts)
         count = np.diff(np.append(starts, len(self.frequency)))
-        if self.method == "welch":
-            shared = 2 * sum(c * np.maximum(1 - k / count, 0) for k, c in enumerate(_NEIGHBOURS, 1))
-        else:  # tapers of one record see about `segments` + 1 half-bins in common
-            shared = (self.resolution / (self.frequency[1] - self.frequency[0]) - 1) * (1 - 1 / count)
-        dof = np.add.reduceat(self.dof, starts) / (1 + np.maximum(shared, 0))
-        return replace(
-            self,
-            frequency=np.add.reduceat(self.frequency, starts) / count,
-            density=np.add.reduceat(self.density, starts) / count,
-            dof=dof,
-        )
+        dof = np.add.reduceat(self.dof, starts) / (1 + shared(count, method=self.method, tapers=self.segments))
+        return replace(self, frequency=frequency, density=density, dof=dof)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
@@ -123,20 +153,73 @@ class Spectrum(Printed):
             "unit": self.density_unit,
         }
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the density, two-sided, with its 95 % band; returns the axes."""
-        from matplotlib.figure import Figure
+    def expected(self, model: HasDensity | HasChannels) -> Floats:
+        """The density of a noise model at the frequencies of this spectrum, with what sampling folds back; shape (n_f,).
 
-        if ax is None:
-            ax = Figure(figsize=(7, 4.6), layout="constrained").subplots()
-        binned = self.binned()
-        low, high = binned.interval()
-        ax.fill_between(binned.frequency, low, high, alpha=0.25, linewidth=0)
-        ax.loglog(binned.frequency, binned.density, linewidth=1, label=self.channel)
-        ax.set_xlabel("frequency [Hz]")
-        ax.set_ylabel(f"two-sided power spectral density [{self.density_unit}]")
-        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-        return ax
+        Parameters
+        ----------
+        model : ChannelModel or NoiseModel
+            Of the latter the channel of this name. Sinusoids are lines and a ramp is no noise: neither has a density.
+
+        Raises
+        ------
+        DataError
+            If the model has no such channel, has it in another unit, or has nothing with a density in it.
+        """
+        channels = getattr(model, "channels", None)
+        if channels is not None and self.channel not in channels:
+            raise DataError(f"the model has no channel {self.channel!r}; channels: {', '.join(channels)}")
+        noise = cast("HasDensity", model) if channels is None else channels[self.channel]
+        if noise.unit != self.unit:
+            raise DataError(f"{self.channel}: the model is in {noise.unit}, the spectrum in {self.unit}")
+        density = noise.psd(self.frequency, tau0=self.tau0)
+        if not (density > 0).any():
+            raise DataError(f"{self.channel}: the model has no noise with a density, only lines or a ramp")
+        return density
+
+    def over(self, model: HasDensity | HasChannels, *, per_octave: int = 3) -> Comparison:
+        """Ratio of this density to that of a noise model in bands, from `trusted` on; see `expected` and `Comparison`.
+
+        Parameters
+        ----------
+        model : ChannelModel or NoiseModel
+        per_octave : int
+            Bands in an octave.
+
+        Raises
+        ------
+        DataError
+            See `expected`; or if no frequency is left.
+        """
+        shown = self.frequency >= self.trusted
+        expected = self.expected(model)
+        shown &= expected > 0
+        if not shown.any():
+            raise DataError(f"{self.channel}: the spectrum has no frequency above {self.trusted:.3g} Hz to compare")
+        ratio = replace(
+            self, frequency=self.frequency[shown], density=self.density[shown] / expected[shown], dof=self.dof[shown]
+        )
+        bands = ratio.binned(per_octave=per_octave)
+        return Comparison(
+            channel=self.channel, frequency=bands.frequency, ratio=bands.density, dof=bands.dof, method=self.method
+        )
+
+    def plot(
+        self, ax: Axes | None = None, *, model: HasDensity | HasChannels | None = None, unit: str | None = None
+    ) -> Axes:
+        """Draw the density, two-sided, with its 95 % band, and a model's over it; returns the axes.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+        model : ChannelModel or NoiseModel, optional
+            See `expected`.
+        unit : str, optional
+            Of the rate, ``"deg/s"``: the density is in its square per hertz. Default: SI.
+        """
+        from sigmatau.plot.spectrum import draw_spectrum
+
+        return draw_spectrum(self, ax=ax, expected=None if model is None else self.expected(model), unit=unit)
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"
@@ -158,3 +241,10 @@ class Spectra(ByChannel[Spectrum]):
     def to_dict(self) -> dict[str, Any]:
         """Each spectrum as plain columns, by channel."""
         return {channel: spectrum.to_dict() for channel, spectrum in self.items()}
+
+    def plot(self, *, model: HasChannels | None = None) -> Figure:
+        """Draw all channels, one panel a quantity and unit, with the densities of the model's channels of the same names."""
+        from sigmatau.plot.spectrum import draw_spectra
+
+        known = {} if model is None else model.channels
+        return draw_spectra(self, {name: self[name].expected(known[name]) for name in self if name in known})

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["good_length", "hann", "without_line"]
+__all__ = ["good_length", "hann", "sine_correlation", "without_line"]
 
 Floats = NDArray[np.float64]
 
@@ -13,6 +13,37 @@ Floats = NDArray[np.float64]
 def hann(n: int) -> Floats:
     """Hann's taper, periodic; shape (n,)."""
     return np.asarray(0.5 - 0.5 * np.cos(2 * np.pi / n * np.arange(n)))
+
+
+def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
+    """Correlation of the mean power of so many sine tapers at two frequencies, for white noise.
+
+    Parameters
+    ----------
+    tapers : int
+    apart : array_like of whole numbers, any shape
+        Distance of the frequencies in steps of 1/((n + 1)·τ₀).
+
+    Returns
+    -------
+    ndarray, shape of `apart`
+
+    Notes
+    -----
+    The mean over tapers k and l of |Σ v_k·v_l·exp(−j2πdt/(n + 1))|², d the distance. v_k·v_l is a difference of two cosines:
+    where k − l is even it meets d only at 2d = |k − l| and 2d = k + l, where it is odd the sum is imaginary.
+    """
+    k = np.arange(1, tapers + 1)
+    d = np.abs(np.asarray(apart, dtype=np.float64))[..., None]
+    total = np.zeros(np.shape(apart))
+    for row in k:
+        even = k[(k - row) % 2 == 0]
+        odd = k[(k - row) % 2 == 1]
+        meets = 0.5 * (np.abs(even - row) == 2 * d) * (1 + (d == 0))
+        total += ((meets - 0.5 * (even + row == 2 * d)) ** 2).sum(axis=-1)
+        shared = 4 * d / np.pi * (1 / (4 * d**2 - (odd - row) ** 2) - 1 / (4 * d**2 - (odd + row) ** 2))
+        total += (shared**2).sum(axis=-1)
+    return np.asarray(total / tapers)
 
 
 def good_length(n: int) -> int:

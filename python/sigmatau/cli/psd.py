@@ -1,0 +1,133 @@
+"""``sigmatau psd``: a log in; power spectral densities, their figure and JSON out, and a model held against them."""
+
+from __future__ import annotations
+
+import json as json_module
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from sigmatau._version import __version__
+from sigmatau.cli.analyze import FIGURE_ENDINGS
+from sigmatau.cli.options import check_output, refuse_same, say, working
+from sigmatau.cli.reading import Reading, read_log
+from sigmatau.errors import DataError
+from sigmatau.io.write import atomic
+from sigmatau.model import NoiseModel
+from sigmatau.results import damaged
+from sigmatau.spectrum import Comparison, Method, Spectra, Spectrum, psd
+from sigmatau.terms import coefficient_unit, display_units
+from sigmatau.units import find
+
+__all__ = ["psd_command"]
+
+_DATASHEET = {"angular_rate": "mdeg/s/sqrt(Hz)", "acceleration": "ug/sqrt(Hz)"}
+
+
+def psd_command(
+    log: Path,
+    /,
+    *,
+    reading: Reading | None = None,
+    method: Method = "welch",
+    model: Path | None = None,
+    plot: Path | None = None,
+    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+) -> int:
+    """Power spectral densities of every axis of a log of a sensor at rest.
+
+    Parameters
+    ----------
+    log
+        Any file that is read, see `sigmatau inspect`.
+    method
+        Averaged segments for all frequencies (welch), or sine tapers of the whole record for the low ones (multitaper).
+    model
+        A model file (.toml) or the JSON that analyze writes: its density beside, and the ratio to it by band.
+    plot
+        Draw all axes: .png, .svg or .pdf.
+    json
+        Write the densities, two-sided, in thirds of an octave; - for standard output, in place of the table.
+    quiet
+        Nothing on standard error but errors.
+    """
+    as_text = json is not None and str(json) == "-"
+    check_output(plot, FIGURE_ENDINGS, "plot")
+    check_output(None if as_text else json, (), "json")
+    refuse_same(log, plot=plot, json=None if as_text else json)
+    expected = None if model is None else NoiseModel.read(model)
+    record = read_log(log, reading, quiet=quiet)
+    for finding in record.findings:
+        say(str(finding), quiet=quiet)
+    with working("computing densities", quiet=quiet):
+        found = psd(record, method=method)
+    compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
+    if plot is not None:
+        from sigmatau.plot.curves import save
+
+        known = None if expected is None else expected.of([name for name in expected.channels if name in found])
+        with working(f"drawing {plot}", quiet=quiet), atomic(plot) as temporary:
+            save(found.plot(model=known), str(temporary))
+    text = _json_text(found, compared) if json is not None else ""
+    if as_text:
+        sys.stdout.write(text)
+        return damaged(record.findings)
+    if json is not None:
+        with atomic(json) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    sys.stdout.write("\n\n".join(_table(found[name], compared.get(name)) for name in found) + "\n")
+    return damaged(record.findings)
+
+
+def _compared(found: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
+    compared = {name: found[name].over(expected) for name in found if name in expected.channels}
+    if not compared:
+        raise DataError(
+            f"{path}: none of its channels, {', '.join(expected.channels)}, is in the log: {', '.join(found)}"
+        )
+    for name in found:
+        if name not in compared:
+            say(f"warning: {name}: {path} has no model of it", quiet=quiet)
+    return compared
+
+
+def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
+    """Thirds of an octave: the density, its root in the unit of the random walk, and as datasheets state it."""
+    bands = spectrum.binned(per_octave=3)
+    low, high = bands.interval()
+    unit, factor = display_units("random_walk", spectrum.quantity, spectrum.unit)[0]
+    sheet = _DATASHEET.get(spectrum.quantity)
+    # Without one of the field's own, in the signal's.
+    other = find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
+    one_unit, one_factor = (f"{spectrum.unit}/√Hz", 1.0) if other is None else (other.text, other.factor)
+    kind = "sine tapers" if spectrum.method == "multitaper" else "segments"
+    lines = [
+        f"{spectrum.channel}: two-sided density S, {spectrum.segments} {kind}, resolution {spectrum.resolution:.3g} Hz",
+        f"  {'f [Hz]':>10}  {f'S two-sided [{spectrum.density_unit}]':>30}  {f'√S two-sided [{unit}], 95 % interval':>42}"
+        f"  {f'√(2S) one-sided [{one_unit}]':>30}",
+    ]
+    for f, s, a, b in zip(bands.frequency, bands.density, low, high, strict=True):
+        root, begin, end = (math.sqrt(x) / factor for x in (s, a, b))
+        interval = f"{root:.4g} [{begin:.4g}, {end:.4g}]"
+        # Whatever is red may be wrong there, see `Spectrum.trusted`.
+        mark = " " if f >= spectrum.trusted else "~"
+        lines.append(f" {mark}{f:10.4g}  {s:30.4g}  {interval:>42}  {math.sqrt(2 * s) / one_factor:30.4g}")
+    lines.append(f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² comes out wrong")
+    if compared is not None:
+        lines += ["", repr(compared)]
+    return "\n".join(lines)
+
+
+def _json_text(found: Spectra, compared: Mapping[str, Comparison]) -> str:
+    channels: dict[str, Any] = {}
+    for name, spectrum in found.items():
+        channels[name] = spectrum.binned(per_octave=3).to_dict() | {"trusted_from_hz": spectrum.trusted}
+        if name in compared:
+            channels[name]["over_model"] = compared[name].to_dict()
+    result = {"sigmatau": __version__, "sided": "two", "channels": channels}
+    return json_module.dumps(result, indent=1, allow_nan=False, ensure_ascii=False) + "\n"

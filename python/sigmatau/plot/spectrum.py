@@ -1,0 +1,231 @@
+"""Log-log figures of power spectral densities, two-sided, from plain arrays and any object with a spectrum's attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.plot.curves import COLOURS, TITLES, need_matplotlib
+from sigmatau.units import find
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_comparison", "draw_cross", "draw_filter", "draw_spectra", "draw_spectrum"]
+
+Floats = NDArray[np.float64]
+
+
+class Estimate(Protocol):
+    """Densities with intervals."""
+
+    @property
+    def frequency(self) -> Floats: ...
+    @property
+    def density(self) -> Floats: ...
+    def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
+
+
+class SpectrumLike(Estimate, Protocol):
+    """What is drawn: see `sigmatau.spectrum.Spectrum`."""
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def trusted(self) -> float: ...
+    def binned(self, *, per_octave: int = 8) -> Estimate: ...
+
+
+class ComparisonLike(Protocol):
+    """What is drawn: see `sigmatau.spectrum.Comparison`."""
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def frequency(self) -> Floats: ...
+    @property
+    def ratio(self) -> Floats: ...
+    def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
+
+
+class CrossLike(Protocol):
+    """What is drawn: see `sigmatau.spectrum.CrossSpectrum`."""
+
+    @property
+    def a(self) -> str: ...
+    @property
+    def b(self) -> str: ...
+    @property
+    def frequency(self) -> Floats: ...
+    @property
+    def coherence(self) -> Floats: ...
+    @property
+    def phase(self) -> Floats: ...
+    def significance(self, *, level: float = 0.95) -> Floats: ...
+    def coherence_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
+    def phase_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
+
+
+class FilterLike(Protocol):
+    """What is drawn: see `sigmatau.spectrum.MinimumPhase`."""
+
+    @property
+    def channel(self) -> str: ...
+    @property
+    def frequency(self) -> Floats: ...
+    @property
+    def magnitude(self) -> Floats: ...
+    @property
+    def low(self) -> Floats: ...
+    @property
+    def high(self) -> Floats: ...
+    @property
+    def phase(self) -> Floats: ...
+
+
+def draw_spectrum(
+    spectrum: SpectrumLike,
+    *,
+    ax: Axes | None = None,
+    expected: Floats | None = None,
+    unit: str | None = None,
+    colour: str = COLOURS[0],
+) -> Axes:
+    """A density in bins of an eighth of an octave with its 95 % band; dotted below what is to be trusted of a red one.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    ax : matplotlib axes, optional
+    expected : ndarray, shape (n_f,), optional
+        A model's density at its frequencies, in SI; dashed.
+    unit : str, optional
+        Of the rate. Default: SI.
+    colour : str
+    """
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    if ax is None:
+        ax = Figure(figsize=(7, 4.6), layout="constrained").subplots()
+    found = None if unit is None else find(unit, si=spectrum.unit)
+    factor, text = (1.0, spectrum.unit) if found is None else (found.factor, found.text)
+    binned = spectrum.binned()
+    low, high = (edge / factor**2 for edge in binned.interval())
+    ax.fill_between(binned.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
+    doubtful = binned.frequency <= spectrum.trusted
+    density = binned.density / factor**2
+    ax.loglog(binned.frequency, density, linewidth=1, linestyle=":", color=colour)
+    ax.loglog(binned.frequency[~doubtful], density[~doubtful], linewidth=1.3, color=colour, label=spectrum.channel)
+    if expected is not None:
+        there = expected > 0
+        ax.loglog(
+            spectrum.frequency[there],
+            expected[there] / factor**2,
+            color=colour,
+            linestyle="--",
+            linewidth=1.1,
+            zorder=3,
+        )
+    ax.set_xlabel("frequency [Hz]")
+    squared = f"({text})²" if "/" in text else f"{text}²"
+    ax.set_ylabel(f"two-sided power spectral density [{squared}/Hz]")
+    ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return ax
+
+
+def draw_spectra(spectra: Mapping[str, SpectrumLike], expected: Mapping[str, Floats]) -> Figure:
+    """Densities of all channels, one panel a quantity and unit, with those of a model where there is one."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    kinds: dict[tuple[str, str], list[str]] = {}
+    for channel, spectrum in spectra.items():
+        kinds.setdefault((spectrum.quantity, spectrum.unit), []).append(channel)
+    figure = Figure(figsize=(7 * len(kinds), 4.8), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(kinds)))
+    for ax, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
+        for k, channel in enumerate(channels):
+            colour = COLOURS[k % len(COLOURS)]
+            draw_spectrum(spectra[channel], ax=ax, expected=expected.get(channel), colour=colour)
+        ax.set_title(TITLES.get(quantity, quantity))
+        ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
+        if any(channel in expected for channel in channels):
+            ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="model")
+        ax.legend(fontsize=8, loc="best")
+    return figure
+
+
+def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colour: str = COLOURS[0]) -> Axes:
+    """Ratios of a measured density to a model's, with their 95 % intervals."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    if ax is None:
+        ax = Figure(figsize=(7, 3.2), layout="constrained").subplots()
+    low, high = comparison.interval()
+    ratio = comparison.ratio
+    errors = np.array([ratio - low, high - ratio])
+    ax.errorbar(comparison.frequency, ratio, errors, fmt="o", markersize=3, linewidth=1, color=colour)
+    ax.axhline(1.0, color="0.4", linewidth=0.8)
+    ax.set_xscale("log")
+    ax.set_xlabel("frequency [Hz]")
+    ax.set_ylabel(f"density of {comparison.channel} over the model's")
+    ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return ax
+
+
+def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
+    """Coherence with the level that chance exceeds in 5 %, and below it the phase where the coherence is above."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    low, high = cross.coherence_interval()
+    upper.fill_between(cross.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
+    upper.semilogx(cross.frequency, cross.coherence, color=colour, linewidth=1.2)
+    level = cross.significance()
+    upper.semilogx(cross.frequency, level, color="0.4", linewidth=0.9, linestyle="--", label="95 % of chance are below")
+    upper.set_ylim(0, 1)
+    upper.set_ylabel(f"coherence γ² of {cross.a} and {cross.b}")
+    upper.legend(fontsize=8, loc="best")
+    seen = cross.coherence > level
+    begin, end = (np.degrees(edge) for edge in cross.phase_interval())
+    phase = np.degrees(cross.phase)
+    errors = np.array([phase - begin, end - phase])[:, seen]
+    lower.errorbar(cross.frequency[seen], phase[seen], errors, fmt="o", markersize=2.5, linewidth=0.8, color=colour)
+    lower.set_ylim(-190, 190)
+    lower.set_yticks([-180, -90, 0, 90, 180])
+    lower.set_xlabel("frequency [Hz]")
+    lower.set_ylabel(f"phase of {cross.b} [deg]")
+    for ax in (upper, lower):
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return figure
+
+
+def draw_filter(found: FilterLike, *, colour: str = COLOURS[0]) -> Figure:
+    """Magnitude of a filter with its 95 % interval, and below it its phase."""
+    need_matplotlib()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    f = found.frequency[1:]
+    upper.fill_between(f, found.low[1:], found.high[1:], color=colour, alpha=0.25, linewidth=0)
+    upper.loglog(f, found.magnitude[1:], color=colour, linewidth=1.1)
+    upper.set_ylabel(f"|H(f)| of {found.channel}")
+    lower.semilogx(f, np.degrees(found.phase[1:]), color=colour, linewidth=1.1)
+    lower.set_ylabel("phase [deg],\nminimum phase assumed")
+    lower.set_xlabel("frequency [Hz]")
+    for ax in (upper, lower):
+        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return figure

@@ -1,0 +1,112 @@
+"""A measured density over that of a model, by band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.results import Printed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["Comparison"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Comparison(Printed):
+    """A measured density over a model's: 1 where the model is right.
+
+    Attributes
+    ----------
+    channel : str
+    frequency : ndarray, shape (n_bands,)
+        Of each band, the mean. [Hz]
+    ratio : ndarray, shape (n_bands,)
+        Measured over modelled density. Of amplitudes per √Hz it is the square.
+    dof : ndarray, shape (n_bands,)
+        Degrees of freedom of each ratio.
+    method : str
+        Of the measured density.
+
+    Notes
+    -----
+    The model is taken as it is, without the error of its coefficients: of a fit to the same record the ratios scatter less.
+    """
+
+    channel: str
+    frequency: Floats
+    ratio: Floats
+    dof: Floats
+    method: str
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "ratio", "dof"):
+            array = np.asarray(getattr(self, name), dtype=np.float64).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
+        """Between which values the true ratio lies, by χ²; two arrays of shape (n_bands,)."""
+        from scipy.special import chdtri
+
+        low, high = chdtri(self.dof, (1 - level) / 2), chdtri(self.dof, (1 + level) / 2)
+        return self.ratio * self.dof / low, self.ratio * self.dof / high
+
+    @property
+    def p_values(self) -> Floats:
+        """How likely a ratio at least as far from 1 is if the model is right, to either side; shape (n_bands,)."""
+        from scipy.special import chdtr, chdtrc
+
+        x = self.ratio * self.dof
+        return np.asarray(np.minimum(2 * np.minimum(chdtr(self.dof, x), chdtrc(self.dof, x)), 1.0))
+
+    @property
+    def p_value(self) -> float:
+        """That of the worst band, times their number: below 0.05 the model does not describe the density."""
+        return float(min(1.0, self.p_values.min() * len(self.ratio)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns, for JSON or any data-frame library."""
+        low, high = self.interval()
+        return {
+            "channel": self.channel,
+            "frequency_hz": self.frequency.tolist(),
+            "ratio": self.ratio.tolist(),
+            "low": low.tolist(),
+            "high": high.tolist(),
+            "level": 0.95,
+            "dof": self.dof.tolist(),
+            "p_values": self.p_values.tolist(),
+            "p_value": self.p_value,
+            "method": self.method,
+        }
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the ratios with their 95 % intervals; returns the axes."""
+        from sigmatau.plot.spectrum import draw_comparison
+
+        return draw_comparison(self, ax=ax)
+
+    def statement(self) -> str:
+        """What it says of the model, in a sentence."""
+        low, high = self.interval()
+        outside = int(((low > 1) | (high < 1)).sum())
+        chance = 0.05 * len(self.ratio)
+        begin = f"{self.channel}: {outside} of {len(self.ratio)} bands off the model's density by more than their 95 %"
+        begin += f" interval, {chance:.1f} by chance"
+        if self.p_value >= 0.05:
+            return f"{begin}; the model describes it (p = {self.p_value:.2g})"
+        k = int(np.argmin(self.p_values))
+        how = f"{self.ratio[k]:.3g} times the model's at {self.frequency[k]:.3g} Hz"
+        return f"{begin}; the model does not describe it: {how} (p = {self.p_value:.1g})"
+
+    def __repr__(self) -> str:
+        low, high = self.interval()
+        rows = zip(self.frequency, self.ratio, low, high, strict=True)
+        return "\n".join([self.statement(), *(f"  {f:10.4g} Hz  {r:7.4f}  [{a:.4f}, {b:.4f}]" for f, r, a, b in rows)])

@@ -1,0 +1,371 @@
+"""Two channels together: cross-spectrum, coherence, phase, and the transfer from one to the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.record import Record
+from sigmatau.results import Printed
+from sigmatau.spectrum import coherence as law
+from sigmatau.spectrum.bins import bin_starts, levelled, shared
+from sigmatau.spectrum.estimate import (
+    batches,
+    segment_size,
+    segment_starts,
+    slope,
+    tapered,
+    tapered_bins,
+    tapered_grid,
+    transforms,
+    used_samples,
+    welch_grid,
+)
+from sigmatau.spectrum.estimate import default_size as default_segment
+from sigmatau.spectrum.result import Method
+from sigmatau.spectrum.tapers import hann
+from sigmatau.streams import Stream
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["CrossSpectrum", "cross_spectrum"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class CrossSpectrum(Printed):
+    """What two channels have in common, frequency by frequency; two-sided densities.
+
+    Attributes
+    ----------
+    a, b : str
+        Channels; of a transfer a is the input.
+    unit_a, unit_b : str
+        Of their rates; SI.
+    frequency : ndarray, shape (n_f,)
+        Positive, up to half the sampling rate. [Hz]
+    density_a, density_b : ndarray, shape (n_f,)
+        Two-sided densities of each. [unit²/Hz]
+    cross : ndarray of complex, shape (n_f,)
+        Two-sided cross density E[A*·B]: what b has of a, its phase that of b relative to a. [unit_a·unit_b/Hz]
+    dof : ndarray, shape (n_f,)
+        Degrees of freedom of each density, twice the number of independent pairs that were averaged.
+    resolution : float
+        [Hz]
+    segments : int
+        Segments averaged, or tapers.
+    n, tau0 : int, float
+        Samples in the record, and their interval. [s]
+    method : {"welch", "multitaper"}
+    """
+
+    a: str
+    b: str
+    unit_a: str
+    unit_b: str
+    frequency: Floats
+    density_a: Floats
+    density_b: Floats
+    cross: Complexes
+    dof: Floats
+    resolution: float
+    segments: int
+    n: int
+    tau0: float
+    method: Method = "welch"
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "density_a", "density_b", "cross", "dof"):
+            array = np.asarray(getattr(self, name)).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def coherence(self) -> Floats:
+        """γ² = |S_ab|²/(S_a·S_b), from 0 to 1: the share of b's power that a linear filter makes of a; shape (n_f,).
+
+        As measured. Of independent channels it is not 0 but 2/dof in the mean.
+        """
+        power = self.density_a * self.density_b
+        return np.asarray(np.where(power > 0, np.abs(self.cross) ** 2 / np.where(power > 0, power, 1.0), 0.0))
+
+    @property
+    def phase(self) -> Floats:
+        """Phase of b relative to a, −π … π; negative where b comes later; shape (n_f,). [rad]"""
+        return np.asarray(np.angle(self.cross))
+
+    @property
+    def transfer(self) -> Complexes:
+        """The linear filter from a to b that leaves least, S_ab/S_a; complex, shape (n_f,). [unit_b/unit_a]
+
+        Noise on a itself makes it too small, by the share of that noise in S_a.
+        """
+        power = np.where(self.density_a > 0, self.density_a, np.inf)
+        return np.asarray(self.cross / power)
+
+    def significance(self, *, level: float = 0.95) -> Floats:
+        """What the coherence of independent channels stays below with this probability; shape (n_f,)."""
+        _check(level)
+        return law.significance(self.dof / 2, level=level)
+
+    def coherence_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
+        """Between which values the true coherence lies, by its exact law; two arrays of shape (n_f,).
+
+        The lower end is 0 where the coherence may be chance.
+        """
+        _check(level)
+        return law.interval(self.coherence, self.dof / 2, level=level)
+
+    def _spread(self, level: float) -> Floats:
+        """Half the interval of either part of the transfer, over its magnitude: Student's t of a regression."""
+        from scipy.special import stdtrit
+
+        _check(level)
+        free = np.maximum(self.dof - 2, 0.0)
+        gamma2 = np.clip(self.coherence, 1e-300, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            wide = stdtrit(np.maximum(free, 1e-3), (1 + level) / 2) * np.sqrt((1 - gamma2) / gamma2 / free)
+        return np.asarray(np.where(free > 0, wide, np.inf))
+
+    def gain_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
+        """Between which values the magnitude of the transfer lies; two arrays of shape (n_f,). [unit_b/unit_a]"""
+        gain, spread = np.abs(self.transfer), self._spread(level)
+        return np.asarray(gain * np.maximum(1 - spread, 0.0)), np.asarray(gain * (1 + spread))
+
+    def phase_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
+        """Between which values the phase lies, ±π around it where it is not known; two arrays of shape (n_f,). [rad]"""
+        spread = self._spread(level)
+        wide = np.where(spread < 1, np.arcsin(np.minimum(spread, 1.0)), np.pi)
+        return self.phase - wide, self.phase + wide
+
+    def binned(self, *, per_octave: int = 8) -> CrossSpectrum:
+        """The same with neighbouring frequencies averaged, as many bins an octave.
+
+        A phase that turns within a bin, as that of a delay does, lessens the coherence.
+        """
+        starts = bin_starts(self.frequency, per_octave)
+        count = np.diff(np.append(starts, len(self.frequency)))
+        frequency, density_a, by_a = levelled(self.density_a, self.frequency, starts)
+        _, density_b, by_b = levelled(self.density_b, self.frequency, starts)
+        dof = np.add.reduceat(self.dof, starts) / (1 + shared(count, method=self.method, tapers=self.segments))
+        level = np.sqrt(by_a * by_b)
+        real, imaginary = (np.add.reduceat(part * level, starts) / count for part in (self.cross.real, self.cross.imag))
+        return replace(
+            self,
+            frequency=frequency,
+            density_a=density_a,
+            density_b=density_b,
+            cross=real + 1j * imaginary,
+            dof=dof,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns, for JSON or any data-frame library."""
+        low, high = self.coherence_interval()
+        gain_low, gain_high = self.gain_interval()
+        begin, end = self.phase_interval()
+        known = np.isfinite(gain_high)
+        return {
+            "a": self.a,
+            "b": self.b,
+            "frequency_hz": self.frequency.tolist(),
+            "density_a": self.density_a.tolist(),
+            "density_b": self.density_b.tolist(),
+            "cross_real": self.cross.real.tolist(),
+            "cross_imaginary": self.cross.imag.tolist(),
+            "sided": "two",
+            "coherence": self.coherence.tolist(),
+            "coherence_low": low.tolist(),
+            "coherence_high": high.tolist(),
+            "significance": self.significance().tolist(),
+            "gain": np.abs(self.transfer).tolist(),
+            "gain_low": gain_low.tolist(),
+            "gain_high": [float(g) if k else None for g, k in zip(gain_high, known, strict=True)],
+            "phase_rad": self.phase.tolist(),
+            "phase_low_rad": begin.tolist(),
+            "phase_high_rad": end.tolist(),
+            "level": 0.95,
+            "dof": self.dof.tolist(),
+            "method": self.method,
+            "segments": self.segments,
+            "resolution_hz": self.resolution,
+            "unit_a": self.unit_a,
+            "unit_b": self.unit_b,
+        }
+
+    def plot(self, *, per_octave: int = 8) -> Figure:
+        """Draw the coherence, with what chance stays below, and the phase where the coherence is above that."""
+        from sigmatau.plot.spectrum import draw_cross
+
+        return draw_cross(self.binned(per_octave=per_octave))
+
+    def __repr__(self) -> str:
+        kind = "sine tapers" if self.method == "multitaper" else "segments"
+        head = (
+            f"{self.a} and {self.b}: coherence γ², gain and phase of {self.b} relative to {self.a}, {self.segments} {kind},"
+            f" resolution {self.resolution:.3g} Hz; 95 % intervals, * above what chance makes in 5 %"
+        )
+        bands = self.binned(per_octave=1)
+        low, high = bands.coherence_interval()
+        level, spread = bands.significance(), bands._spread(0.95)
+        lines = [head]
+        for k, f in enumerate(bands.frequency):
+            mark = "*" if bands.coherence[k] > level[k] else " "
+            line = f"  {f:10.4g} Hz  γ² {bands.coherence[k]:.4f} [{low[k]:.4f}, {high[k]:.4f}]{mark}"
+            if spread[k] < 1:
+                wide = np.degrees(np.arcsin(spread[k]))
+                gain = abs(bands.transfer[k])
+                line += f"  gain {gain:.4g} ± {gain * spread[k]:.2g}"
+                line += f"  phase {np.degrees(bands.phase[k]):+.1f} ± {wide:.1f} deg"
+            lines.append(line)
+        return "\n".join(lines)
+
+
+def cross_spectrum(
+    record: Record | Stream,
+    a: str,
+    b: str,
+    *,
+    method: Method = "welch",
+    segment: float | None = None,
+    tapers: int = 8,
+    f_max: float | None = None,
+) -> CrossSpectrum:
+    """Cross-spectrum, coherence and transfer of two channels of a record.
+
+    Parameters
+    ----------
+    record : Record or Stream
+        Static data. Welch's segments in which either channel lacks a sample are left out; the multitaper estimate takes
+        the longest run in which neither does.
+    a, b : str
+        Channels, sampled together: of one stream, or of two with the same number of samples and interval.
+    method, segment, tapers, f_max
+        See `sigmatau.psd`.
+
+    Returns
+    -------
+    CrossSpectrum
+
+    Raises
+    ------
+    OptionError
+        As `sigmatau.psd`; for a channel with itself.
+    DataError
+        If the record has no such channel, the two are not sampled together, or too few segments are left for a coherence.
+
+    References
+    ----------
+    J. S. Bendat, A. G. Piersol, "Random Data," 4th ed., Wiley 2010, chapters 5 and 9.
+    """
+    if method not in ("welch", "multitaper"):
+        raise OptionError(f"`method` must be welch or multitaper, not {method!r}", option="method")
+    if a == b:
+        raise OptionError(f"`a` and `b` are both {a!r}; a cross-spectrum is that of two channels", option="b")
+    first, second = _stream(record, a), _stream(record, b)
+    grid = first.grid
+    if (grid.n, grid.tau0) != (second.grid.n, second.grid.tau0):
+        raise DataError(
+            f"{a} and {b} are not sampled together: {grid.n} samples every {grid.tau0:g} s, and {second.grid.n} every"
+            f" {second.grid.tau0:g} s; a cross-spectrum needs samples of the same times"
+        )
+    x, y = np.ascontiguousarray(first.column(a)), np.ascontiguousarray(second.column(b))
+    gaps = first.mask is not None or second.mask is not None
+    if method == "welch":
+        parts = _welch(x, y, grid.tau0, size=segment_size(segment, first), gaps=gaps, what=f"{a} and {b}")
+    else:
+        parts = _tapered(x, y, grid.tau0, tapers=tapers, f_max=f_max, what=f"{a} and {b}")
+    frequency, density_a, density_b, cross, dof, resolution, segments = parts
+    if float(dof.max()) <= 2.5:
+        raise RecordTooShortError(
+            f"{a} and {b}: a single segment always has the coherence 1; take shorter ones, or more tapers",
+            need=2,
+            got=1,
+        )
+    return CrossSpectrum(
+        a=a,
+        b=b,
+        unit_a=first.unit,
+        unit_b=second.unit,
+        frequency=frequency,
+        density_a=density_a,
+        density_b=density_b,
+        cross=cross,
+        dof=dof,
+        resolution=resolution,
+        segments=segments,
+        n=grid.n,
+        tau0=grid.tau0,
+        method=method,
+    )
+
+
+_Parts = tuple[Floats, Floats, Floats, Complexes, Floats, float, int]
+
+
+def _welch(x: Floats, y: Floats, tau0: float, *, size: int | None, gaps: bool, what: str) -> _Parts:
+    length = size or default_segment(len(x))
+    both = x + y  # missing where either is
+    starts = segment_starts(both, length, gaps=gaps)
+    while size is None and len(starts) < 15 and length >= 128:
+        length //= 2
+        starts = segment_starts(both, length, gaps=gaps)
+    if not len(starts):
+        raise RecordTooShortError(f"{what} have no {length} samples in a row together", need=length, got=len(x))
+    taper = hann(length)
+    ramps = [slope(z, gaps=gaps) * (np.arange(length) - (length - 1) / 2) * taper for z in (x, y)]
+    size_f = length // 2 + 1
+    sums_a, sums_b, crossed = np.zeros(size_f), np.zeros(size_f), np.zeros(size_f, dtype=np.complex128)
+    for some in batches(starts, length):
+        of_x, of_y = transforms(x, some, taper, ramps[0]), transforms(y, some, taper, ramps[1])
+        sums_a += (np.abs(of_x) ** 2).sum(axis=0)
+        sums_b += (np.abs(of_y) ** 2).sum(axis=0)
+        crossed += (of_x.conj() * of_y).sum(axis=0)
+    scale = tau0 / (float(taper @ taper) * len(starts))
+    frequency, dof = welch_grid(starts, length, tau0)
+    return (
+        frequency,
+        scale * sums_a[2:],
+        scale * sums_b[2:],
+        scale * crossed[2:],
+        dof,
+        1.5 / (length * tau0),
+        len(starts),
+    )
+
+
+def _tapered(x: Floats, y: Floats, tau0: float, *, tapers: int, f_max: float | None, what: str) -> _Parts:
+    edges = np.concatenate(([-1], np.flatnonzero(np.isnan(x + y)), [len(x)]))
+    k = int(np.argmax(np.diff(edges)))
+    run = slice(int(edges[k]) + 1, int(edges[k + 1]))
+    x, y = x[run], y[run]
+    used = used_samples(len(x), tapers, what)
+    bins = tapered_bins(used, tau0, f_max)
+    density_a, density_b, cross = np.zeros(bins), np.zeros(bins), np.zeros(bins, dtype=np.complex128)
+    for of_x, of_y in zip(tapered(x[:used], bins, tapers), tapered(y[:used], bins, tapers), strict=True):
+        density_a += np.abs(of_x) ** 2
+        density_b += np.abs(of_y) ** 2
+        cross += of_x.conj() * of_y
+    scale = tau0 / tapers
+    frequency, dof, resolution = tapered_grid(used, bins, tapers, tau0)
+    return frequency, scale * density_a, scale * density_b, scale * cross, dof, resolution, tapers
+
+
+def _stream(record: Record | Stream, channel: str) -> Stream:
+    if isinstance(record, Record):
+        return record.stream_of(channel)
+    if channel not in record.channels:
+        raise DataError(f"no channel {channel!r}; channels: {', '.join(record.channels)}")
+    return record
+
+
+def _check(level: float) -> None:
+    if not 0 < level < 1:
+        raise OptionError(f"`level` must be between 0 and 1, not {level!r}", option="level")

@@ -1,0 +1,226 @@
+"""Eq. (2) of the paper: what shaped a noise, from the density of its output when the input is white.
+
+The output of a linear filter H driven by white noise of density N² has the density |H|²·N²: it gives the magnitude of H and
+says nothing of its phase. Of all filters with that magnitude one has the least delay and a stable causal inverse, the
+minimum-phase one; its phase follows from the magnitude at all frequencies (Kolmogorov, Bode), by the cepstrum: the causal
+part of the inverse transform of ln|H|.
+
+References
+----------
+.. [1] A. V. Oppenheim, R. W. Schafer, "Discrete-Time Signal Processing," 3rd ed., 2010, chapters 12 and 13.
+.. [2] A. Papoulis, S. U. Pillai, "Probability, Random Variables and Stochastic Processes," 4th ed., 2002, section 11-1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.results import Printed
+from sigmatau.spectrum.result import Spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["MinimumPhase", "transfer"]
+
+Floats = NDArray[np.float64]
+
+_FLOOR = 1e-12
+"""Of the largest density: what is below is taken to be there, since of nothing there is no logarithm."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class MinimumPhase(Printed):
+    """A filter with the magnitude that a spectrum shows, and with the phase of the minimum-phase filter: an assumption.
+
+    A spectrum cannot tell it from a filter with the same magnitude and more delay; a sensor's own anti-alias filter, of
+    analogue poles or averages, is nearly always of minimum phase but for a delay.
+
+    Attributes
+    ----------
+    channel : str
+    frequency : ndarray, shape (n_f,)
+        From 0 to half the sampling rate. [Hz]
+    magnitude : ndarray, shape (n_f,)
+        |H|. [1, or the output's unit over the input's]
+    low, high : ndarray, shape (n_f,)
+        95 % interval of |H|, by χ².
+    phase : ndarray, shape (n_f,)
+        By assumption; unwrapped, 0 at 0. [rad]
+    impulse : ndarray, shape (n_taps,)
+        Impulse response in samples: the output is its convolution with the input.
+    input_density : float
+        Two-sided density N² of the white input. [unit²/Hz]
+    tau0 : float
+        Sample interval. [s]
+    """
+
+    channel: str
+    frequency: Floats
+    magnitude: Floats
+    low: Floats
+    high: Floats
+    phase: Floats
+    impulse: Floats
+    input_density: float
+    tau0: float
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "magnitude", "low", "high", "phase", "impulse"):
+            array = np.asarray(getattr(self, name), dtype=np.float64).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def corner(self) -> float | None:
+        """Where |H|² has fallen to half of what it is at the lowest frequency, for the first time. [Hz]"""
+        below = np.flatnonzero(self.magnitude**2 < 0.5 * self.magnitude[0] ** 2)
+        return float(self.frequency[below[0]]) if len(below) else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns, for JSON or any data-frame library."""
+        return {
+            "channel": self.channel,
+            "frequency_hz": self.frequency.tolist(),
+            "magnitude": self.magnitude.tolist(),
+            "low": self.low.tolist(),
+            "high": self.high.tolist(),
+            "level": 0.95,
+            "phase_rad": self.phase.tolist(),
+            "phase": "minimum phase, by assumption",
+            "impulse": self.impulse.tolist(),
+            "input_density": self.input_density,
+            "sided": "two",
+            "tau0_s": self.tau0,
+        }
+
+    def plot(self) -> Figure:
+        """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter."""
+        from sigmatau.plot.spectrum import draw_filter
+
+        return draw_filter(self)
+
+    def __repr__(self) -> str:
+        corner = "" if self.corner is None else f", half power at {self.corner:.4g} Hz"
+        head = f"{self.channel}: |H(f)| for a white input of {self.input_density:.4g} (two-sided){corner}"
+        head += "; its phase by assumption, that of the minimum-phase filter"
+        shown = np.unique(np.round(np.geomspace(1, len(self.frequency) - 1, 10)).astype(int))
+        rows = [
+            f"  {self.frequency[k]:10.4g} Hz  |H| {self.magnitude[k]:.4f} [{self.low[k]:.4f}, {self.high[k]:.4f}]"
+            f"  phase {np.degrees(self.phase[k]):+8.1f} deg"
+            for k in shown
+        ]
+        taps = ", ".join(f"{h:.4g}" for h in self.impulse[:8])
+        return "\n".join([head, *rows, f"  impulse response {taps}, … ({len(self.impulse)} samples)"])
+
+
+def transfer(
+    spectrum: Spectrum, *, random_walk: float | None = None, per_octave: int | None = None, taps: int | None = None
+) -> MinimumPhase:
+    """|H(f)| of the filter that shaped white noise into a spectrum, eq. (2), and the minimum-phase filter with it.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Of the output, by Welch: at even steps up to half the sampling rate.
+    random_walk : float, optional
+        N of the white input, two-sided: its density is N². Default: that of the output at the lowest frequencies, a
+        hundredth of the band, so that H(0) = 1. [unit·√s]
+    per_octave : int, optional
+        Smooth the magnitude by so many bins an octave before the phase is taken of it. Default: as it is; errors of single
+        frequencies then go into the impulse response, where they are spread over all taps.
+    taps : int, optional
+        Length of the impulse response. Default: half that of the spectrum's segments.
+
+    Returns
+    -------
+    MinimumPhase
+
+    Raises
+    ------
+    OptionError
+        For a spectrum of tapers, which has not all frequencies, or a random walk or length that cannot be.
+    DataError
+        If the density is 0 everywhere.
+
+    Notes
+    -----
+    The mean of the logarithm of a χ² density is below that of the density by ln(ν/2) − ψ(ν/2), which is put right. Below its
+    first frequency the density is taken to stay as it is. The result is that of the sampled sequence: what has folded back
+    is part of the magnitude. At a zero, such as a digital Butterworth filter has at half the sampling rate, Welch's taper
+    shows less depth than there is.
+
+    References
+    ----------
+    Eq. (2) of :doi:`10.1109/TIM.2007.908635`: S_out = H·S_in·H*, of which a single channel has |H|²·S_in.
+    """
+    if spectrum.method != "welch":
+        raise OptionError("`spectrum` must be Welch's, at even steps up to half the sampling rate", option="spectrum")
+    step = float(spectrum.frequency[1] - spectrum.frequency[0])
+    length = round(1 / (step * spectrum.tau0))
+    first = round(float(spectrum.frequency[0]) / step)
+    if length % 2 or len(spectrum.frequency) != length // 2 + 1 - first:
+        raise OptionError("`spectrum` must have all frequencies of an even number of samples", option="spectrum")
+    if taps is None:
+        taps = length // 2
+    if not 1 <= taps <= length // 2:
+        raise OptionError(f"`taps` must be 1 to {length // 2}, not {taps!r}", option="taps")
+    if not (spectrum.density > 0).any():
+        raise DataError(f"{spectrum.channel}: the density is 0, and has no filter")
+    if random_walk is None:
+        few = max(4, len(spectrum.density) // 100)
+        white = float(spectrum.density[:few].mean())
+    elif np.isfinite(random_walk) and random_walk > 0:
+        white = float(random_walk) ** 2
+    else:
+        raise OptionError(f"`random_walk` must be a positive number, not {random_walk!r}", option="random_walk")
+    low, high = spectrum.interval()
+    smooth = _smoothed(spectrum, per_octave)
+    frequency = np.arange(length // 2 + 1) / (length * spectrum.tau0)
+    power, below, above = (_from_zero(column, first) / white for column in (smooth, low, high))
+    magnitude = np.sqrt(power)
+    floor = np.maximum(power, _FLOOR * power.max())
+    minimum = _minimum_phase(0.5 * np.log(floor))
+    impulse = np.fft.irfft(minimum, length)[:taps]
+    return MinimumPhase(
+        channel=spectrum.channel,
+        frequency=frequency,
+        magnitude=magnitude,
+        low=np.sqrt(below),
+        high=np.sqrt(above),
+        phase=np.unwrap(np.angle(minimum)),
+        impulse=impulse,
+        input_density=white,
+        tau0=spectrum.tau0,
+    )
+
+
+def _smoothed(spectrum: Spectrum, per_octave: int | None) -> Floats:
+    """The density, the mean of whose logarithm is that of the truth."""
+    from scipy.special import digamma
+
+    shown = spectrum if per_octave is None else spectrum.binned(per_octave=per_octave)
+    half = np.maximum(shown.dof, 1.0) / 2
+    density = np.maximum(shown.density, _FLOOR * shown.density.max())
+    logarithm = np.log(density) + np.log(half) - digamma(half)
+    if per_octave is not None:
+        logarithm = np.interp(np.log(spectrum.frequency), np.log(shown.frequency), logarithm)
+    return np.asarray(np.exp(logarithm))
+
+
+def _from_zero(column: Floats, first: int) -> Floats:
+    return np.concatenate((np.full(first, column[0]), column))
+
+
+def _minimum_phase(logarithm: Floats) -> NDArray[np.complex128]:
+    """H of minimum phase from ln|H| at even steps up to half the sampling rate: what is causal of the cepstrum, twice."""
+    length = 2 * (len(logarithm) - 1)
+    cepstrum = np.fft.irfft(logarithm, length)
+    cepstrum[1 : length // 2] *= 2
+    cepstrum[length // 2 + 1 :] = 0
+    return np.exp(np.fft.rfft(cepstrum))

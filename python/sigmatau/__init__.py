@@ -23,6 +23,7 @@ __all__ = [
     "DeviationCurve",
     "Deviations",
     "Finding",
+    "Imperfections",
     "NoiseFit",
     "NoiseModel",
     "NonFiniteError",
@@ -46,6 +47,7 @@ __all__ = [
     "read",
     "read_off",
     "simulate",
+    "simulate_to",
 ]
 
 _HOMES = {
@@ -57,6 +59,7 @@ _HOMES = {
     "DeviationCurve": "sigmatau.allan",
     "Deviations": "sigmatau.deviations",
     "Finding": "sigmatau.results",
+    "Imperfections": "sigmatau.model",
     "NoiseFit": "sigmatau.fitting",
     "NoiseModel": "sigmatau.model",
     "NonFiniteError": "sigmatau.errors",
@@ -79,6 +82,7 @@ _HOMES = {
     "read": "sigmatau.io",
     "read_off": "sigmatau.readoff",
     "simulate": "sigmatau.model",
+    "simulate_to": "sigmatau.model",
 }
 
 

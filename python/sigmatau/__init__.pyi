@@ -10,7 +10,7 @@ from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooSho
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.inspection import inspect
 from sigmatau.io import from_frame, read
-from sigmatau.model import NoiseModel, simulate
+from sigmatau.model import Imperfections, NoiseModel, simulate, simulate_to
 from sigmatau.planning import detectable
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Record
@@ -29,6 +29,7 @@ __all__ = [
     "DeviationCurve",
     "Deviations",
     "Finding",
+    "Imperfections",
     "NoiseFit",
     "NoiseModel",
     "NonFiniteError",
@@ -52,4 +53,5 @@ __all__ = [
     "read",
     "read_off",
     "simulate",
+    "simulate_to",
 ]

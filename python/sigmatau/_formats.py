@@ -26,6 +26,7 @@ __all__ = [
     "bytes_read",
     "dataflash_columns",
     "decode_messages",
+    "format_text",
     "log_contents",
     "log_messages",
     "read_sentences",
@@ -319,6 +320,11 @@ def bytes_read() -> int:
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
     """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
     _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
+
+
+def format_text(header: str | None, delimiter: str, columns: Sequence[NDArray[Any]]) -> bytes:
+    """The lines that `write_text` writes."""
+    return _core.format_text(header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns])
 
 
 def scan_dataflash(path: str) -> Mapping[str, Any]:

@@ -73,9 +73,8 @@ def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterat
     OptionError
         For another ending.
     DataError
-        If the file cannot be written, or names or units cannot be written in that format.
-    ImportError
-        If a package is not installed that the format needs; the message says which.
+        If the file cannot be written, names cannot be written in that format, or a library is not installed that the format
+        needs; the message says which.
     """
     target = Path(path)
     ending = ending_of(target)
@@ -108,9 +107,7 @@ def write_record(record: Record, path: str | Path) -> None:
     OptionError
         For another ending.
     DataError
-        If the streams have different grids, or the file cannot be written.
-    ImportError
-        If a package is not installed that the format needs.
+        If the streams have different grids, the file cannot be written, or a library is not installed that the format needs.
     """
     target = Path(path)
     ending_of(target)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _formats
+from sigmatau.errors import DataError
 
 __all__ = ["WRITERS", "Piece", "Put"]
 
@@ -32,11 +33,24 @@ _ROWS = 1 << 16  # of a group of rows
 _CHUNK = 1 << 13  # of a dataset
 
 
+def _lacking(extra: str, ending: str) -> DataError:
+    return DataError(f"writing {ending} takes a library that is not installed: pip install 'sigmatau[{extra}]'")
+
+
+def _refuse(columns: Sequence[tuple[str, str]], marks: str) -> None:
+    """Names must not hold what has a meaning in the format."""
+    for name, _ in columns:
+        for mark in marks:
+            if mark in name:
+                raise DataError(f"the channel {name!r} cannot be written in this format, because of {mark!r} in its name")
+
+
 def _headers(columns: Sequence[tuple[str, str]]) -> list[str]:
     return [f"{name} [{unit}]" for name, unit in columns]
 
 
 def _lines(stream: IO[bytes], columns: Sequence[tuple[str, str]]) -> Put:
+    _refuse(columns, ',"\n')
     stream.write((",".join(_headers(columns)) + "\n").encode())
 
     def put(piece: Piece) -> None:
@@ -133,7 +147,7 @@ def _parquet(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         import pyarrow as pa
         import pyarrow.parquet as pq
     except ImportError:
-        raise ImportError("writing .parquet needs pyarrow: pip install 'sigmatau[parquet]'") from None
+        raise _lacking("parquet", ".parquet") from None
     schema = pa.schema([pa.field(header, pa.float64(), nullable=False) for header in _headers(columns)])
     with pq.ParquetWriter(path, schema, use_dictionary=False, compression="snappy", write_page_checksum=True) as writer:
 
@@ -149,7 +163,8 @@ def _hdf5(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     try:
         import h5py
     except ImportError:
-        raise ImportError("writing .h5 needs h5py: pip install 'sigmatau[hdf5]'") from None
+        raise _lacking("hdf5", ".h5") from None
+    _refuse(columns, "/")
     with h5py.File(path, "w") as file:
         datasets = []
         for name, unit in columns:

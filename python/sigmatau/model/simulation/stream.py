@@ -104,9 +104,8 @@ def simulate_to(
     OptionError
         As `simulate`, and for a file name of another ending.
     DataError
-        If the file cannot be written. Nothing is left of it then, nor if it is interrupted.
-    ImportError
-        If a package is not installed that the format needs.
+        If the file cannot be written, or a library is not installed that its format needs. Nothing is left of a file that
+        was not finished, be it by an error or an interruption.
 
     Notes
     -----
@@ -137,7 +136,8 @@ def simulate_to(
             pieces.insert(0, t)
             if there is not None:
                 pieces = [piece[there] for piece in pieces]
-            put(pieces)
+            if len(pieces[0]):
+                put(pieces)
             row += rows
             kept += len(pieces[0])
             if progress is not None:

@@ -22,7 +22,9 @@ TERMS = {
     "rate random walk": ChannelModel(terms={"rate_random_walk": 1e-4}),
     "Gauss-Markov": ChannelModel(gauss_markov=(GaussMarkov(sigma=1e-3, time=0.5), GaussMarkov(sigma=2e-3, time=0.02))),
     **{
-        f"bandwidth {order} at {corner:g} Hz": ChannelModel(terms={"random_walk": 0.005}, bandwidth=LowPass(order=order, corner=corner))
+        f"bandwidth {order} at {corner:g} Hz": ChannelModel(
+            terms={"random_walk": 0.005}, bandwidth=LowPass(order=order, corner=corner)
+        )
         # 0.3 Hz of order 9: the covariance that a step adds is singular to rounding.
         for order, corner in [(1, 30.0), (2, 30.0), (3, 3.0), (9, 20.0), (9, 0.3)]
     },
@@ -69,7 +71,9 @@ def test_mean_spectrum_is_the_models(case, flicker):
     spectra = psd(records(case, flicker), segment=2048 * TAU0)
     f = next(iter(spectra.values())).frequency
     step = f[1] - f[0]
-    highest = 0.5 / TAU0 - 2 * step if model.bandwidth is None else min(2 * model.bandwidth.corner, 0.5 / TAU0 - 2 * step)
+    highest = (
+        0.5 / TAU0 - 2 * step if model.bandwidth is None else min(2 * model.bandwidth.corner, 0.5 / TAU0 - 2 * step)
+    )
     use = (f >= 16 * step) & (f <= highest)
     density = {shift: model.psd(f[use] + shift * step, tau0=TAU0) for shift in (-1, 0, 1)}
     expected = (density[-1] + 4 * density[0] + density[1]) / 6

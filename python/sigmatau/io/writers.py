@@ -42,7 +42,9 @@ def _refuse(columns: Sequence[tuple[str, str]], marks: str) -> None:
     for name, _ in columns:
         for mark in marks:
             if mark in name:
-                raise DataError(f"the channel {name!r} cannot be written in this format, because of {mark!r} in its name")
+                raise DataError(
+                    f"the channel {name!r} cannot be written in this format, because of {mark!r} in its name"
+                )
 
 
 def _headers(columns: Sequence[tuple[str, str]]) -> list[str]:

@@ -56,6 +56,34 @@ def test_mean_avar_is_the_closed_form(case, flicker):
     assert (np.abs(got.mean(axis=0) - expected) <= 4 * error).all()
 
 
+def scatter(case, flicker, at):
+    """Mean square of the samples `at` over the records."""
+    stream = records(case, flicker).streams[0]
+    return np.mean([stream.column(name)[at] ** 2 for name in stream.channels], axis=0)
+
+
+@pytest.mark.parametrize("flicker", ["exact", "poles"])
+def test_flicker_noise_has_had_its_past(flicker):
+    """Its variogram is 4B²/π·Σ 1/(2j − 1), counted from the sample before the first; without a past it would be half."""
+    at = np.array([0, 1, 30, 1000, SAMPLES - 1])
+    odd = np.cumsum(1 / (2 * np.arange(1, SAMPLES + 1) - 1))
+    expected = 4 * 0.7**2 / math.pi * odd[at]
+    np.testing.assert_allclose(scatter("bias instability", flicker, at), expected, rtol=4 * math.sqrt(2 / RECORDS))
+
+
+@pytest.mark.parametrize("case", ["Gauss-Markov", *(name for name in TERMS if name.startswith("bandwidth"))])
+def test_what_is_stationary_is_so_from_its_first_sample_on(case):
+    """Mean squares within 4 standard errors of Σσ², and of N²·2f·(π/2n)/sin(π/2n) behind a filter."""
+    model = TERMS[case]
+    if model.bandwidth is None:
+        expected = sum(process.sigma**2 for process in model.gauss_markov)
+    else:
+        angle = math.pi / (2 * model.bandwidth.order)
+        expected = model["random_walk"] ** 2 * 2 * model.bandwidth.corner * angle / math.sin(angle)
+    got = scatter(case, "exact", np.array([0, 1, SAMPLES - 1]))
+    np.testing.assert_allclose(got, expected, rtol=4 * math.sqrt(2 / RECORDS))
+
+
 def test_a_ramp_is_exact():
     y = records("ramp", "exact").streams[0].column("gyro_0")
     np.testing.assert_allclose(y, -1e-3 * TAU0 * np.arange(SAMPLES), rtol=1e-15)
@@ -217,12 +245,16 @@ class TestCorrelation:
     def test_behind_a_bandwidth(self):
         band = LowPass(order=2, corner=10.0)
         channels = {n: ChannelModel(terms={"random_walk": 1e-3}, bandwidth=band) for n in self.names[:2]}
-        y = self.samples(channels, {"random_walk": {self.names[:2]: 0.8}})
+        y = self.samples(channels, {"random_walk": {self.names[:2]: 0.3}})
         got = np.corrcoef(y["gyro_x"][::20], y["gyro_y"][::20])[0, 1]  # 0.2 s apart, far beyond the filter's memory
-        assert got == pytest.approx(0.8, abs=4 / math.sqrt(2500))
+        assert got == pytest.approx(0.3, abs=4 / math.sqrt(2500))
+        assert y["gyro_y"].std() == pytest.approx(y["gyro_x"].std(), rel=0.05)
 
     def test_root(self):
         for matrix in (np.eye(3), [[1, 0.5, 0], [0.5, 1, -0.3], [0, -0.3, 1]], np.ones((3, 3)), [[1, -1], [-1, 1]]):
             root = correlation_root(np.array(matrix, dtype=float))
             np.testing.assert_allclose(root @ root.T, matrix, atol=1e-15)
             assert np.array_equal(root, np.tril(root))
+        nearly = 1 - 4e-9  # taken for 1, without a loss of strength
+        root = correlation_root(np.array([[1, nearly], [nearly, 1]]))
+        np.testing.assert_allclose((root**2).sum(axis=1), 1, rtol=1e-15)

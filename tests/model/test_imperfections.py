@@ -107,11 +107,14 @@ def test_steps_of_the_running_sum_are_quantization_noise():
 
 def test_lost_rows():
     part = 0.02
-    given = Imperfections(lost=part, outages=(Outage(start=50.0, length=3.0), Outage(start=199.9, length=60.0)))
+    given = Imperfections(
+        lost=part,
+        outages=(Outage(start=0.0, length=0.05), Outage(start=50.0, length=3.0), Outage(start=199.9, length=60.0)),
+    )
     got = run(given)
     missing = np.isnan(got["gyro_x"])
-    outage = ((T >= 50) & (T < 53)) | (T >= 199.9)
-    outage[-1] = False
+    outage = (T < 0.05) | ((T >= 50) & (T < 53)) | (T >= 199.9)
+    outage[[0, -1]] = False
     assert missing[outage].all()
     assert not missing[[0, -1]].any()
     by_chance = np.count_nonzero(missing & ~outage)

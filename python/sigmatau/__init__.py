@@ -26,6 +26,7 @@ __all__ = [
     "Deviations",
     "Finding",
     "GaussMarkov",
+    "Imperfections",
     "LowPass",
     "NoiseFit",
     "NoiseModel",
@@ -55,6 +56,7 @@ __all__ = [
     "read",
     "read_off",
     "simulate",
+    "simulate_to",
     "state_space",
     "transfer",
 ]
@@ -72,6 +74,7 @@ _HOMES = {
     "Finding": "sigmatau.results",
     "GaussMarkov": "sigmatau.model",
     "LowPass": "sigmatau.model",
+    "Imperfections": "sigmatau.model",
     "NoiseFit": "sigmatau.fitting",
     "NoiseModel": "sigmatau.model",
     "NonFiniteError": "sigmatau.errors",
@@ -101,6 +104,7 @@ _HOMES = {
     "simulate": "sigmatau.model",
     "state_space": "sigmatau.model",
     "transfer": "sigmatau.spectrum",
+    "simulate_to": "sigmatau.model",
 }
 
 

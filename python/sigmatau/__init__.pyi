@@ -13,12 +13,14 @@ from sigmatau.io import from_frame, read
 from sigmatau.model import (
     ChannelModel,
     GaussMarkov,
+    Imperfections,
     LowPass,
     NoiseModel,
     Sinusoid,
     avar_from_psd,
     predict,
     simulate,
+    simulate_to,
     state_space,
 )
 from sigmatau.planning import detectable
@@ -42,6 +44,7 @@ __all__ = [
     "Deviations",
     "Finding",
     "GaussMarkov",
+    "Imperfections",
     "LowPass",
     "NoiseFit",
     "NoiseModel",
@@ -71,6 +74,7 @@ __all__ = [
     "read",
     "read_off",
     "simulate",
+    "simulate_to",
     "state_space",
     "transfer",
 ]

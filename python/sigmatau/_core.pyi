@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 __all__ = [
     "Accumulator",
     "Factor",
+    "Generator",
     "NonFinite",
     "TextError",
     "all_finite",
@@ -20,6 +21,8 @@ __all__ = [
     "decode_messages",
     "deviation_limits",
     "deviations_of_channels",
+    "flicker_poles",
+    "format_text",
     "gauss_markov_avar",
     "gauss_markov_psd",
     "log_contents",
@@ -115,6 +118,19 @@ def simulate(
     seed: int,
     stream: int,
 ) -> _Floats: ...
+
+@final
+class Generator:
+    def __new__(cls, n: int, tau0: float, seed: int) -> Self: ...
+    def add_term(self, term: str, value: float, channel: int, poles: bool) -> None: ...
+    def add_filtered(
+        self, scale: float, transition: list[float], noise: list[float], start: list[float], channel: int
+    ) -> None: ...
+    def add_gauss_markov(self, sigma: float, time: float, index: int, channel: int) -> None: ...
+    def add_sinusoid(self, amplitude: float, frequency: float, index: int, channel: int) -> None: ...
+    def fill(self, rate: _Floats) -> None: ...
+
+def flicker_poles(n: int) -> tuple[_Floats, _Floats]: ...
 def read_sentences(
     path: str, name: str, fields: int, wanted: list[int]
 ) -> tuple[list[_Floats], int, int, list[tuple[int, str]], tuple[int, tuple[int, int], str], bool]: ...
@@ -154,6 +170,7 @@ def ulog_columns(
     path: str, end: int, number: int, rows: int, size: int, fields: list[tuple[int, int]]
 ) -> list[NDArray[np.uint8]]: ...
 def unpacked(data: bytes) -> bytes | None: ...
+def format_text(header: str | None, delimiter: str, columns: list[_Floats]) -> bytes: ...
 def write_text(path: str, header: str | None, delimiter: str, columns: list[_Floats], gzip: bool) -> None: ...
 
 _Steps = list[tuple[str, int, int]]

@@ -1,6 +1,6 @@
 """The one door to the compiled readers and the writer of text: casts, and the words of their errors.
 
-With `sigmatau._kernels` and `sigmatau._logs` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
+With `sigmatau._kernels`, `_logs` and `_generator` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ __all__ = [
     "TextColumns",
     "TextReadError",
     "bytes_read",
+    "format_text",
     "read_sentences",
     "read_text",
     "write_text",
@@ -200,3 +201,8 @@ def bytes_read() -> int:
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
     """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
     _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
+
+
+def format_text(header: str | None, delimiter: str, columns: Sequence[NDArray[Any]]) -> bytes:
+    """The lines that `write_text` writes."""
+    return _core.format_text(header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns])

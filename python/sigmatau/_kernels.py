@@ -1,6 +1,6 @@
 """The one door to the compiled numerics, and the words of their errors; casts and checks are in `sigmatau._arguments`.
 
-Nothing but this, `sigmatau._formats` and `sigmatau._logs` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go
+Nothing but this, `_formats`, `_logs` and `_generator` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go
 in as contiguous float64 and come out so.
 """
 

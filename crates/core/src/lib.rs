@@ -20,6 +20,8 @@ pub mod generate;
 mod kernel;
 pub mod phase;
 mod points;
+pub mod pole_bank;
+mod processes;
 pub mod psd;
 pub mod special;
 mod squares;

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use sigmatau_core::allan::{Counting, Overlap, allan_variance};
 use sigmatau_core::error::Error;
-use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::generate::{Coefficients, Flicker, Generator, Term, simulate};
 use sigmatau_core::phase::Phase;
 use sigmatau_core::terms;
 
@@ -141,6 +141,68 @@ fn a_longer_record_begins_like_a_shorter_one_where_it_can() {
         Coefficients { quantization: 1.0, random_walk: 1.0, rate_random_walk: 1.0, rate_ramp: 1.0, ..NONE };
     let long = simulate(100, 1.0, &c, 5, 0).unwrap();
     assert_eq!(simulate(40, 1.0, &c, 5, 0).unwrap(), long[..40]);
+}
+
+/// Every kind of noise there is, on one channel.
+fn everything(n: usize, flicker: Flicker) -> Generator {
+    let mut generator = Generator::new(n, TAU0, seed_of("everything")).unwrap();
+    let filter = Term::Filtered {
+        scale: 0.5,
+        transition: vec![0.9, 0.1, -0.1, 0.8],
+        noise: vec![0.3, 0.0, 0.1, 0.2],
+        start: vec![1.0, 0.0, 0.0, 1.0],
+    };
+    let terms = [
+        Term::RateRamp(-0.1),
+        Term::Quantization(1e-3),
+        Term::RandomWalk(0.02),
+        Term::BiasInstability(0.3, flicker),
+        Term::RateRandomWalk(0.4),
+        filter,
+        Term::GaussMarkov { sigma: 0.1, time: 0.3, index: 0 },
+        Term::Sinusoid { amplitude: 0.1, frequency: 3.7, index: 0 },
+    ];
+    for term in &terms {
+        generator.add(term, 3).unwrap();
+    }
+    generator
+}
+
+#[test]
+fn buffers_of_any_size_hold_the_same_samples() {
+    for flicker in [Flicker::Exact, Flicker::Poles] {
+        let mut whole = vec![0.0; 5000];
+        everything(5000, flicker).fill(&mut whole).unwrap();
+        for size in [1, 7, 1024, 1025] {
+            let mut generator = everything(5000, flicker);
+            let mut pieces = vec![0.0; 5000];
+            for piece in pieces.chunks_mut(size) {
+                generator.fill(piece).unwrap();
+            }
+            assert_eq!(pieces, whole, "{flicker:?}, buffers of {size}");
+            assert_eq!(generator.left(), 0);
+        }
+    }
+}
+
+#[test]
+fn no_more_samples_than_were_asked_for() {
+    let mut generator = everything(10, Flicker::Poles);
+    generator.fill(&mut [0.0; 8]).unwrap();
+    assert_eq!(generator.fill(&mut [0.0; 3]), Err(Error::Length { expected: 2, got: 3 }));
+}
+
+#[test]
+fn wrong_terms_are_refused() {
+    let add = |term: Term| Generator::new(10, TAU0, 1).unwrap().add(&term, 0).unwrap_err();
+    let infinite = f64::INFINITY;
+    assert_eq!(add(Term::RandomWalk(infinite)), Error::Parameter { name: "random_walk", value: infinite });
+    let process = Term::GaussMarkov { sigma: 1.0, time: 0.0, index: 0 };
+    assert_eq!(add(process), Error::Parameter { name: "time", value: 0.0 });
+    let line = Term::Sinusoid { amplitude: 1.0, frequency: -1.0, index: 0 };
+    assert_eq!(add(line), Error::Parameter { name: "frequency", value: -1.0 });
+    let filter = |start| Term::Filtered { scale: 1.0, transition: vec![0.5; 4], noise: vec![0.5; 4], start };
+    assert_eq!(add(filter(vec![1.0; 3])), Error::Length { expected: 4, got: 3 });
 }
 
 #[test]

@@ -1,9 +1,11 @@
-//! Simulated records.
+//! Simulated records, whole and piece by piece.
 
 use crate::allan::value_error;
-use numpy::{IntoPyArray, PyArray1};
+use numpy::{IntoPyArray, PyArray1, PyReadwriteArray1};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use sigmatau_core::generate::{self, Coefficients};
+use sigmatau_core::generate::{self, Coefficients, Flicker, Term};
+use sigmatau_core::pole_bank;
 
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // one a coefficient: their names are checked on the Python side
@@ -22,4 +24,93 @@ pub fn simulate(
     let c = Coefficients { quantization, random_walk, bias_instability, rate_random_walk, rate_ramp };
     let rate = py.detach(|| generate::simulate(n, tau0, &c, seed, stream)).map_err(|e| value_error(&e))?;
     Ok(rate.into_pyarray(py))
+}
+
+/// The noise of one channel, piece by piece.
+#[pyclass(module = "sigmatau._core")]
+pub struct Generator(generate::Generator);
+
+impl Generator {
+    fn with(&mut self, py: Python<'_>, term: &Term, channel: u64) -> PyResult<()> {
+        py.detach(|| self.0.add(term, channel)).map_err(|error| value_error(&error))
+    }
+}
+
+#[pymethods]
+impl Generator {
+    #[new]
+    fn new(n: usize, tau0: f64, seed: u64) -> PyResult<Self> {
+        generate::Generator::new(n, tau0, seed).map(Self).map_err(|error| value_error(&error))
+    }
+
+    /// One of the five terms, by name; bias instability exactly or by poles.
+    fn add_term(
+        &mut self,
+        py: Python<'_>,
+        term: &str,
+        value: f64,
+        channel: u64,
+        poles: bool,
+    ) -> PyResult<()> {
+        let term = match term {
+            "rate_ramp" => Term::RateRamp(value),
+            "quantization" => Term::Quantization(value),
+            "random_walk" => Term::RandomWalk(value),
+            "bias_instability" if poles => Term::BiasInstability(value, Flicker::Poles),
+            "bias_instability" => Term::BiasInstability(value, Flicker::Exact),
+            "rate_random_walk" => Term::RateRandomWalk(value),
+            _ => return Err(PyValueError::new_err(format!("unknown term {term}"))),
+        };
+        self.with(py, &term, channel)
+    }
+
+    /// White noise behind a filter; matrices row by row.
+    fn add_filtered(
+        &mut self,
+        py: Python<'_>,
+        scale: f64,
+        transition: Vec<f64>,
+        noise: Vec<f64>,
+        start: Vec<f64>,
+        channel: u64,
+    ) -> PyResult<()> {
+        self.with(py, &Term::Filtered { scale, transition, noise, start }, channel)
+    }
+
+    fn add_gauss_markov(
+        &mut self,
+        py: Python<'_>,
+        sigma: f64,
+        time: f64,
+        index: u32,
+        channel: u64,
+    ) -> PyResult<()> {
+        self.with(py, &Term::GaussMarkov { sigma, time, index }, channel)
+    }
+
+    fn add_sinusoid(
+        &mut self,
+        py: Python<'_>,
+        amplitude: f64,
+        frequency: f64,
+        index: u32,
+        channel: u64,
+    ) -> PyResult<()> {
+        self.with(py, &Term::Sinusoid { amplitude, frequency, index }, channel)
+    }
+
+    /// The next samples, into an array.
+    fn fill(&mut self, py: Python<'_>, mut rate: PyReadwriteArray1<'_, f64>) -> PyResult<()> {
+        let rate = rate.as_slice_mut()?;
+        py.detach(|| self.0.fill(rate)).map_err(|error| value_error(&error))
+    }
+}
+
+/// Losses 1 − p and weights of the pole bank for records of `n` samples.
+#[pyfunction]
+#[allow(clippy::type_complexity)] // two columns
+pub fn flicker_poles(py: Python<'_>, n: usize) -> (Bound<'_, PyArray1<f64>>, Bound<'_, PyArray1<f64>>) {
+    let (losses, weights): (Vec<f64>, Vec<f64>) =
+        pole_bank::poles(n).into_iter().map(|pole| (pole.loss, pole.weight)).unzip();
+    (losses.into_pyarray(py), weights.into_pyarray(py))
 }

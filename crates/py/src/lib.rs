@@ -36,7 +36,7 @@ mod _core {
     #[pymodule_export]
     use crate::gaps::{masked_covariance, masked_expectations, masked_variances, masked_white_slopes};
     #[pymodule_export]
-    use crate::generate::simulate;
+    use crate::generate::{Generator, flicker_poles, simulate};
     #[pymodule_export]
     use crate::ros::{decode_messages, log_contents, log_messages, unpacked};
     #[pymodule_export]
@@ -48,5 +48,5 @@ mod _core {
     #[pymodule_export]
     use crate::terms::{sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]
-    use crate::text::{TextError, bytes_read, parse_text, read_text, write_text};
+    use crate::text::{TextError, bytes_read, format_text, parse_text, read_text, write_text};
 }

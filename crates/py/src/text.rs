@@ -3,6 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use sigmatau_formats::{self as formats, Delimiter, Dialect, Encoding, TextError as Refused, Writing};
 use std::path::PathBuf;
 
@@ -69,6 +70,22 @@ pub fn write_text(
     let columns = columns.iter().map(|c| c.as_slice()).collect::<Result<Vec<_>, _>>()?;
     py.detach(|| formats::write_file(&path, header, delimiter, &columns, gzip))
         .map_err(|error| PyOSError::new_err(error.to_string()))
+}
+
+/// Columns as lines of text.
+#[pyfunction]
+pub fn format_text<'py>(
+    py: Python<'py>,
+    header: Option<&str>,
+    delimiter: &str,
+    columns: Vec<PyReadonlyArray1<'py, f64>>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let delimiter = one_byte(delimiter)?;
+    let columns = columns.iter().map(|c| c.as_slice()).collect::<Result<Vec<_>, _>>()?;
+    let mut text = Vec::new();
+    py.detach(|| formats::write_columns(&mut text, header, delimiter, &columns))
+        .map_err(|error| PyOSError::new_err(error.to_string()))?;
+    Ok(PyBytes::new(py, &text))
 }
 
 fn columns_of(py: Python<'_>, table: formats::Table) -> Columns<'_> {

@@ -5,18 +5,19 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from sigmatau import _formats
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.writers import WRITERS, Put
 from sigmatau.record import Record
+from sigmatau.streams import CHUNK
 
-__all__ = ["RECORD_ENDINGS", "atomic", "write_record"]
+__all__ = ["RECORD_ENDINGS", "atomic", "ending_of", "table_writer", "write_record"]
 
-RECORD_ENDINGS = (".csv", ".csv.gz", ".npz")
+RECORD_ENDINGS = tuple(WRITERS)
 """Endings of a record's file name, each with its format."""
 
 
@@ -56,40 +57,69 @@ def atomic(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def write_record(record: Record, path: str | Path) -> None:
-    """Write a record as a table: time and every channel, rates in SI, units in the header.
+@contextlib.contextmanager
+def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
+    """What takes a table piece by piece; the file has its name when the block ends well, and is not there otherwise.
 
     Parameters
     ----------
-    record : Record
-        All streams on one grid.
     path : str or Path
-        ``.csv``, ``.csv.gz`` (shortest digits that read back to the same bits) or ``.npz`` (one array a channel, named
-        with its unit).
+        Its ending is one of `RECORD_ENDINGS`.
+    columns : sequence of (str, str)
+        Name and unit of each column.
 
     Raises
     ------
     OptionError
         For another ending.
     DataError
-        If the streams have different grids, or the file cannot be written.
+        If the file cannot be written, names cannot be written in that format, or a library is not installed that the format
+        needs; the message says which.
     """
     target = Path(path)
-    ending = next((e for e in sorted(RECORD_ENDINGS, key=len, reverse=True) if target.name.endswith(e)), None)
+    ending = ending_of(target)
+    with contextlib.ExitStack() as stack:
+        temporary = stack.enter_context(atomic(target))
+        yield stack.enter_context(WRITERS[ending](temporary, columns))
+
+
+def ending_of(path: Path) -> str:
+    """Which of `RECORD_ENDINGS` a name has; raises `OptionError` if none."""
+    ending = next((e for e in sorted(RECORD_ENDINGS, key=len, reverse=True) if path.name.endswith(e)), None)
     if ending is None:
-        raise OptionError(f"{target}: a record is written as {', '.join(RECORD_ENDINGS)}", option="output")
+        raise OptionError(f"{path}: a record is written as {', '.join(RECORD_ENDINGS)}", option="output")
+    return ending
+
+
+def write_record(record: Record, path: str | Path) -> None:
+    """Write a record as a table: time and every channel, rates in SI, each with its unit.
+
+    Parameters
+    ----------
+    record : Record
+        All streams on one grid.
+    path : str or Path
+        ``.csv``, ``.csv.gz`` (shortest digits that read back to the same bits), ``.npy`` (a structured array, a field a
+        channel), ``.npz`` (one array a channel), ``.parquet``, ``.h5`` (one dataset a channel).
+
+    Raises
+    ------
+    OptionError
+        For another ending.
+    DataError
+        If the streams have different grids, the file cannot be written, or a library is not installed that the format needs.
+    """
+    target = Path(path)
+    ending_of(target)
     grid = record.streams[0].grid
     if any(s.grid.n != grid.n or s.grid.tau0 != grid.tau0 for s in record.streams):
         raise DataError("streams with different grids do not fit in one table; write them one by one")
-    # k/rate prints short (0.07) where k·tau0 does not (0.07000000000000001).
-    columns = {"time [s]": grid.start + np.arange(grid.n) / grid.rate}
-    for stream in record.streams:
-        for channel in stream.channels:
-            columns[f"{channel} [{stream.unit}]"] = stream.column(channel)
-    with atomic(target) as temporary:
-        if ending == ".npz":
-            np.savez(temporary, allow_pickle=False, **columns)
-        else:
-            _formats.write_text(
-                str(temporary), ",".join(columns), ",", list(columns.values()), gzip=ending == ".csv.gz"
-            )
+    columns = [("time", "s"), *((channel, s.unit) for s in record.streams for channel in s.channels)]
+    with table_writer(target, columns) as put:
+        for start in range(0, grid.n, CHUNK):
+            stop = min(start + CHUNK, grid.n)
+            # k/rate prints short (0.07) where k·tau0 does not (0.07000000000000001).
+            piece = [grid.start + np.arange(start, stop) / grid.rate]
+            for stream in record.streams:
+                piece += [stream.samples.read(k, start, stop) for k in range(len(stream.channels))]
+            put(piece)

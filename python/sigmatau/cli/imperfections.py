@@ -1,0 +1,145 @@
+"""Options of ``sigmatau simulate`` for what a real log has beside noise: values with units in, `Imperfections` out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+from sigmatau.cli.options import key_values
+from sigmatau.errors import OptionError
+from sigmatau.model import Imperfections, NoiseModel, Outage, Temperature, WarmUp, value_in_si
+from sigmatau.record import stream_name
+from sigmatau.streams import InputKind
+from sigmatau.units import integral
+
+__all__ = ["imperfections_of"]
+
+T = TypeVar("T")
+
+_DEGREES = re.compile(r"([-+]?[0-9.]+) *(?:°C|degC|C|K)")
+_WARMTH = "start=20degC,end=35degC,time=20min"
+
+
+def imperfections_of(
+    model: NoiseModel,
+    *,
+    output: InputKind,
+    level: Sequence[str],
+    warm_up: Sequence[str],
+    temperature: Sequence[str],
+    sensitivity: Sequence[str],
+    saturation: Sequence[str],
+    lsb: Sequence[str],
+    gaps: Sequence[str],
+    jitter: str | None,
+) -> Imperfections:
+    """What the options say, in SI; raises `OptionError` that names the option."""
+    if sensitivity and not temperature:
+        raise OptionError("--sensitivity needs --temperature, which it is to", option="temperature")
+    units = _units(model)
+    sums = {name: unit if output == "rate" or unit not in _SUMMED else integral(unit) for name, unit in units.items()}
+    lost, outages = _gaps(gaps)
+    return Imperfections(
+        level=_values(level, "level", "accel_z=1g", units, _si),
+        warm_up=_values(warm_up, "warm-up", "gyro=20deg/h:10min", units, _warm_up),
+        temperature=_temperature(temperature, _values(sensitivity, "sensitivity", "gyro=5deg/h/K", units, _per_kelvin))
+        if temperature
+        else None,
+        saturation=_values(saturation, "saturation", "gyro=250deg/s", units, _si),
+        output=output,
+        lsb=_values(lsb, "lsb", "gyro=0.01deg/s" if output == "rate" else "gyro=0.1arcsec", sums, _si),
+        lost=lost,
+        outages=outages,
+        jitter=0.0 if jitter is None else _si(jitter, "s", "--jitter"),
+    )
+
+
+_SUMMED = ("rad/s", "m/s^2")
+
+
+def _units(model: NoiseModel) -> dict[str, str]:
+    """Units of the rates of channels and sensors."""
+    units: dict[str, str] = {}
+    for name, channel in model.channels.items():
+        units[name] = units[stream_name(name)] = channel.unit
+    return units
+
+
+def _values(
+    texts: Sequence[str], option: str, example: str, units: Mapping[str, str], value: Callable[[str, str, str], T]
+) -> dict[str, T]:
+    """NAME=VALUE by channel or sensor, each value in the unit of its rate."""
+    found = {}
+    for name, text in key_values(texts, option, example).items():
+        if name not in units:
+            raise OptionError(f"--{option}: the model has no {name!r}; it has {', '.join(units)}", option=option)
+        found[name] = value(text, units[name], f"--{option} {name}")
+    return found
+
+
+def _si(text: str, unit: str, what: str) -> float:
+    """A value with its unit in SI; errors begin with `what`."""
+    try:
+        return value_in_si(text, unit, what)
+    except OptionError as error:
+        words = str(error)
+        raise OptionError(words if words.startswith(what) else f"{what}: {words}", option=error.option) from None
+
+
+def _warm_up(text: str, unit: str, what: str) -> WarmUp:
+    amplitude, colon, time = text.partition(":")
+    if not colon:
+        raise OptionError(f"{what} {text!r}: want amplitude:time, e.g. 20deg/h:10min", option="warm-up")
+    return WarmUp(amplitude=_si(amplitude, unit, what), time=_si(time, "s", what))
+
+
+def _per_kelvin(text: str, unit: str, what: str) -> float:
+    rate, slash, kelvin = text.rpartition("/")
+    if not slash or kelvin.strip() not in ("K", "degC", "°C", "C"):
+        raise OptionError(f"{what} {text!r}: want a rate for each kelvin, e.g. 5deg/h/K", option="sensitivity")
+    return _si(rate, unit, what)
+
+
+def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temperature:
+    given = key_values(texts, "temperature", _WARMTH)
+    if not {"start", "end"} <= set(given) <= {"start", "end", "time", "swing", "resolution"}:
+        raise OptionError(
+            f"--temperature {','.join(texts)}: want start and end, and time, swing and resolution if you like, e.g."
+            f" {_WARMTH},swing=3K,resolution=0.0625K",
+            option="temperature",
+        )
+    degrees = {}
+    for name, text in given.items():
+        if name == "time":
+            continue
+        match = _DEGREES.fullmatch(text)
+        try:
+            degrees[name] = float(match[1]) if match else float("nan")
+        except ValueError:
+            match = None
+        if match is None:
+            raise OptionError(f"--temperature {name}={text}: want degrees, e.g. 20degC or 3K", option="temperature")
+    time = {"time": _si(given["time"], "s", "--temperature time")} if "time" in given else {}
+    return Temperature(**degrees, **time, sensitivity=sensitivity)
+
+
+def _gaps(texts: Sequence[str]) -> tuple[float, tuple[Outage, ...]]:
+    """``["0.1%", "600s:2s"]``: the part of the rows that is lost by chance, and outages."""
+    lost, outages = 0.0, []
+    for part in (part.strip() for text in texts for part in text.split(",")):
+        start, colon, length = part.partition(":")
+        if colon:
+            times = [_si(text, "s", f"--gaps {part}") for text in (start, length)]
+            outages.append(Outage(start=times[0], length=times[1]))
+            continue
+        try:
+            if not part.endswith("%") or lost:
+                raise ValueError
+            lost = float(part[:-1]) / 100
+        except ValueError:
+            raise OptionError(
+                f"--gaps {part}: want a part of the rows, once, and outages as start:length, e.g. 0.1%,600s:2s",
+                option="gaps",
+            ) from None
+    return lost, tuple(outages)

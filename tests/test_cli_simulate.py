@@ -1,0 +1,113 @@
+"""``sigmatau simulate`` with what a real log has: values with units in, the record of `simulate` out."""
+
+import numpy as np
+import pytest
+
+from sigmatau import Imperfections, NoiseModel, read, simulate
+from sigmatau.cli import main
+from sigmatau.model import Outage, Temperature, WarmUp
+from sigmatau.units import to_si
+
+MODEL = """\
+[channels.gyro_x]
+random_walk = "0.3 deg/sqrt(h)"
+bias_instability = "12 deg/h"
+[channels.accel_z]
+random_walk = "0.1 m/s/sqrt(h)"
+"""
+ALWAYS = ["--hours", "0.05", "--rate", "50", "--seed", "7", "-q"]
+
+
+@pytest.fixture
+def model(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.toml").write_text(MODEL)
+    return NoiseModel.read(tmp_path / "m.toml")
+
+
+def test_every_option_reaches_the_log(model):
+    argv = [
+        *("--level", "accel_z=1g", "--warm-up", "gyro=20deg/h:1min,accel_z=-1mg:30s"),
+        *("--temperature", "start=20degC,end=35degC,time=1min,swing=3K,resolution=0.5K"),
+        *("--sensitivity", "gyro=5deg/h/K", "--saturation", "gyro=0.05deg/s", "--lsb", "gyro=0.01deg/s,accel=1mg"),
+        *("--gaps", "0.5%,20s:2s", "--gaps", "1min:1s", "--jitter", "20us"),
+    ]
+    assert main(["simulate", "m.toml", *ALWAYS, *argv, "-o", "a.csv"]) == 0
+    given = Imperfections(
+        level={"accel_z": to_si(1, "g")},
+        warm_up={
+            "gyro": WarmUp(amplitude=to_si(20, "deg/h"), time=60.0),
+            "accel_z": WarmUp(amplitude=to_si(-1, "mg"), time=30.0),
+        },
+        temperature=Temperature(
+            start=20.0, end=35.0, time=60.0, swing=3.0, resolution=0.5, sensitivity={"gyro": to_si(5, "deg/h")}
+        ),
+        saturation={"gyro": to_si(0.05, "deg/s")},
+        lsb={"gyro": to_si(0.01, "deg/s"), "accel": to_si(1, "mg")},
+        lost=0.005,
+        outages=(Outage(start=20.0, length=2.0), Outage(start=60.0, length=1.0)),
+        jitter=20e-6,
+    )
+    expected = simulate(model, duration=180.0, rate=50.0, rng=7, imperfections=given, flicker="poles")
+    got = read("a.csv")
+    assert got.channels == (*model.channels, "temperature")
+    for channel in got.channels:
+        np.testing.assert_array_equal(
+            got.stream_of(channel).column(channel), expected.stream_of(channel).column(channel)
+        )
+    assert np.nanmax(np.abs(got.stream_of("gyro_x").column("gyro_x"))) == pytest.approx(to_si(0.05, "deg/s"))
+
+
+@pytest.mark.parametrize("output", ["increments", "accumulated"])
+def test_other_output(model, output):
+    assert main(["simulate", "m.toml", *ALWAYS, "--input", output, "--lsb", "gyro=0.1arcsec", "-o", "a.npz"]) == 0
+    given = Imperfections(output=output, lsb={"gyro": to_si(0.1, "arcsec")})
+    expected = simulate(model, duration=180.0, rate=50.0, rng=7, imperfections=given, flicker="poles")
+    got = read("a.npz", input=output)
+    for channel in model.channels:
+        column, wanted = (record.stream_of(channel).column(channel) for record in (got, expected))
+        np.testing.assert_allclose(column, wanted, rtol=1e-12, atol=0)
+
+
+def test_exact_flicker_noise(model):
+    assert main(["simulate", "m.toml", *ALWAYS, "--flicker", "exact", "-o", "a.npy"]) == 0
+    expected = simulate(model, duration=180.0, rate=50.0, rng=7)
+    assert np.array_equal(np.load("a.npy")["gyro_x [rad/s]"], expected.stream_of("gyro_x").column("gyro_x"))
+
+
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        (["--level", "accel_z=1"], "--level accel_z '1': want a value with its unit"),
+        (["--level", "accel_z=1deg/s"], "deg/s"),
+        (["--level", "gyro_y=1deg/s"], "--level: the model has no 'gyro_y'"),
+        (["--level", "accel_z"], "--level 'accel_z': want NAME=VALUE"),
+        (["--warm-up", "gyro=1deg/s"], "want amplitude:time"),
+        (["--warm-up", "gyro=1deg/s:1deg"], "--warm-up gyro: the unit"),
+        (["--temperature", "start=20degC"], "want start and end"),
+        (["--temperature", "start=20degC,end=30"], "--temperature end=30"),
+        (["--temperature", "start=20degC,end=1.2.3K"], "--temperature end=1.2.3K"),
+        (["--temperature", "start=20degC,end=30degC,top=40degC"], "want start and end"),
+        (["--sensitivity", "gyro=1deg/h/K"], "needs --temperature"),
+        (["--temperature", "start=20degC,end=30degC", "--sensitivity", "gyro=1deg/h"], "5deg/h/K"),
+        (["--lsb", "gyro=0.1arcsec"], "arcsec"),
+        (["--input", "increments", "--lsb", "gyro=0.1deg/s"], "deg/s"),
+        (["--gaps", "0.1"], "--gaps 0.1"),
+        (["--gaps", "1%,2%"], "once"),
+        (["--gaps", "70%"], "0 to 0.5"),
+        (["--gaps", "10s:5m"], "--gaps 10s:5m: unknown unit"),
+        (["--jitter", "20"], "--jitter"),
+        (["--jitter", "5ms"], "tenth of the sample interval"),
+    ],
+)
+def test_wrong_options(model, tmp_path, argv, words, capsys):
+    assert main(["simulate", "m.toml", *ALWAYS, *argv, "-o", "a.csv"]) == 2
+    captured = capsys.readouterr()
+    assert words in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["m.toml"]
+
+
+def test_what_was_lost_is_said(model, capsys):
+    assert main(["simulate", "m.toml", *ALWAYS[:-1], "--gaps", "10s:2s", "-o", "a.npy"]) == 0
+    assert "9000 samples of 2 channels, 100 rows lost, seed 7" in capsys.readouterr().err

@@ -1,0 +1,83 @@
+"""Models from results of `analyze`: what is in them, what is kept beside them, and what is no result."""
+
+import json
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import DataError, NoiseModel, Record, analyze, simulate
+from sigmatau.model import ChannelModel, GaussMarkov
+
+
+def result_of(noise, *, duration=3000.0, rate=20.0, name="case"):
+    model = NoiseModel(channels={"gyro_x": noise})
+    return analyze(simulate(model, duration=duration, rate=rate, rng=seed_of(f"model of a result, {name}")))
+
+
+class TestAdequate:
+    def test_observed_terms_are_in_it_and_limits_beside_it(self):
+        analysis = result_of({"random_walk": 1e-3, "rate_random_walk": 3e-5})
+        fitted = analysis.fits["gyro_x"]
+        model = analysis.model.channels["gyro_x"]
+        assert dict(model) == dict(fitted.model)
+        for term, interval in model.intervals.items():
+            assert interval == (fitted[term].low, fitted[term].high)
+        assert set(model.limits) == {name for name, term in fitted.items() if term.upper_limit is not None}
+        assert not set(model.limits) & set(model)
+        assert model.covariance[0] == fitted.covariance[0]
+        np.testing.assert_array_equal(model.covariance[1], fitted.covariance[1])
+
+    def test_json_and_result_are_the_same_model(self, tmp_path):
+        analysis = result_of({"random_walk": 1e-3, "bias_instability": 2e-4})
+        path = tmp_path / "r.json"
+        path.write_text(json.dumps(analysis.to_dict()))
+        assert NoiseModel.read(path) == analysis.model
+
+    def test_it_describes_the_curve(self):
+        analysis = result_of({"quantization": 1e-4, "random_walk": 1e-3})
+        fitted, curve = analysis.fits["gyro_x"], analysis.curves["gyro_x"]
+        np.testing.assert_allclose(
+            analysis.model.avar("gyro_x", m=curve.m, tau0=curve.tau0), fitted.avar(m=curve.m), rtol=1e-12
+        )
+
+    def test_a_sixth_term(self):
+        noise = ChannelModel(terms={"random_walk": 1e-3}, gauss_markov=(GaussMarkov(sigma=3e-3, time=5.0),))
+        analysis = result_of(noise, name="sixth")
+        (process,) = analysis.fits["gyro_x"].gauss_markov
+        (found,) = analysis.model.channels["gyro_x"].gauss_markov
+        assert (found.sigma, found.time) == (process.sigma.value, process.time.value)
+        assert found.time == pytest.approx(5.0, rel=0.3)
+
+
+def test_a_short_record_has_no_model():
+    record = Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).standard_normal(12), unit={"gyro": "rad/s"})
+    with pytest.raises(DataError, match="no channel of this result has a model"):
+        NoiseModel.from_result(analyze(record).to_dict())
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("{}", "it has no channels"),
+        ("[]", "it has no channels"),
+        ("null", "it has no channels"),
+        ('{"channels": 3}', "it has no channels"),
+        ('{"channels": {"gyro_x": 3}}', "channel 'gyro_x': not a result"),
+        ('{"channels": {"gyro_x": {"fit": {"model": {}}}}}', "channel 'gyro_x': not a result"),
+        ("{", "no JSON"),
+        ("[" * 100_000, "no JSON"),
+        ("\x00", "no JSON"),
+    ],
+)
+def test_what_is_no_result(tmp_path, content, words):
+    path = tmp_path / "r.json"
+    path.write_text(content)
+    with pytest.raises(DataError, match=r"r\.json: .*" + words):
+        NoiseModel.read(path)
+
+
+def test_one_channel_is_asked_for():
+    content = result_of({"random_walk": 1e-3}).to_dict()
+    with pytest.raises(DataError, match="no channel 'gyro_q'; channels: gyro_x"):
+        NoiseModel.from_result(content, channels=["gyro_q"])

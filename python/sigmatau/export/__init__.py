@@ -25,7 +25,7 @@ def export(
     to : str
         The target, one of `NAMES`.
     path : str or Path, optional
-        Where to write; whole or not at all.
+        Where to write; whole or not at all. Its ending chooses the form where the target has several.
     choices : Choices, optional
         What no record decides; see there.
 
@@ -50,7 +50,12 @@ def export(
         raise OptionError(f"{to} has no name {unknown[0]!r}; it has: {listed}", option="names")
     if wanted.needs_rate and chosen.rate is None:
         raise OptionError(f"{to} needs the sampling rate of the sensor: give `rate` in Hz", option="rate")
-    content = wanted.write(Numbers(model, chosen))
+    if chosen.axes == "each" and wanted.each == "no":
+        raise OptionError(f"{to} has one number for three axes: choose axes worst or mean", option="axes")
+    if chosen.axes == "mean" and wanted.each == "always":
+        raise OptionError(f"{to} has every axis by itself, and no mean of them: leave `axes` out", option="axes")
+    write = wanted.write if path is None else wanted.binary.get(Path(path).suffix.lower(), wanted.write)
+    content = write(Numbers(model, chosen))
     if path is not None:
         with atomic(path) as temporary:
             if isinstance(content, bytes):

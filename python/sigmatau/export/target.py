@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 from sigmatau.export.numbers import Numbers
 
@@ -28,6 +29,10 @@ class Target:
         Whether the sampling rate enters, and must be known.
     needs_walk : bool
         Whether it has a place for K that must not be empty.
+    each : {"no", "yes", "always"}
+        Whether it has a place for each axis, or nothing but that.
+    binary : mapping of str to callable
+        Other forms of its file by their ending, from `Numbers` to bytes.
     names : mapping of str to str
         Names that it has beside the numbers, with what stands there if none is given: ``{"topic": "/imu0"}``.
     """
@@ -38,4 +43,6 @@ class Target:
     write: Callable[[Numbers], str | bytes]
     needs_rate: bool = False
     needs_walk: bool = False
+    each: Literal["no", "yes", "always"] = "no"
+    binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)

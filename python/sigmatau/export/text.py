@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import re
+from collections.abc import Iterable
+
+import numpy as np
 
 from sigmatau.errors import OptionError
 
-__all__ = ["comment", "digits", "plain_name", "quoted"]
+__all__ = ["comment", "digits", "number", "plain_name", "quoted", "said", "single", "vector"]
 
 
 def digits(value: float) -> str:
@@ -26,6 +30,11 @@ def comment(words: str) -> str:
     return "".join(c if c.isprintable() else " " for c in words)
 
 
+def said(words: Iterable[str]) -> str:
+    """What is said of several numbers in one comment: once where it is the same of all."""
+    return comment(" | ".join(dict.fromkeys(words)))
+
+
 def quoted(text: str) -> str:
     """A string in double quotes as JSON, YAML and MATLAB's jsondecode read it; ASCII alone, so that nothing breaks out."""
     return json.dumps(text, ensure_ascii=True)
@@ -36,3 +45,24 @@ def plain_name(text: str, option: str) -> str:
     if not re.fullmatch(r"[A-Za-z0-9_./~-]+", text):
         raise OptionError(f"`{option}` {text!r}: letters, digits, _ . / and - are allowed there", option=option)
     return text
+
+
+def number(text: str, option: str, *, least: float = 0.0) -> float:
+    """A number that the user gave beside those of the model; raises `OptionError` unless it is finite and not too small."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= least):
+        raise OptionError(f"`{option}` must be a number from {least:g}, not {text!r}", option=option)
+    return value
+
+
+def single(value: float) -> str:
+    """The digits that single precision has of a number, without an exponent: what autopilots keep of a parameter."""
+    return np.format_float_positional(np.float32(value), unique=True, trim="0")
+
+
+def vector(values: Iterable[float]) -> str:
+    """``[1.0, 2.0, 3.0]``, as YAML, Python and MATLAB read it."""
+    return f"[{', '.join(digits(value) for value in values)}]"

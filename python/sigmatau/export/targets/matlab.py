@@ -1,0 +1,111 @@
+"""MATLAB: ``gyroparams`` and ``accelparams`` of its IMU simulator, as a script.
+
+All densities here are two-sided, and the script says so to MATLAB: ``NoiseType`` double-sided. B is the coefficient of
+IEEE Std 952, not the lowest point of the curve, which is 0.664 of it.
+"""
+
+from __future__ import annotations
+
+from sigmatau.export.axes import by_axis, noises, refuse
+from sigmatau.export.numbers import Number, Numbers
+from sigmatau.export.target import Target
+from sigmatau.export.text import comment, digits, said, vector
+from sigmatau.results import two_digits
+from sigmatau.terms import display_units
+
+__all__ = ["TARGET"]
+
+_SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the script; ``gyro`` and ``accel`` are what imuSensor takes."""
+    refuse(numbers, "matlab", "it takes the step from SampleRate", "step")
+    if "horizon" not in numbers.choices.walk.values():
+        refuse(numbers, "matlab", "it has a place for bias instability itself", "horizon")
+    lines = ["% Row vectors are x, y, z. Densities are two-sided."]
+    present = [row for row in _SENSORS if numbers.has(row[0])]
+    for sensor, kind, unit in present:
+        noise = noises(numbers, sensor)
+        lines += [
+            f"{sensor} = {kind};",
+            f"{sensor}.NoiseType = 'double-sided';  % of NoiseDensity; 'single-sided' would make the noise sqrt(2) smaller",
+            _row(f"{sensor}.NoiseDensity", noise, f"({unit})/sqrt(Hz), N"),
+            *_bias(numbers, sensor, unit),
+            *_walk(numbers, sensor, unit),
+        ]
+    if numbers.choices.rate is not None and len(present) == 2:
+        rate = digits(numbers.choices.rate)
+        lines.append(
+            f"imu = imuSensor('accel-gyro', 'SampleRate', {rate}, 'Gyroscope', gyro, 'Accelerometer', accel);  % Hz"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _bias(numbers: Numbers, sensor: str, unit: str) -> list[str]:
+    key = f"{sensor}.BiasInstability"
+    channels = numbers.channels(sensor)
+    if not any("bias_instability" in model for model in channels.values()):
+        own = any(model.gauss_markov for model in channels.values())
+        more = "; the model's Gauss-Markov bias has no place here" if own else ""
+        return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'bias_instability')}{more}"]
+    values = by_axis(numbers, sensor, lambda one: _bias_of(one, sensor))
+    return [
+        _row(key, values, f"{unit}, B of IEEE Std 952, 1/0.664 of the lowest point"),
+        f"{sensor}.BiasInstabilityCoefficients = fractalcoef;  % 1/f noise, which is what B is the strength of",
+    ]
+
+
+def _bias_of(numbers: Numbers, sensor: str) -> Number:
+    """B of all channels that show it, by the user's choice, or 0 for one that does not."""
+    found = {n: m["bias_instability"] for n, m in numbers.channels(sensor).items() if "bias_instability" in m}
+    factor = numbers.choices.walk_factor
+    if not found:
+        return Number(value=0.0, words=f"{', '.join(numbers.channels(sensor))}: not observed, 0")
+    times = "" if factor == 1 else f", times {factor:g}"
+    if numbers.choices.axes == "mean":
+        mean = (sum(value**2 for value in found.values()) / len(found)) ** 0.5
+        return Number(value=factor * mean, words=f"root mean square of {', '.join(found)}{times}")
+    axis = max(found, key=lambda name: found[name])
+    model = numbers.model.channels[axis]
+    text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+    worst = f"worst of {len(found)} axes, " if len(found) > 1 else ""
+    return Number(value=factor * found[axis], words=f"{worst}{axis}: {found[axis] / size:.4g} {text}{times}")
+
+
+def _walk(numbers: Numbers, sensor: str, unit: str) -> list[str]:
+    key = f"{sensor}.RandomWalk"
+    observed = any("rate_random_walk" in model for model in numbers.channels(sensor).values())
+    if not observed and sensor not in numbers.choices.walk:
+        return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'rate_random_walk')}"]
+    return [_row(key, by_axis(numbers, sensor, lambda one: _walk_of(one, sensor)), f"({unit})*sqrt(Hz), K")]
+
+
+def _walk_of(numbers: Numbers, sensor: str) -> Number:
+    """K, or 0 for an axis that does not show it when others do and nothing was chosen for it."""
+    channels = numbers.channels(sensor)
+    if sensor not in numbers.choices.walk and not any("rate_random_walk" in model for model in channels.values()):
+        return Number(value=0.0, words=f"{', '.join(channels)}: not observed, 0")
+    return numbers.walk(sensor)
+
+
+def _below(numbers: Numbers, sensor: str, term: str) -> str:
+    limits = [model.limits[term] for model in numbers.channels(sensor).values() if term in model.limits]
+    if len(limits) < len(numbers.channels(sensor)):
+        return ""
+    unit = next(iter(numbers.channels(sensor).values())).unit_of(term)
+    return comment(f", below {two_digits(max(limits))} {unit}")
+
+
+def _row(key: str, values: tuple[Number, Number, Number], unit: str) -> str:
+    about = said(value.words for value in values)
+    return f"{key} = {vector(value.value for value in values)};  % {unit}; {about}"
+
+
+TARGET = Target(
+    name="matlab",
+    summary="MATLAB gyroparams and accelparams: N, B, K and the type of the densities said, by axis",
+    ending=".m",
+    write=write,
+    each="yes",
+)

@@ -1,7 +1,7 @@
 """PX4: parameters ``EKF2_*`` of its Kalman filter, as a file that QGroundControl loads.
 
-Each prediction adds (dt·p)² to the variance of the angle (velocity), and (dt·p)² to that of the bias, so that N²·dt and K²·dt
-are p = N/√dt and p = K/√dt: the numbers hold for one step dt, which is EKF2_PREDICT_US.
+Each prediction adds (dt·p)² to the variance of the angle (velocity), and (dt·p)² to that of the bias, so that N²·dt and
+K²·dt are p = N/√dt and p = K/√dt: the numbers hold for one step dt, which is EKF2_PREDICT_US.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def write_mat(numbers: Numbers) -> bytes:
     return bytes(buffer.getvalue())
 
 
-def _json(value: Any) -> str:
+def _json(value: object) -> str:
     if not isinstance(value, np.ndarray):
         return json.dumps(value, allow_nan=False)
     if value.ndim < 2:
@@ -137,7 +137,14 @@ def _plain(system: StateSpace) -> dict[str, Any]:
         "dt_s": system.dt,
         "output": system.output,
         "unit_of_y": _unit_of_y(system),
+        **_of_flicker([system]),
     }
+
+
+def _of_flicker(systems: Sequence[StateSpace]) -> dict[str, float]:
+    """How well the poles stand for flicker noise, and up to which averaging time."""
+    times = [system.tau_max for system in systems if system.tau_max is not None]
+    return {"flicker_error": max(s.flicker_error for s in systems), "tau_max_s": max(times)} if times else {}
 
 
 _TERMS = {
@@ -198,6 +205,7 @@ def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any
         "dt_s": every[0].dt,
         "output": every[0].output,
         "unit_of_y": np.array([_unit_of_y(system) for system in every], dtype=np.str_),
+        **_of_flicker(every),
     }
 
 

@@ -148,7 +148,7 @@ def test_what_has_to_be_chosen(target):
     no_walk = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}, "accel_x": {"random_walk": 1e-3}})
     with pytest.raises(OptionError, match="--rate-random-walk"):
         export(no_walk, to=target)
-    with pytest.raises(OptionError, match=f"{target} has one number for three axes"):
+    with pytest.raises(OptionError, match=f"{target} has one number for all axes"):
         export(model(), to=target, choices=Choices(axes="each"))
     with pytest.raises(OptionError, match="--horizon has no place"):
         export(model(), to=target, choices=Choices(horizon=10.0))

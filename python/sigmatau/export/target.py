@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 from sigmatau.export.numbers import Numbers
 
@@ -29,8 +28,10 @@ class Target:
         Whether the sampling rate enters, and must be known.
     needs_walk : bool
         Whether it has a place for K that must not be empty.
-    each : {"no", "yes", "always"}
-        Whether it has a place for each axis, or nothing but that.
+    per_axis : bool
+        Whether it has a place for each axis, so that ``axes="each"`` can be chosen.
+    every_axis : bool
+        Whether it holds each axis by itself whatever is chosen.
     binary : mapping of str to callable
         Other forms of its file by their ending, from `Numbers` to bytes.
     names : mapping of str to str
@@ -43,6 +44,7 @@ class Target:
     write: Callable[[Numbers], str | bytes]
     needs_rate: bool = False
     needs_walk: bool = False
-    each: Literal["no", "yes", "always"] = "no"
+    per_axis: bool = False
+    every_axis: bool = False
     binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)

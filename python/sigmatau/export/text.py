@@ -47,14 +47,14 @@ def plain_name(text: str, option: str) -> str:
     return text
 
 
-def number(text: str, option: str, *, least: float = 0.0) -> float:
+def number(text: str, key: str, *, least: float = 0.0) -> float:
     """A number that the user gave beside those of the model; raises `OptionError` unless it is finite and not too small."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value >= least):
-        raise OptionError(f"`{option}` must be a number from {least:g}, not {text!r}", option=option)
+        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g}", option="name")
     return value
 
 

@@ -113,7 +113,7 @@ TARGET = Target(
     ending=".sdf",
     write=write,
     needs_rate=True,
-    each="yes",
+    per_axis=True,
     names={
         "link": "imu_link",
         "plugin": "libgazebo_imu_plugin.so",

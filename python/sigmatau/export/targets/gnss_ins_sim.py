@@ -57,5 +57,5 @@ TARGET = Target(
     summary="gnss-ins-sim imu_err: N, and each bias as a Gauss-Markov process (sigma, correlation time), by axis",
     ending=".py",
     write=write,
-    each="yes",
+    per_axis=True,
 )

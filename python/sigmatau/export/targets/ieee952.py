@@ -118,5 +118,5 @@ TARGET = Target(
     summary="a sheet of Q, N, B, K, R of every channel in the units of IEEE Std 952, with intervals or upper limits",
     ending=".txt",
     write=write,
-    each="always",
+    every_axis=True,
 )

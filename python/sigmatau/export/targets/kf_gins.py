@@ -69,6 +69,6 @@ TARGET = Target(
     summary="KF-GINS imunoise: N, and each bias as a Gauss-Markov process (sigma, one correlation time), by axis",
     ending=".yaml",
     write=write,
-    each="yes",
+    per_axis=True,
     names={"gsstd": "300", "asstd": "300", "corrtime": ""},
 )

@@ -107,5 +107,5 @@ TARGET = Target(
     summary="MATLAB gyroparams and accelparams: N, B, K and the type of the densities said, by axis",
     ending=".m",
     write=write,
-    each="yes",
+    per_axis=True,
 )

@@ -85,7 +85,7 @@ def write(numbers: Numbers) -> str:
 def _identity(numbers: Numbers, key: str) -> str:
     value = number(numbers.name(key, "1"), key, least=1)
     if value != int(value) or value > 255:
-        raise OptionError(f"`{key}` must be a whole number from 1 to 255, not {value:g}", option=key)
+        raise OptionError(f"`name` {key}={value:g}: want a whole number from 1 to 255", option="name")
     return str(int(value))
 
 

@@ -50,8 +50,7 @@ def write(numbers: Numbers) -> str:
             correlation = numbers.model.of(names).correlation_matrix("random_walk")
             # Quantization is of each axis alone: only what white noise the axes share is off the diagonal.
             shared = np.sqrt([_white(numbers, name) for name in names])
-            order = [list(numbers.model.of(names).channels).index(name) for name in names]
-            matrix += (correlation[np.ix_(order, order)] - np.eye(3)) * np.outer(shared, shared)
+            matrix += (correlation - np.eye(3)) * np.outer(shared, shared)
         elif any({a, b} <= set(numbers.channels(sensor)) for a, b in numbers.model.correlation.get("random_walk", {})):
             together = "; axes that share noise are taken for independent, --axes each writes what they share"
         lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {said(v.words for v in found)}{together}")
@@ -105,5 +104,5 @@ TARGET = Target(
     ending=".yaml",
     write=write,
     needs_rate=True,
-    each="yes",
+    per_axis=True,
 )

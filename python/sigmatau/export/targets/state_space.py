@@ -84,7 +84,7 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
     """What is written of each system: of each channel, or ``joint`` of all of them."""
     form = numbers.name("form", "channels")
     if form not in ("channels", "joint"):
-        raise OptionError(f"`form` must be channels or joint, not {form!r}", option="form")
+        raise OptionError(f"`name` form={form!r}: want channels or joint", option="name")
     systems = _systems(numbers)
     if form == "channels":
         return {name: _plain(system) for name, system in systems.items()}
@@ -98,7 +98,7 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
     dt = choices.step if choices.step is not None else 1 / numbers.rate()
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
-        raise OptionError(f"`output` must be rate, increments or integrated, not {output!r}", option="output")
+        raise OptionError(f"`name` output={output!r}: want rate, increments or integrated", option="name")
     return {
         name: state_space(_chosen(numbers, name), dt=dt, output=cast(Output, output), tau_max=choices.horizon)
         for name in numbers.model.channels
@@ -224,7 +224,7 @@ TARGET = Target(
     summary="matrices F, G, H, Qd, R, P0 of every channel for any filter: JSON, or .npz or .mat by the ending of the file",
     ending=".json",
     write=write,
-    each="always",
+    every_axis=True,
     binary={".npz": write_npz, ".mat": write_mat},
     names={"output": "rate", "form": "channels"},
 )

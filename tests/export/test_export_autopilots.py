@@ -122,12 +122,18 @@ def test_propagation_finds_the_scatter_of_simulated_noise(target):
     assert np.mean(walked.sum(axis=1) ** 2) == pytest.approx(bias, rel=error)
 
 
-def test_below_the_floor_is_said():
-    text = export(model(), to="px4", choices=Choices(step=1.0))
-    assert "EKF2_GYR_NOISE" in next(line for line in text.splitlines() if "below the floor of 0.0001" in line)
-    assert "EKF2_ACC_NOISE" in next(line for line in text.splitlines() if "below the floor of 0.01" in line)
-    assert "floor" not in export(model(), to="px4", choices=Choices(noise_factor=10.0))
-    assert "above 1" in export(model(), to="px4", choices=Choices(noise_factor=1e4))
+@pytest.mark.parametrize("target", CASES)
+def test_out_of_the_range_is_said(target):
+    names = CASES[target][1]
+
+    def said(words, **choices):
+        lines = export(model(), to=target, choices=Choices(**choices)).splitlines()
+        return [line.split()[1] for line in lines if words in line]
+
+    assert said("below 0.0001, the least documented", step=1.0) == [names[0]]
+    assert said("below 0.01, the least documented", step=1.0) == [names[1]]
+    assert said("the least documented", noise_factor=10.0) == []
+    assert said("above 1", noise_factor=1e4) == [name for name in names[:2] if name != "EK3_ACC_P_NSE"]
 
 
 @pytest.mark.parametrize("target", CASES)

@@ -23,6 +23,9 @@ _NAMES = (
 )
 
 
+_FLOORS = {"EK3_GYRO_P_NSE": 1e-4, "EK3_ACC_P_NSE": 0.01}
+
+
 def write(numbers: Numbers) -> str:
     """The text of the file, NAME,VALUE; comments on lines of their own, which every loader skips."""
     if "horizon" not in numbers.choices.walk.values():
@@ -30,11 +33,10 @@ def write(numbers: Numbers) -> str:
     step = numbers.choices.step or STEP
     lines = [
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms: the longer of 10 ms and the loop; --step changes it.",
-        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2 and (dt^2*p)^2. Single",
-        "# precision, 7 digits.",
+        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2 and (dt^2*p)^2.",
         *left_out(numbers),
     ]
-    for name, value, words in rows(numbers, _NAMES, {}):
+    for name, value, words in rows(numbers, _NAMES, _FLOORS):
         lines += [f"# {words}", f"{name},{single(value)}"]
     return "\n".join(lines) + "\n"
 

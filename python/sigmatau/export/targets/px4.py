@@ -21,7 +21,7 @@ STEP = 0.01
 """EKF2_PREDICT_US as it is delivered, and the step of EK3 in ArduPilot. [s]"""
 
 FLOORS = {"EKF2_GYR_NOISE": 1e-4, "EKF2_ACC_NOISE": 0.01}
-"""Below which PX4 does not go."""
+"""The least that the parameters are documented for. The first releases of EKF2 put it in the place of what is below."""
 
 _NAMES = (
     ("EKF2_GYR_NOISE", "gyro", "noise", "rad/s"),
@@ -43,8 +43,10 @@ def rows(
         letter = "N" if kind == "noise" else "K"
         words = f"{name} [{unit}] = {letter}/sqrt(dt), dt = {step:g} s; {found.words}"
         if value < floors.get(name, 0.0):
-            words += f"; below the floor of {floors[name]:g}, which is what the filter takes instead"
-        if value > 1:
+            words += (
+                f"; below {floors[name]:g}, the least documented: a ground station may refuse it, old code takes that"
+            )
+        if value > 1 and name != "EK3_ACC_P_NSE":
             words += "; above 1, which is what the filter takes instead"
         result.append((name, value, comment(words)))
     return result
@@ -73,7 +75,7 @@ def write(numbers: Numbers) -> str:
     lines = [
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms: right while EKF2_PREDICT_US is"
         f" {round(1e6 * step)}; --step changes it.",
-        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2. Single precision, 7 digits.",
+        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2. Single precision.",
         *left_out(numbers),
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]

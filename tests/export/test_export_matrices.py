@@ -175,6 +175,9 @@ def test_state_space_refuses():
             to="state-space",
             choices=Choices(step=DT, walk={"gyro": "horizon"}, horizon=10.0, rate=100.0),
         )
+    white = NoiseModel(channels={"gyro_x": {"random_walk": 1e-5}})
+    with pytest.raises(OptionError, match="no flicker noise"):
+        export(white, to="state-space", choices=Choices(step=DT, horizon=10.0))
     with pytest.raises(OptionError, match="every axis by itself"):
         export(MODEL, to="state-space", choices=Choices(step=DT, axes="mean"))
 

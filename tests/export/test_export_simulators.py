@@ -407,3 +407,17 @@ class TestRos:
         text = export(one(name), to="ros", choices=Choices(rate=RATE))
         assert YAML(typ="safe").load(text) == block_yaml(text)
         assert block_yaml(text)["linear_acceleration_covariance"][0] == pytest.approx(1e-8 * RATE, rel=EXACT)
+
+
+@pytest.mark.parametrize("target", ["kf-gins", "gnss-ins-sim", "gazebo"])
+def test_a_horizon_that_enters_nothing_is_refused(target):
+    own = (GaussMarkov(sigma=3e-5, time=250.0),)
+    gyro = ChannelModel(terms={"random_walk": 1e-4}, gauss_markov=own)
+    accel = ChannelModel(terms={"random_walk": 1e-3}, gauss_markov=own, quantity="acceleration", unit="m/s^2")
+    given = NoiseModel(channels={"gyro_x": gyro, "accel_x": accel})
+    export(given, to=target, choices=Choices(rate=RATE))
+    with pytest.raises(OptionError, match="own Gauss-Markov"):
+        export(given, to=target, choices=Choices(rate=RATE, horizon=10.0))
+    export(
+        one(gauss_markov=own), to=target, choices=Choices(rate=RATE, horizon=10.0)
+    )  # for the accelerometer's flicker

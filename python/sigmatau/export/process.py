@@ -7,19 +7,19 @@ one. Which of these, and where it stops to be right, is said beside the number.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sigmatau.errors import OptionError
-from sigmatau.export.axes import by_axis, of_channel
+from sigmatau.export.axes import by_axis, of_channel, refuse
 from sigmatau.export.numbers import Numbers
 from sigmatau.model import ChannelModel
 from sigmatau.results import seconds, two_digits
 from sigmatau.terms import display_units
 
-__all__ = ["PEAK_TIME", "SIGMA_OF_FLICKER", "WALK_TIME", "Process", "bottom", "process", "processes"]
+__all__ = ["PEAK_TIME", "SIGMA_OF_FLICKER", "WALK_TIME", "Process", "bottom", "process", "processes", "refuse_horizon"]
 
 PEAK_TIME = 1.8926178329
 """The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
@@ -45,12 +45,15 @@ class Process:
         What it stands for, for a comment beside it.
     walk : bool
         Whether it stands for a walk, so that not σ but 2σ²/time is what was found.
+    own : bool
+        Whether it is one of the model itself, to which no horizon belongs.
     """
 
     sigma: float
     time: float
     words: str
     walk: bool = False
+    own: bool = False
 
     @property
     def density(self) -> float:
@@ -63,7 +66,7 @@ class Process:
             return self
         sigma = self.density * math.sqrt(time / 2) if self.walk else self.sigma
         words = f"{self.words}; its own correlation time {seconds(self.time)} s"
-        return Process(sigma=sigma, time=time, words=words, walk=self.walk)
+        return replace(self, sigma=sigma, time=time, words=words)
 
 
 def process(numbers: Numbers, sensor: str) -> Process:
@@ -84,18 +87,22 @@ def process(numbers: Numbers, sensor: str) -> Process:
         sigma = math.sqrt(sum(p.sigma**2 for p in found.values()) / len(found))
         time = math.exp(sum(math.log(p.time) for p in found.values()) / len(found))
         one = next(iter(found.values()))
-        return Process(
-            sigma=sigma, time=time, words=f"root mean square of {', '.join(found)}; {one.words}", walk=one.walk
-        )
+        words = f"root mean square of {', '.join(found)}; {one.words}"
+        own = all(p.own for p in found.values())
+        return replace(one, sigma=sigma, time=time, words=words, own=own)
     worst = max(found.values(), key=lambda p: p.sigma)
-    return Process(
-        sigma=worst.sigma, time=worst.time, words=f"worst of {len(found)} axes, {worst.words}", walk=worst.walk
-    )
+    return replace(worst, words=f"worst of {len(found)} axes, {worst.words}")
 
 
 def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
     """The processes of x, y and z."""
     return by_axis(numbers, sensor, lambda one: process(one, sensor))
+
+
+def refuse_horizon(numbers: Numbers, target: str, found: Iterable[Process]) -> None:
+    """Raise `OptionError` for a horizon that was given and enters no number."""
+    if all(process.own for process in found) and "horizon" not in numbers.choices.walk.values():
+        refuse(numbers, target, "the model's own Gauss-Markov processes are what is written", "horizon")
 
 
 def bottom(model: ChannelModel) -> float | None:
@@ -124,7 +131,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
         if len(model.gauss_markov) > 1:
             words += f", the largest of {len(model.gauss_markov)}"
         left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
-        return Process(sigma=factor * own.sigma, time=own.time, words=words + times + left)
+        return Process(sigma=factor * own.sigma, time=own.time, words=words + times + left, own=True)
     if "bias_instability" in model:
         time = numbers.choices.horizon or bottom(model)
         b = model["bias_instability"]

@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 from sigmatau.export.axes import noises, refuse
 from sigmatau.export.numbers import Number, Numbers
-from sigmatau.export.process import Process, processes
+from sigmatau.export.process import Process, processes, refuse_horizon
 from sigmatau.export.target import Target
 from sigmatau.export.text import comment, digits, number, plain_name, said
 from sigmatau.results import seconds
@@ -28,6 +28,7 @@ def write(numbers: Numbers) -> str:
     """The text of the file."""
     refuse(numbers, "gazebo", "it takes the step from its own rate", "step")
     found = {row[0]: (noises(numbers, row[0]), processes(numbers, row[0])) for row in _SENSORS}
+    refuse_horizon(numbers, "gazebo", [p for _, axes in found.values() for p in axes])
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',

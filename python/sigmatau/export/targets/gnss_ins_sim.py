@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from sigmatau.export.axes import noises, refuse
 from sigmatau.export.numbers import Numbers
-from sigmatau.export.process import processes
+from sigmatau.export.process import processes, refuse_horizon
 from sigmatau.export.target import Target
 from sigmatau.export.text import said, vector
 from sigmatau.units import find
@@ -19,6 +19,8 @@ __all__ = ["TARGET"]
 def write(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""
     refuse(numbers, "gnss-ins-sim", "it takes the step from its own rate", "step")
+    biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
+    refuse_horizon(numbers, "gnss-ins-sim", [p for axes in biases.values() for p in axes])
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
         "import numpy as np",
@@ -30,7 +32,7 @@ def write(numbers: Numbers) -> str:
         ("accel", "accel_vrw", "m/s/sqrt(h)", "m/s^2"),
     ):
         noise = noises(numbers, sensor)
-        bias = processes(numbers, sensor)
+        bias = biases[sensor]
         size, bias_size = find(walk_unit).factor, find(bias_unit).factor
         about = said(p.words for p in bias)
         lines += [

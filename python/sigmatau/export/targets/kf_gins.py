@@ -10,7 +10,7 @@ import math
 
 from sigmatau.export.axes import noises, refuse
 from sigmatau.export.numbers import Numbers
-from sigmatau.export.process import Process, processes
+from sigmatau.export.process import Process, processes, refuse_horizon
 from sigmatau.export.target import Target
 from sigmatau.export.text import digits, number, said, vector
 from sigmatau.results import seconds
@@ -24,6 +24,7 @@ def write(numbers: Numbers) -> str:
     refuse(numbers, "kf-gins", "its covariance is continuous", "step")
     noise = {sensor: noises(numbers, sensor) for sensor in ("gyro", "accel")}
     biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
+    refuse_horizon(numbers, "kf-gins", [p for axes in biases.values() for p in axes])
     time = _time(numbers, [p for axes in biases.values() for p in axes])
     shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
     lines = [

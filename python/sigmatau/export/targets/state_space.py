@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.export.axes import of_channel
+from sigmatau.export.axes import of_channel, refuse
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
 from sigmatau.model import ChannelModel, GaussMarkov
@@ -95,6 +95,8 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
     choices = numbers.choices
     if choices.step is None and choices.rate is None:
         raise OptionError("the step of the filter is needed: give `step` in seconds, or `rate` in Hz", option="step")
+    if not any("bias_instability" in model for model in numbers.model.channels.values()):
+        refuse(numbers, "state-space", "the model has no flicker noise, whose states it is for", "horizon")
     dt = choices.step if choices.step is not None else 1 / numbers.rate()
     output = numbers.name("output", "rate")
     if output not in get_args(Output):

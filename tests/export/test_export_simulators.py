@@ -362,12 +362,13 @@ class TestRos:
             f"gyro_{axis}": {"random_walk": size, "quantization": 1e-3}
             for axis, size in zip("zyx", (3e-4, 2e-4, 1e-4), strict=True)
         }
-        shared = {"random_walk": {("gyro_z", "gyro_x"): -0.5}}
+        shared = {"random_walk": {("gyro_z", "gyro_x"): -0.5}, "quantization": {("gyro_y", "gyro_x"): 0.25}}
         given = NoiseModel(channels=channels, correlation=shared)
         _, gyro, _ = self.read(given, axes="each")
         off = -0.5 * 1e-4 * 3e-4 * RATE
         white = np.array([[1e-8 * RATE, 0, off], [0, 4e-8 * RATE, 0], [off, 0, 9e-8 * RATE]])
-        assert gyro == pytest.approx(white + 2 * (1e-3 * RATE) ** 2 * np.eye(3), rel=EXACT)
+        quantized = np.array([[1, 0.25, 0], [0.25, 1, 0], [0, 0, 1]]) * 2 * (1e-3 * RATE) ** 2
+        assert gyro == pytest.approx(white + quantized, rel=EXACT)
         assert "taken for independent" in export(given, to="ros", choices=Choices(rate=RATE))
 
     @pytest.mark.parametrize(("order", "corner"), [(1, 30.0), (2, 60.0)])

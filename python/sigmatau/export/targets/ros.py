@@ -47,11 +47,12 @@ def write(numbers: Numbers) -> str:
         together = ""
         if numbers.choices.axes == "each":
             names = [f"{sensor}_{axis}" for axis in "xyz"]
-            correlation = numbers.model.of(names).correlation_matrix("random_walk")
-            # Quantization is of each axis alone: only what white noise the axes share is off the diagonal.
-            shared = np.sqrt([_white(numbers, name) for name in names])
-            matrix += (correlation - np.eye(3)) * np.outer(shared, shared)
-        elif any({a, b} <= set(numbers.channels(sensor)) for a, b in numbers.model.correlation.get("random_walk", {})):
+            for term, of in (("random_walk", _white), ("quantization", _quantization)):
+                deviation = np.sqrt([of(numbers, name) for name in names])
+                matrix += (numbers.model.of(names).correlation_matrix(term) - np.eye(3)) * np.outer(
+                    deviation, deviation
+                )
+        elif _shared(numbers, sensor):
             together = "; axes that share noise are taken for independent, --axes each writes what they share"
         lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {said(v.words for v in found)}{together}")
     return "\n".join(lines) + "\n"
@@ -62,10 +63,9 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
     channels = numbers.channels(sensor)
     rate = numbers.rate()
     by_channel = {}
-    for name, model in channels.items():
+    for name in channels:
         numbers.noise_of(name)  # which says what is missing
-        q = numbers.choices.noise_factor * model.get("quantization", 0.0)
-        by_channel[name] = _white(numbers, name) + 2 * (q * rate) ** 2
+        by_channel[name] = _white(numbers, name) + _quantization(numbers, name)
     if numbers.choices.axes == "mean":
         value = sum(by_channel.values()) / len(by_channel)
         models, source = list(channels.values()), f"mean of {', '.join(channels)}"
@@ -85,6 +85,18 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
             f" {plain:.4g} instead"
         )
     return Number(value=value, words=f"{parts}; {source}")
+
+
+def _shared(numbers: Numbers, sensor: str) -> bool:
+    """Whether axes of a sensor share noise that is in a sample."""
+    pairs = (pair for term in ("random_walk", "quantization") for pair in numbers.model.correlation.get(term, {}))
+    return any(set(pair) <= set(numbers.channels(sensor)) for pair in pairs)
+
+
+def _quantization(numbers: Numbers, name: str) -> float:
+    """Variance of the quantization in one sample, the difference of two errors of the angle over the interval."""
+    q = numbers.choices.noise_factor * numbers.model.channels[name].get("quantization", 0.0)
+    return 2 * (q * numbers.rate()) ** 2
 
 
 def _white(numbers: Numbers, name: str) -> float:

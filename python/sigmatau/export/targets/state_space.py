@@ -193,8 +193,7 @@ def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any
             for key, start in starts.items():
                 rows = start[a] + np.flatnonzero(of[key])
                 columns = start[b] + np.flatnonzero(to[key])
-                # What was known of a bias at turn-on is of each channel alone.
-                if not rows.size or (key == "P0" and term == "rate_random_walk"):
+                if not rows.size:
                     continue
                 shared = share * blocks[key][np.ix_(rows, rows)]
                 blocks[key][np.ix_(rows, columns)] = shared

@@ -47,9 +47,11 @@ def export(
     unknown = sorted(set(chosen.names) - set(wanted.names))
     if unknown:
         listed = ", ".join(wanted.names) or "none"
-        raise OptionError(f"{to} has no name {unknown[0]!r}; it has: {listed}", option="names")
+        raise OptionError(f"{to} has no name {unknown[0]!r}; it has: {listed}", option="name")
     if wanted.needs_rate and chosen.rate is None:
         raise OptionError(f"{to} needs the sampling rate of the sensor: give `rate` in Hz", option="rate")
+    if chosen.axes == "each" and not wanted.per_axis:
+        raise OptionError(f"{to} has one number for all axes: choose worst or mean, not each", option="axes")
     content = wanted.write(Numbers(model, chosen))
     if path is not None:
         with atomic(path) as temporary:

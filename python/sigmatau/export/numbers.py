@@ -124,10 +124,20 @@ class Numbers:
         """A name or constant that the user gave, or the target's own."""
         return self.choices.names.get(key, default)
 
+    def number(self, key: str, default: str) -> float:
+        """A constant that the user gave as a name, such as gravity; raises `OptionError` if it is no positive number."""
+        text = self.name(key, default)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value > 0):
+            raise OptionError(f"`name` {key}={text!r}: want a positive number, e.g. {key}={default}", option="name")
+        return value
+
     def noise(self, sensor: str) -> Number:
         """N, the random walk of a sensor: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
-        by_axis = {name: self.noise_of(name).value for name in self.channels(sensor)}
-        return self._one(by_axis, "random_walk", self.choices.noise_factor)
+        return self._one({name: self.noise_of(name) for name in self.channels(sensor)})
 
     def noise_of(self, channel: str) -> Number:
         """N of one channel."""
@@ -135,45 +145,47 @@ class Numbers:
         if "random_walk" not in model:
             limit = self._limit(model, "random_walk")
             raise DataError(f"{channel}: the model has no random walk{limit}; this target needs one")
-        factor = self.choices.noise_factor
-        return Number(value=factor * model["random_walk"], words=self._words(channel, "random_walk", factor))
+        return _number(model["random_walk"], self._words(channel, "random_walk"), self.choices.noise_factor)
 
     def walk(self, sensor: str) -> Number:
-        """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]"""
-        channels = self.channels(sensor)
-        wanted = self.choices.walk.get(sensor)
-        factor = self.choices.walk_factor
+        """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]
+
+        Where it was observed of some axes only, and nothing was chosen for the others, the number is that of those axes.
+        """
+        names = list(self.channels(sensor))
+        if sensor in self.choices.walk:
+            return self._one({name: self.walk_of(name) for name in names})
+        observed = [name for name in names if "rate_random_walk" in self.model.channels[name]]
+        number = self._one({name: self.walk_of(name) for name in observed or names})
+        missing = [name for name in names if name not in observed]
+        more = f"; not observed of {', '.join(missing)}" if missing else ""
+        return Number(value=number.value, words=number.words + more)
+
+    def walk_of(self, channel: str) -> Number:
+        """K of one channel, or what was chosen in its place."""
+        sensor, model = stream_name(channel), self.model.channels[channel]
+        wanted, factor = self.choices.walk.get(sensor), self.choices.walk_factor
         if wanted == "horizon":
-            by_axis = {name: self._at_horizon(name) for name in channels}
-            number = self._one(by_axis, "rate_random_walk", 1.0)
             words = (
                 f"stands for all slow noise: with N it has the model's Allan variance at {seconds(self._horizon())} s"
             )
-            return Number(value=factor * number.value, words=f"{words}; {number.words}{_times(factor)}")
-        observed = {name: model["rate_random_walk"] for name, model in channels.items() if "rate_random_walk" in model}
-        if observed:
-            larger = {name: factor * value for name, value in observed.items()}
-            number = self._one(larger, "rate_random_walk", factor)
-            missing = sorted(set(channels) - set(observed))
-            more = f"; not observed of {', '.join(missing)}" if missing else ""
-            return Number(value=number.value, words=number.words + more)
+            return _number(self._at_horizon(channel), f"{channel}: {words}", factor)
+        if "rate_random_walk" in model:
+            return _number(model["rate_random_walk"], self._words(channel, "rate_random_walk"), factor)
         if wanted == "upper-limit":
-            limits = {n: m.limits["rate_random_walk"] for n, m in channels.items() if "rate_random_walk" in m.limits}
-            if len(limits) < len(channels):
-                without = ", ".join(sorted(set(channels) - set(limits)))
+            if "rate_random_walk" not in model.limits:
                 raise OptionError(
-                    f"{sensor}: no upper limit of the rate random walk is known of {without}; give a value",
+                    f"{sensor}: no upper limit of the rate random walk is known of {channel}; give a value",
                     option="rate_random_walk",
                 )
-            axis = max(limits, key=lambda name: limits[name])
-            return Number(
-                value=factor * limits[axis], words=f"not observed: upper limit (95 %), {axis}{_times(factor)}"
-            )
+            words = f"{channel}: not observed; its upper limit ({100 * model.level:g} %)"
+            return _number(model.limits["rate_random_walk"], words, factor)
         if wanted is not None:
-            return Number(value=factor * float(wanted), words=f"not observed: a value that was given{_times(factor)}")
-        raise OptionError(self._what_to_choose(sensor, channels), option="rate_random_walk")
+            return _number(float(wanted), f"{channel}: not observed; a value that was given", factor)
+        raise OptionError(self._what_to_choose(sensor), option="rate_random_walk")
 
-    def _what_to_choose(self, sensor: str, channels: Mapping[str, ChannelModel]) -> str:
+    def _what_to_choose(self, sensor: str) -> str:
+        channels = self.channels(sensor)
         model = next(iter(channels.values()))
         si = model.unit_of("rate_random_walk")
         limits = [m.limits["rate_random_walk"] for m in channels.values() if "rate_random_walk" in m.limits]
@@ -181,7 +193,7 @@ class Numbers:
         limit = f"{sensor}=upper-limit, " if known else ""
         return (
             f"the {_KINDS[sensor]} show no rate random walk{known}, and this target needs one: choose --rate-random-walk"
-            f" {limit}{sensor}=VALUE (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon, which matches"
+            f' {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon 10s, which matches'
             " the model's Allan variance there"
         )
 
@@ -201,28 +213,27 @@ class Numbers:
                 f"{channel}: the model has no slow noise, so that no walk matches it at a horizon",
                 option="rate_random_walk",
             )
-        return math.sqrt(3 * rest / time)
+        return math.sqrt(3 * rest / (m * tau0))
 
-    def _one(self, by_axis: Mapping[str, float], term: str, factor: float) -> Number:
+    def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by the user's choice."""
-        if len(by_axis) == 1 or self.choices.axes != "mean":
-            axis = max(by_axis, key=lambda name: by_axis[name])
-            worst = f"worst of {len(by_axis)} axes, " if len(by_axis) > 1 else ""
-            return Number(value=by_axis[axis], words=worst + self._words(axis, term, factor))
-        mean = math.sqrt(sum(value**2 for value in by_axis.values()) / len(by_axis))
-        return Number(value=mean, words=f"root mean square of {', '.join(by_axis)}{_times(factor)}")
+        if len(by_axis) == 1:
+            return next(iter(by_axis.values()))
+        if self.choices.axes == "mean":
+            mean = math.sqrt(sum(number.value**2 for number in by_axis.values()) / len(by_axis))
+            axes = "; ".join(number.words for number in by_axis.values())
+            return Number(value=mean, words=f"root mean square of {len(by_axis)} axes ({axes})")
+        worst = max(by_axis.values(), key=lambda number: number.value)
+        return Number(value=worst.value, words=f"worst of {len(by_axis)} axes, {worst.words}")
 
-    def _words(self, channel: str, term: str, factor: float) -> str:
+    def _words(self, channel: str, term: str) -> str:
         model = self.model.channels[channel]
-        words = channel
-        if term in model:
-            text, size = display_units(term, model.quantity, model.unit)[0]
-            label = TERMS[term].label(model.quantity)
-            words += f": {label} {model[term] / size:.4g} {text}"
-            if term in model.intervals:
-                low, high = (value / size for value in model.intervals[term])
-                words += f" [{low:.4g}, {high:.4g}]"
-        return words + _times(factor)
+        text, size = display_units(term, model.quantity, model.unit)[0]
+        words = f"{channel}: {TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}"
+        if term in model.intervals:
+            low, high = (value / size for value in model.intervals[term])
+            words += f" [{low:.4g}, {high:.4g}]"
+        return words
 
     @staticmethod
     def _limit(model: ChannelModel, term: str) -> str:
@@ -232,5 +243,6 @@ class Numbers:
         return f" (it is below {two_digits(model.limits[term] / size)} {text})"
 
 
-def _times(factor: float) -> str:
-    return "" if factor == 1 else f", times {factor:g}"
+def _number(estimate: float, words: str, factor: float) -> Number:
+    """With its factor, which the words keep apart from the estimate so that it can be undone."""
+    return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")

@@ -7,7 +7,10 @@ import re
 
 from sigmatau.errors import OptionError
 
-__all__ = ["comment", "digits", "plain_name", "quoted"]
+__all__ = ["comment", "digits", "plain_name", "quoted", "setting", "topic"]
+
+_LONGEST = 600  # characters of a comment: some parsers have line buffers
+_ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
 def digits(value: float) -> str:
@@ -22,8 +25,16 @@ def digits(value: float) -> str:
 
 
 def comment(words: str) -> str:
-    """Words for the rest of a comment line: no line ends, nothing that does not print."""
-    return "".join(c if c.isprintable() else " " for c in words)
+    """Words for the rest of a comment line, ASCII alone: no line ends, nothing that a parser or its encoding stumbles over."""
+    for character, plain in _ASCII.items():
+        words = words.replace(character, plain)
+    text = "".join(c if " " <= c <= "~" else "?" for c in words)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."
+
+
+def setting(key: str, value: float, words: str) -> str:
+    """A line of YAML: a number, and behind it in a comment its unit and where it comes from."""
+    return f"{key}: {digits(value)}  # {comment(words)}"
 
 
 def quoted(text: str) -> str:
@@ -33,6 +44,18 @@ def quoted(text: str) -> str:
 
 def plain_name(text: str, option: str) -> str:
     """A name for a place where nothing can be quoted; raises `OptionError` unless it is letters, digits and ``_ . / -``."""
-    if not re.fullmatch(r"[A-Za-z0-9_./~-]+", text):
+    if not re.fullmatch(r"[A-Za-z0-9_./~-]+", text, flags=re.ASCII):
         raise OptionError(f"`{option}` {text!r}: letters, digits, _ . / and - are allowed there", option=option)
     return text
+
+
+def topic(text: str) -> str:
+    """A topic of ROS in quotes; raises `OptionError` for what no topic can be called.
+
+    Quotes alone would not do: readers of YAML differ in the escapes that they know.
+    """
+    if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
+        raise OptionError(
+            f"`name` topic={text[:80]!r}: a topic has letters, digits, _ and /, e.g. topic=/imu0", option="name"
+        )
+    return f'"{text}"'

@@ -9,7 +9,16 @@ from sigmatau.export.target import Target
 
 __all__ = ["NAMES", "target"]
 
-_MODULES = {"kalibr": "kalibr"}
+_MODULES = {
+    "kalibr": "kalibr",
+    "openvins": "openvins",
+    "euroc": "euroc",
+    "gtsam": "gtsam",
+    "lio-sam": "lio_sam",
+    "vins": "vins",
+    "orb-slam3": "orb_slam3",
+    "fast-lio": "fast_lio",
+}
 
 NAMES = tuple(_MODULES)
 """Names of the targets, as they are typed."""

@@ -11,7 +11,7 @@ from sigmatau.export.targets import NAMES, target
 from sigmatau.io.write import atomic
 from sigmatau.model import NoiseModel
 
-__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "export", "target"]
+__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "check_choices", "export", "target"]
 
 
 def export(
@@ -44,14 +44,9 @@ def export(
     """
     chosen = Choices() if choices is None else choices
     wanted = target(to)
-    unknown = sorted(set(chosen.names) - set(wanted.names))
-    if unknown:
-        listed = ", ".join(wanted.names) or "none"
-        raise OptionError(f"{to} has no name {unknown[0]!r}; it has: {listed}", option="name")
+    check_choices(wanted, chosen)
     if wanted.needs_rate and chosen.rate is None:
         raise OptionError(f"{to} needs the sampling rate of the sensor: give `rate` in Hz", option="rate")
-    if chosen.axes == "each" and not wanted.per_axis:
-        raise OptionError(f"{to} has one number for all axes: choose worst or mean, not each", option="axes")
     content = wanted.write(Numbers(model, chosen))
     if path is not None:
         with atomic(path) as temporary:
@@ -60,3 +55,13 @@ def export(
             else:
                 temporary.write_text(content, encoding="utf-8")
     return content
+
+
+def check_choices(target: Target, choices: Choices) -> None:
+    """Refuse, with an `OptionError`, what a target has no place for; no model is needed for that."""
+    unknown = sorted(set(choices.names) - set(target.names))
+    if unknown:
+        listed = ", ".join(target.names) or "none"
+        raise OptionError(f"{target.name} has no name {unknown[0]!r}; it has: {listed}", option="name")
+    if choices.axes == "each" and not target.per_axis:
+        raise OptionError(f"{target.name} has one number for all axes: choose worst or mean, not each", option="axes")

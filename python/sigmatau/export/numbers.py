@@ -193,8 +193,8 @@ class Numbers:
         limit = f"{sensor}=upper-limit, " if known else ""
         return (
             f"the {_KINDS[sensor]} show no rate random walk{known}, and this target needs one: choose --rate-random-walk"
-            f' {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon 10s, which matches'
-            " the model's Allan variance there"
+            f' {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon 10s,'
+            " which matches the model's Allan variance there"
         )
 
     def _horizon(self) -> float:

@@ -25,7 +25,7 @@ def digits(value: float) -> str:
 
 
 def comment(words: str) -> str:
-    """Words for the rest of a comment line, ASCII alone: no line ends, nothing that a parser or its encoding stumbles over."""
+    """Words for the rest of a comment line, ASCII alone: no line ends, nothing that a parser stumbles over."""
     for character, plain in _ASCII.items():
         words = words.replace(character, plain)
     text = "".join(c if " " <= c <= "~" else "?" for c in words)

@@ -18,6 +18,7 @@ _MODULES = {
     "vins": "vins",
     "orb-slam3": "orb_slam3",
     "fast-lio": "fast_lio",
+    "model": "model",
 }
 
 NAMES = tuple(_MODULES)

@@ -21,7 +21,7 @@ def write(numbers: Numbers) -> str:
     lines = [
         "# Replace these lines of your FAST-LIO configuration.",
         f"# Variances, discrete, for {digits(rate)} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and has no rate.",
-        "# The 0.1 and 0.0001 of its own files are round numbers, far above any sensor: see --noise-factor and --walk-factor.",
+        "# The 0.1 and 0.0001 of its own files are round numbers far above a sensor's: see --noise-factor, --walk-factor.",
         "common:",
         f"  imu_topic: {topic(numbers.name('topic', '/livox/imu'))}",
         "mapping:",

@@ -39,12 +39,11 @@ def _axes(
         first, *others = [f"    {digits(number.value)}," for _ in _AXES]
         return [f"{first}  # {comment(f'{unit}; {number.words}')}", *others]
     found = {name.removeprefix(f"{sensor}_"): of(name) for name in numbers.channels(sensor)}
-    by_axis = {axis: found.get(axis) for axis in _AXES}
     worst = max(found.values(), key=lambda number: number.value)
     lines = []
-    for axis, number in by_axis.items():
-        words = f"{unit}; {axis}: no channel of its own, the worst of the others" if number is None else unit
-        used = number or worst
+    for axis in _AXES:
+        words = unit if axis in found else f"{unit}; {axis}: no channel of its own, the worst of the others"
+        used = found.get(axis, worst)
         lines.append(f"    {digits(used.value)},  # {comment(f'{words}; {used.words}')}")
     return lines
 
@@ -57,7 +56,7 @@ _MODULE = '''\
 # x, y, z
 {numbers}
 GRAVITY = {gravity}  # m/s^2; where you are, not the sensor's
-INTEGRATION = {integration}  # error of the integration itself, no noise of the sensor; GTSAM's default is 1, which is too large
+INTEGRATION = {integration}  # error of the integration itself, no noise of the sensor; GTSAM's default, 1, is too large
 
 
 def params(gravity=GRAVITY):
@@ -71,8 +70,8 @@ def params(gravity=GRAVITY):
     made.setBiasAccCovariance(np.diag(np.square(ACCELEROMETER_WALK)))  # K^2, (m/s^3)^2/Hz
     made.setBiasOmegaCovariance(np.diag(np.square(GYROSCOPE_WALK)))  # K^2, (rad/s^2)^2/Hz
     made.setIntegrationCovariance(INTEGRATION * np.eye(3))  # no Allan number
-    # No Allan number either: what is not known of the bias at the start belongs in the prior of the first bias. Left alone it
-    # is 1 up to GTSAM 4.2 and swamps everything else; later versions ignore or lack it.
+    # No Allan number either: what is not known of the bias at the start belongs in the prior of the first bias. Left alone
+    # it is 1 up to GTSAM 4.2 and swamps everything else; later versions ignore or lack it.
     initial = getattr(made, "setBiasAccOmegaInit", None) or getattr(made, "setBiasAccOmegaInt", None)
     if initial is not None:
         initial(np.zeros((6, 6)))

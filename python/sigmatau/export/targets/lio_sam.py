@@ -11,7 +11,7 @@ __all__ = ["TARGET"]
 
 
 def write(numbers: Numbers) -> str:
-    """Lines for the parameters. The code squares the noise for GTSAM, and multiplies the biases' by √Δt between key frames."""
+    """Lines for the parameters. The code squares the noise for GTSAM, and multiplies the biases' by √Δt of key frames."""
     rows = [
         ("imuAccNoise", numbers.noise("accel"), "N, m/s^2/sqrt(Hz)"),
         ("imuGyrNoise", numbers.noise("gyro"), "N, rad/s/sqrt(Hz)"),
@@ -20,7 +20,7 @@ def write(numbers: Numbers) -> str:
     ]
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))
     lines = [
-        "# Replace these lines of LIO-SAM's params.yaml; for ROS 2 they go under /**: ros__parameters: in place of lio_sam:.",
+        "# Replace these lines of LIO-SAM's params.yaml; for ROS 2 under /**: ros__parameters: in place of lio_sam:.",
         "# Continuous-time densities: the code squares the noise, GTSAM divides it by dt; the biases' are multiplied by",
         "# sqrt(time between key frames). Nothing is multiplied by sqrt(rate), neither here nor there.",
         "lio_sam:",

@@ -15,7 +15,7 @@ def write(numbers: Numbers) -> str:
     lines = [
         "%YAML:1.0",
         "",
-        "# Continuous-time densities: OpenVINS divides N^2 by dt and multiplies K^2 by dt itself. Not divided by sqrt(rate) here.",
+        "# Continuous-time densities: OpenVINS divides N^2 by dt and multiplies K^2 by dt itself.",
         "# Its own sample files are inflated, white noise x 2 and random walk x 10: --noise-factor 2 --walk-factor 10.",
         "imu0:",
         "  # Yours, from the camera-IMU calibration; no Allan variance shows it:",

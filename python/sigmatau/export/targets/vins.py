@@ -29,8 +29,8 @@ def write(numbers: Numbers) -> str:
     lines = [
         "# Replace these lines of your VINS-Mono or VINS-Fusion configuration.",
         f"# Discrete, for {digits(rate)} Hz: the code has no rate, and multiplies by the step alone.",
-        "# The noise is N*sqrt(2*rate): the mid-point rule of integration_base.h takes the halves of a step for independent, so",
-        "# that the common N*sqrt(rate) propagates to half the covariance. For that one divide acc_n and gyr_n by sqrt(2).",
+        "# The noise is N*sqrt(2*rate): integration_base.h takes the two halves of a step for independent, so that the",
+        "# common N*sqrt(rate) propagates to half the covariance. For that one divide acc_n and gyr_n by sqrt(2).",
         f"imu_topic: {topic(numbers.name('topic', '/imu0'))}",
         *(setting(key, factor * number.value, f"{unit}; {number.words}") for key, factor, number, unit in rows),
         f"g_norm: {digits(numbers.number('gravity', digits(STANDARD_GRAVITY)))}  # m/s^2; where you are, not the sensor's",

@@ -44,7 +44,7 @@ def transition(*, coupled, square):
     f = np.eye(3)
     f[0, 1] = DT
     if coupled:
-        f[1, 2], f[0, 2] = -DT, -DT**2 / 2 if square else 0.0
+        f[1, 2], f[0, 2] = -DT, -(DT**2) / 2 if square else 0.0
     return f
 
 

@@ -50,7 +50,7 @@ class _Params:
         self.gravity, self.set = gravity, {}
 
     @classmethod
-    def MakeSharedU(cls, gravity):
+    def MakeSharedU(cls, gravity):  # noqa: N802  GTSAM's name
         return cls(gravity)
 
     def __getattr__(self, name):

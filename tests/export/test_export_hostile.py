@@ -92,7 +92,7 @@ def test_topics_are_refused(name, evil):
 )
 @pytest.mark.parametrize("name", ["vins", "lio-sam", "gtsam"])
 def test_constants_are_numbers(name, value):
-    with pytest.raises(OptionError, match="gravity.*positive number"):
+    with pytest.raises(OptionError, match=r"gravity.*positive number"):
         export(model_of("x"), to=name, choices=Choices(rate=RATE, names={"gravity": value}))
 
 

@@ -161,7 +161,7 @@ class TestWalk:
         assert "not observed of gyro_y, gyro_z" in text
 
     def test_no_limit_is_known(self):
-        with pytest.raises(OptionError, match="no upper limit .* of gyro_y"):
+        with pytest.raises(OptionError, match=r"no upper limit .* of gyro_y"):
             self.walk(self.model(limits=(1e-6, None, 1e-6)), walk={"gyro": "upper-limit"})
 
     def test_value(self):

@@ -23,7 +23,7 @@ sigmatau analyze static.csv --plot static.png
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
-sigmatau analyze static.csv --export kalibr=imu.yaml --rate-random-walk gyro=horizon,accel=horizon --horizon 10s
+sigmatau analyze static.csv --export kalibr=imu.yaml --rate-random-walk gyro=upper-limit,accel=upper-limit
 sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
     ),
     "inspect": (

@@ -153,7 +153,10 @@ class Numbers:
         Where it was observed of some axes only, and nothing was chosen for the others, the number is that of those axes.
         """
         names = list(self.channels(sensor))
-        if sensor in self.choices.walk:
+        wanted = self.choices.walk.get(sensor)
+        if wanted == "horizon":  # an axis without slow noise adds none to that of the others
+            names = [name for name in names if self._slow_noise(name)[0] > 0] or names
+        if wanted is not None:
             return self._one({name: self.walk_of(name) for name in names})
         observed = [name for name in names if "rate_random_walk" in self.model.channels[name]]
         number = self._one({name: self.walk_of(name) for name in observed or names})
@@ -201,19 +204,25 @@ class Numbers:
         assert self.choices.horizon is not None  # Choices has seen to it
         return self.choices.horizon
 
-    def _at_horizon(self, channel: str) -> float:
-        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
+    def _slow_noise(self, channel: str) -> tuple[float, float]:
+        """Allan variance of all but random walk and quantization at the horizon, and that time in whole samples. [s]"""
         model, time = self.model.channels[channel], self._horizon()
         tau0 = 1 / self.choices.rate if self.choices.rate else time / 1000
         m = max(round(time / tau0), 1)
         parts = model.avar_of_parts(m=[m], tau0=tau0)
         rest = sum(float(avar[0]) for term, avar in parts.items() if term not in ("random_walk", "quantization"))
+        return rest, m * tau0
+
+    def _at_horizon(self, channel: str) -> float:
+        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
+        rest, time = self._slow_noise(channel)
         if not rest > 0:
             raise OptionError(
-                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon",
+                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon; choose upper-limit or"
+                " a value",
                 option="rate_random_walk",
             )
-        return math.sqrt(3 * rest / (m * tau0))
+        return math.sqrt(3 * rest / time)
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by the user's choice."""

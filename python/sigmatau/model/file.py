@@ -32,7 +32,7 @@ from sigmatau.terms import TERMS, coefficient_unit
 __all__ = ["channels_of", "correlation_of", "toml", "value_in_si"]
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*?)\s*")
+_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
 _OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit")
 
 

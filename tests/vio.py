@@ -67,3 +67,9 @@ def gtsam_params(text, monkeypatch):
     space = {}
     exec(compile(text, "imu.py", "exec"), space)
     return space["params"]()
+
+
+def target_needs_rate(name):
+    from sigmatau.export import target
+
+    return target(name).needs_rate

@@ -81,7 +81,7 @@ def test_options_reach_the_file(result, capsys):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--to", "kalibr"], "show no rate random walk (it is below"),
+        (["--to", "kalibr"], "show no acceleration random walk (it is below"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=upper-limit"], "the accelerometers show no"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1e-6"], "want a value with its unit"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1 m/s"], "does not fit here"),
@@ -102,6 +102,20 @@ def test_what_is_refused_with_exit_code_2(result, tmp_path, more, message, capsy
     assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "x.out").exists()
+
+
+def test_noise_that_is_covered(tmp_path, capsys):
+    (tmp_path / "m.toml").write_text(
+        '[channels.gyro_x]\nquantization = "1 arcsec"\nrate_random_walk = "10 deg/h/sqrt(h)"\n'
+        '[channels.accel_x]\nrandom_walk = "100 ug/sqrt(Hz)"\nrate_random_walk = "10 ug/sqrt(h)"\n'
+    )
+    code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", capsys=capsys)
+    assert code == 2
+    assert 'choose --random-walk "gyro=VALUE"' in err
+    more = ("--random-walk", "gyro=0.06 deg/sqrt(h)")
+    code, out, _ = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, capsys=capsys)
+    assert code == 0
+    assert vio.parse(out)["lio_sam"]["imuGyrNoise"] == pytest.approx(np.radians(0.001), rel=1e-12)
 
 
 def test_horizon(tmp_path, capsys):
@@ -157,7 +171,7 @@ class TestAnalyze:
         )
         assert code == 2
         assert "angle random walk" in out
-        assert "--export kalibr: the accelerometers show no rate random walk" in err
+        assert "--export kalibr: the accelerometers show no acceleration random walk" in err
         assert f"sigmatau export {tmp_path / 'r.json'} needs no second analysis" in err
         assert (tmp_path / "r.json").exists()
         assert not (tmp_path / "imu.yaml").exists()

@@ -186,3 +186,43 @@ class TestWalk:
             if target(name).needs_walk:
                 with pytest.raises(OptionError, match="choose"):
                     export(model, to=name, choices=Choices(rate=200.0))
+
+
+class TestNoise:
+    """A random walk that quantization covers is chosen as a walk is."""
+
+    covered = ChannelModel(
+        terms={"quantization": 1e-6, "rate_random_walk": 1e-6}, limits={"random_walk": 2e-5}, level=0.9
+    )
+    seen = ChannelModel(terms={"random_walk": 1e-5, "rate_random_walk": 1e-6})
+
+    def noise(self, *, seen=False, **choices):
+        gyros = {"gyro_x": self.covered, "gyro_y": self.seen if seen else self.covered}
+        text = export(
+            NoiseModel(channels=gyros | {"accel": {"random_walk": 1e-3, "rate_random_walk": 1e-5}}),
+            to="kalibr",
+            choices=Choices(rate=200.0, **choices),
+        )
+        return vio.parse(text)["gyroscope_noise_density"], text
+
+    def test_is_never_made_up(self):
+        with pytest.raises(
+            OptionError, match=r"gyros show no angle random walk \(it is below 2e-05.*--random-walk gyro="
+        ):
+            self.noise()
+
+    def test_of_another_axis(self):
+        value, text = self.noise(seen=True)
+        assert value == 1e-5
+        assert "not observed of gyro_x" in text
+
+    def test_upper_limit_and_value(self):
+        value, text = self.noise(seen=True, noise={"gyro": "upper-limit"})
+        assert value == 2e-5
+        assert "gyro_x: not observed; its upper limit (90 %)" in text
+        assert self.noise(noise={"gyro": 4e-5}, noise_factor=2.0)[0] == 8e-5
+
+    @pytest.mark.parametrize("wrong", [{"gyro": "horizon"}, {"gyro": -1.0}, {"gyro": float("nan")}, {"imu": 1.0}])
+    def test_wrong_choices(self, wrong):
+        with pytest.raises(OptionError, match="`noise`"):
+            Choices(noise=wrong)

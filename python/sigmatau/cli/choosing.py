@@ -31,6 +31,9 @@ class Choosing:
     rate_random_walk
         What to write where no rate random walk was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or
         gyro=horizon, which with the random walk has the model's Allan variance at --horizon, observed or not.
+    random_walk
+        What to write where no random walk was observed, as where quantization covers it: accel=upper-limit, or a value with
+        its unit.
     horizon
         Averaging time of gyro=horizon, e.g. 10s.
     noise_factor
@@ -45,6 +48,7 @@ class Choosing:
 
     axes: Axes = "worst"
     rate_random_walk: Annotated[list[str] | None, Parameter(negative=())] = None
+    random_walk: Annotated[list[str] | None, Parameter(negative=())] = None
     horizon: str | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
@@ -53,10 +57,12 @@ class Choosing:
 
     def choices(self, rate: float | None) -> Choices:
         """As `sigmatau.export` takes them; raises `OptionError`."""
-        wanted = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
+        walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
+        noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
         return Choices(
             axes=self.axes,
-            walk={sensor: _walk(sensor, text) for sensor, text in wanted.items()},
+            walk={s: _value(s, text, "rate_random_walk", ("upper-limit", "horizon")) for s, text in walks.items()},
+            noise={s: _value(s, text, "random_walk", ("upper-limit",)) for s, text in noises.items()},
             horizon=None if self.horizon is None else value_in_si(self.horizon, "s", "--horizon"),
             noise_factor=self.noise_factor,
             walk_factor=self.walk_factor,
@@ -73,10 +79,11 @@ class Choosing:
         return None
 
 
-def _walk(sensor: str, text: str) -> str | float:
-    if text in ("upper-limit", "horizon") or sensor not in _QUANTITIES:  # which Choices refuses
+def _value(sensor: str, text: str, term: str, words: tuple[str, ...]) -> str | float:
+    if text in words or sensor not in _QUANTITIES:  # which Choices refuses
         return text
     try:
-        return value_in_si(text, coefficient_unit("rate_random_walk", *_QUANTITIES[sensor]), "--rate-random-walk")
+        return value_in_si(text, coefficient_unit(term, *_QUANTITIES[sensor]), f"--{term.replace('_', '-')}")
     except OptionError as error:
-        raise OptionError(f"{error}; or {sensor}=upper-limit, {sensor}=horizon", option="rate_random_walk") from None
+        others = ", ".join(f"{sensor}={word}" for word in words)
+        raise OptionError(f"{error}; or {others}", option=term) from None

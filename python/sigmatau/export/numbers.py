@@ -36,6 +36,9 @@ class Choices:
         By sensor, ``"gyro"`` and ``"accel"``, what to write where no rate random walk was observed: ``"upper-limit"``, or
         a value. [SI] ``"horizon"`` matches the model's Allan variance at `horizon`, observed or not. Default: what was
         observed, or an error that says what there is to choose from.
+    noise : mapping of str to (str or float)
+        By sensor, what to write where no random walk was observed, as where quantization covers it: ``"upper-limit"``, or a
+        value. [SI]
     horizon : float or None
         Averaging time at which ``"horizon"`` matches. [s]
     noise_factor, walk_factor : float
@@ -50,6 +53,7 @@ class Choices:
 
     axes: Axes = "worst"
     walk: Mapping[str, str | float] = field(default_factory=dict)
+    noise: Mapping[str, str | float] = field(default_factory=dict)
     horizon: float | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
@@ -64,18 +68,8 @@ class Choices:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
-        for sensor, wanted in self.walk.items():
-            if sensor not in _KINDS:
-                raise OptionError(
-                    f"`walk`: {sensor!r} is no sensor; there are gyro and accel", option="rate_random_walk"
-                )
-            if isinstance(wanted, str) and wanted not in ("upper-limit", "horizon"):
-                raise OptionError(
-                    f"`walk` of {sensor}: {wanted!r} is neither 'upper-limit' nor 'horizon' nor a value",
-                    option="rate_random_walk",
-                )
-            if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
-                raise OptionError(f"`walk` of {sensor} must be positive, not {wanted!r}", option="rate_random_walk")
+        _check("walk", self.walk, ("upper-limit", "horizon"))
+        _check("noise", self.noise, ("upper-limit",))
         if "horizon" in self.walk.values() and self.horizon is None:
             raise OptionError("a walk that matches the Allan variance at a horizon needs `horizon`", option="horizon")
 
@@ -136,69 +130,76 @@ class Numbers:
         return value
 
     def noise(self, sensor: str) -> Number:
-        """N, the random walk of a sensor: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
-        return self._one({name: self.noise_of(name) for name in self.channels(sensor)})
+        """N, the random walk of a sensor, or what was chosen in its place: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
+        return self._of_sensor(sensor, "random_walk")
 
     def noise_of(self, channel: str) -> Number:
-        """N of one channel."""
-        model = self.model.channels[channel]
-        if "random_walk" not in model:
-            limit = self._limit(model, "random_walk")
-            raise DataError(f"{channel}: the model has no random walk{limit}; this target needs one")
-        return _number(model["random_walk"], self._words(channel, "random_walk"), self.choices.noise_factor)
+        """N of one channel, or what was chosen in its place."""
+        return self._of(channel, "random_walk")
 
     def walk(self, sensor: str) -> Number:
-        """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]
+        """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]"""
+        return self._of_sensor(sensor, "rate_random_walk")
 
-        Where it was observed of some axes only, and nothing was chosen for the others, the number is that of those axes.
-        """
+    def walk_of(self, channel: str) -> Number:
+        """K of one channel, or what was chosen in its place."""
+        return self._of(channel, "rate_random_walk")
+
+    def _chosen(self, sensor: str, term: str) -> str | float | None:
+        return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
+
+    def _of_sensor(self, sensor: str, term: str) -> Number:
+        """One number of a sensor. What was observed of some axes only is theirs, if nothing was chosen for the others."""
         names = list(self.channels(sensor))
-        wanted = self.choices.walk.get(sensor)
+        wanted = self._chosen(sensor, term)
         if wanted == "horizon":  # an axis without slow noise adds none to that of the others
             names = [name for name in names if self._slow_noise(name)[0] > 0] or names
         if wanted is not None:
-            return self._one({name: self.walk_of(name) for name in names})
-        observed = [name for name in names if "rate_random_walk" in self.model.channels[name]]
-        number = self._one({name: self.walk_of(name) for name in observed or names})
+            return self._one({name: self._of(name, term) for name in names})
+        observed = [name for name in names if term in self.model.channels[name]]
+        number = self._one({name: self._of(name, term) for name in observed or names})
         missing = [name for name in names if name not in observed]
         more = f"; not observed of {', '.join(missing)}" if missing else ""
         return Number(value=number.value, words=number.words + more)
 
-    def walk_of(self, channel: str) -> Number:
-        """K of one channel, or what was chosen in its place."""
+    def _of(self, channel: str, term: str) -> Number:
+        """One number of a channel."""
         sensor, model = stream_name(channel), self.model.channels[channel]
-        wanted, factor = self.choices.walk.get(sensor), self.choices.walk_factor
+        wanted = self._chosen(sensor, term)
+        factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
         if wanted == "horizon":
-            words = (
-                f"stands for all slow noise: with N it has the model's Allan variance at {seconds(self._horizon())} s"
-            )
-            return _number(self._at_horizon(channel), f"{channel}: {words}", factor)
-        if "rate_random_walk" in model:
-            return _number(model["rate_random_walk"], self._words(channel, "rate_random_walk"), factor)
+            at = f"{seconds(self._horizon())} s"
+            words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
+            return _number(self._at_horizon(channel), words, factor)
+        if term in model:
+            return _number(model[term], self._words(channel, term), factor)
         if wanted == "upper-limit":
-            if "rate_random_walk" not in model.limits:
+            if term not in model.limits:
+                label = TERMS[term].label(model.quantity)
                 raise OptionError(
-                    f"{sensor}: no upper limit of the rate random walk is known of {channel}; give a value",
-                    option="rate_random_walk",
+                    f"{sensor}: no upper limit of the {label} is known of {channel}; give a value", option=term
                 )
-            words = f"{channel}: not observed; its upper limit ({100 * model.level:g} %)"
-            return _number(model.limits["rate_random_walk"], words, factor)
+            return _number(
+                model.limits[term], f"{channel}: not observed; its upper limit ({100 * model.level:g} %)", factor
+            )
         if wanted is not None:
             return _number(float(wanted), f"{channel}: not observed; a value that was given", factor)
-        raise OptionError(self._what_to_choose(sensor), option="rate_random_walk")
+        raise OptionError(self._what_to_choose(sensor, term), option=term)
 
-    def _what_to_choose(self, sensor: str) -> str:
+    def _what_to_choose(self, sensor: str, term: str) -> str:
         channels = self.channels(sensor)
         model = next(iter(channels.values()))
-        si = model.unit_of("rate_random_walk")
-        limits = [m.limits["rate_random_walk"] for m in channels.values() if "rate_random_walk" in m.limits]
+        si = model.unit_of(term)
+        limits = [m.limits[term] for m in channels.values() if term in m.limits]
         known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(channels) else ""
         limit = f"{sensor}=upper-limit, " if known else ""
-        return (
-            f"the {_KINDS[sensor]} show no rate random walk{known}, and this target needs one: choose --rate-random-walk"
-            f' {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon 10s,'
-            " which matches the model's Allan variance there"
+        text = (
+            f"the {_KINDS[sensor]} show no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose"
+            f' --{term.replace("_", "-")} {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si})'
         )
+        if term == "random_walk":
+            return text
+        return f"{text}, or {sensor}=horizon with --horizon 10s, which matches the model's Allan variance there"
 
     def _horizon(self) -> float:
         assert self.choices.horizon is not None  # Choices has seen to it
@@ -244,12 +245,18 @@ class Numbers:
             words += f" [{low:.4g}, {high:.4g}]"
         return words
 
-    @staticmethod
-    def _limit(model: ChannelModel, term: str) -> str:
-        if term not in model.limits:
-            return ""
-        text, size = display_units(term, model.quantity, model.unit)[0]
-        return f" (it is below {two_digits(model.limits[term] / size)} {text})"
+
+def _check(name: str, chosen: Mapping[str, str | float], words: tuple[str, ...]) -> None:
+    option = "random_walk" if name == "noise" else "rate_random_walk"
+    for sensor, wanted in chosen.items():
+        if sensor not in _KINDS:
+            raise OptionError(f"`{name}`: {sensor!r} is no sensor; there are gyro and accel", option=option)
+        if isinstance(wanted, str) and wanted not in words:
+            raise OptionError(
+                f"`{name}` of {sensor}: {wanted!r} is neither {' nor '.join(words)} nor a value", option=option
+            )
+        if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
+            raise OptionError(f"`{name}` of {sensor} must be positive, not {wanted!r}", option=option)
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:

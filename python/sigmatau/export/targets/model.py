@@ -12,9 +12,9 @@ __all__ = ["TARGET"]
 def write(numbers: Numbers) -> str:
     """The text of the file; raises `OptionError` for choices that are a filter's, because a model is what was found."""
     choices = numbers.choices
-    if (choices.noise_factor, choices.walk_factor) != (1.0, 1.0) or choices.walk:
+    if (choices.noise_factor, choices.walk_factor) != (1.0, 1.0) or choices.walk or choices.noise:
         raise OptionError(
-            "a model file holds what was found: no factor, and no walk in the place of one that was not observed",
+            "a model file holds what was found: no factor, and nothing in the place of what was not observed",
             option="to",
         )
     return numbers.model.to_toml()

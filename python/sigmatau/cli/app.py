@@ -54,7 +54,7 @@ sigmatau plan result.json --term bias_instability --hours 12""",
         """\
 sigmatau export --list
 sigmatau export result.json --to kalibr --rate-random-walk gyro=upper-limit,accel=upper-limit -o imu.yaml
-sigmatau export imu.toml --to vins --rate 200 --rate-random-walk accel=horizon --horizon 10s""",
+sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (
         "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",

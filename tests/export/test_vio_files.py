@@ -6,7 +6,7 @@ import pytest
 import vio
 from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.export import NAMES, Choices, export, target
-from sigmatau.model import ChannelModel
+from sigmatau.model import ChannelModel, GaussMarkov
 
 RATE = 217.3
 N = {"gyro": (1.1e-4, 3.7e-4, 2.9e-4), "accel": (1.3e-3, 0.9e-3, 2.2e-3)}
@@ -131,6 +131,29 @@ def test_no_file_without_what_it_needs(name):
         export(MODEL.of(["gyro_x"]), to=name, choices=Choices(rate=200.0))
     with pytest.raises(OptionError, match="no name 'tpoic'"):
         export(MODEL, to=name, choices=Choices(rate=200.0, names={"tpoic": "/imu"}))
+
+
+@pytest.mark.parametrize("name", [*vio.YAMLS, "gtsam"])
+def test_what_has_no_place_is_said(name):
+    """Once for each sensor, and not what a walk stands for."""
+    gyro = {"random_walk": 1e-4, "rate_random_walk": 1e-6, "bias_instability": 1e-5, "quantization": 1e-6}
+    accel = ChannelModel(
+        terms={"random_walk": 1e-3, "rate_random_walk": 1e-5},
+        gauss_markov=(GaussMarkov(sigma=1e-4, time=9.0),),
+        quantity="acceleration",
+        unit="m/s^2",
+    )
+    model = NoiseModel(channels={"gyro_x": gyro, "gyro_y": gyro, "accel_x": accel})
+    text = export(model, to=name, choices=Choices(rate=200.0))
+    assert text.count("left out of the gyros: quantization, bias instability; --rate-random-walk gyro=horizon") == 1
+    assert text.count("left out of the accelerometers: Gauss-Markov processes; --rate-random-walk accel=horizon") == 1
+    text = export(
+        model, to=name, choices=Choices(rate=200.0, walk={"gyro": "horizon", "accel": "horizon"}, horizon=5.0)
+    )
+    assert "left out of the gyros: quantization.\n" in text
+    assert "accelerometers:" not in text
+    bare = {s: {"random_walk": 1e-4, "rate_random_walk": 1e-6} for s in ("gyro", "accel")}
+    assert "left out" not in export(NoiseModel(channels=bare), to=name, choices=Choices(rate=200.0))
 
 
 class TestWalk:

@@ -145,6 +145,28 @@ class Numbers:
         """K of one channel, or what was chosen in its place."""
         return self._of(channel, "rate_random_walk")
 
+    def left_out(self) -> list[str]:
+        """Sentences on what the model has beside the two walks, for a target that has places for these alone."""
+        said = []
+        for sensor in ("gyro", "accel"):
+            found = [c for name, c in self.model.channels.items() if stream_name(name) == sensor]
+            fast = ["quantization"] if any("quantization" in c for c in found) else []
+            fast += ["bandwidth"] if any(c.bandwidth is not None for c in found) else []
+            fast += ["sinusoids"] if any(c.sinusoid for c in found) else []
+            slow = [t for t in ("bias_instability", "rate_ramp") if any(t in c for c in found)]
+            slow = [TERMS[term].label(found[0].quantity) for term in slow]
+            slow += ["Gauss-Markov processes"] if any(c.gauss_markov for c in found) else []
+            covered = self.choices.walk.get(sensor) == "horizon"
+            left = fast + ([] if covered else slow)
+            if left:
+                more = (
+                    f"; --rate-random-walk {sensor}=horizon has a walk stand for slow noise"
+                    if slow and not covered
+                    else ""
+                )
+                said.append(f"Without place here, and left out of the {_KINDS[sensor]}: {', '.join(left)}{more}.")
+        return said
+
     def _chosen(self, sensor: str, term: str) -> str | float | None:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 

@@ -7,7 +7,7 @@ import re
 
 from sigmatau.errors import OptionError
 
-__all__ = ["comment", "digits", "plain_name", "quoted", "setting", "topic"]
+__all__ = ["comment", "digits", "plain_name", "quoted", "remark", "setting", "topic"]
 
 _LONGEST = 600  # characters of a comment: some parsers have line buffers
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
@@ -30,6 +30,11 @@ def comment(words: str) -> str:
         words = words.replace(character, plain)
     text = "".join(c if " " <= c <= "~" else "?" for c in words)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."
+
+
+def remark(words: str) -> str:
+    """A line of its own with a comment."""
+    return f"# {comment(words)}"
 
 
 def setting(key: str, value: float, words: str) -> str:

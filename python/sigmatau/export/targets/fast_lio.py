@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import digits, setting, topic
+from sigmatau.export.text import digits, remark, setting, topic
 
 __all__ = ["TARGET"]
 
@@ -22,6 +22,7 @@ def write(numbers: Numbers) -> str:
         "# Replace these lines of your FAST-LIO configuration.",
         f"# Variances, discrete, for {digits(rate)} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and has no rate.",
         "# The 0.1 and 0.0001 of its own files are round numbers far above a sensor's: see --noise-factor, --walk-factor.",
+        *map(remark, numbers.left_out()),
         "common:",
         f"  imu_topic: {topic(numbers.name('topic', '/livox/imu'))}",
         "mapping:",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from sigmatau.export.numbers import Number, Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import comment, digits
+from sigmatau.export.text import comment, digits, remark
 from sigmatau.units import STANDARD_GRAVITY
 
 __all__ = ["TARGET"]
@@ -22,7 +22,7 @@ def write(numbers: Numbers) -> str:
         ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
         ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
     ]
-    lines: list[str] = []
+    lines = [*map(remark, numbers.left_out()), "# x, y, z"]
     for name, sensor, one, of, unit in rows:
         lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))
@@ -53,7 +53,6 @@ _MODULE = '''\
 
 # Continuous-time densities; their squares are GTSAM's covariances. GTSAM divides the noise by dt and multiplies the walks
 # by dt itself: nothing here is multiplied by the sampling rate.
-# x, y, z
 {numbers}
 GRAVITY = {gravity}  # m/s^2; where you are, not the sensor's
 INTEGRATION = {integration}  # error of the integration itself, no noise of the sensor; GTSAM's default, 1, is too large

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import digits, setting, topic
+from sigmatau.export.text import digits, remark, setting, topic
 
 __all__ = ["TARGET", "densities"]
 
 
 def densities(numbers: Numbers) -> list[str]:
-    """The four lines that Kalibr, OpenVINS and EuRoC share: continuous densities, N and K as they are."""
+    """What Kalibr, OpenVINS and EuRoC share: four lines of continuous densities, N and K as they are."""
     rows = [
         ("accelerometer_noise_density", numbers.noise("accel"), "N, m/s^2/sqrt(Hz)"),
         ("accelerometer_random_walk", numbers.walk("accel"), "K, m/s^3/sqrt(Hz)"),
         ("gyroscope_noise_density", numbers.noise("gyro"), "N, rad/s/sqrt(Hz)"),
         ("gyroscope_random_walk", numbers.walk("gyro"), "K, rad/s^2/sqrt(Hz)"),
     ]
-    return [setting(key, number.value, f"{unit}; {number.words}") for key, number, unit in rows]
+    lines = [setting(key, number.value, f"{unit}; {number.words}") for key, number, unit in rows]
+    return [*map(remark, numbers.left_out()), *lines]
 
 
 def write(numbers: Numbers) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import digits, setting, topic
+from sigmatau.export.text import digits, remark, setting, topic
 from sigmatau.units import STANDARD_GRAVITY
 
 __all__ = ["TARGET"]
@@ -23,6 +23,7 @@ def write(numbers: Numbers) -> str:
         "# Replace these lines of LIO-SAM's params.yaml; for ROS 2 under /**: ros__parameters: in place of lio_sam:.",
         "# Continuous-time densities: the code squares the noise, GTSAM divides it by dt; the biases' are multiplied by",
         "# sqrt(time between key frames). Nothing is multiplied by sqrt(rate), neither here nor there.",
+        *map(remark, numbers.left_out()),
         "lio_sam:",
         f"  imuTopic: {topic(numbers.name('topic', 'imu_raw'))}",
         *(f"  {setting(key, number.value, f'{unit}; {number.words}')}" for key, number, unit in rows),

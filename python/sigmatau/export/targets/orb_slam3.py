@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import digits, setting
+from sigmatau.export.text import digits, remark, setting
 
 __all__ = ["TARGET"]
 
@@ -20,6 +20,7 @@ def write(numbers: Numbers) -> str:
     lines = [
         "# Replace these lines of your ORB-SLAM3 settings; IMU.T_b_c1 stays yours.",
         "# Continuous-time densities: Tracking.cc multiplies noise by sqrt(IMU.Frequency) and divides walks by it, once.",
+        *map(remark, numbers.left_out()),
         *(setting(key, number.value, f"{unit}; {number.words}") for key, number, unit in rows),
         f"IMU.Frequency: {digits(numbers.rate())}  # Hz; with a point, ORB-SLAM3 stops at an integer",
     ]

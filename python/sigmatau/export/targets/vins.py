@@ -6,7 +6,7 @@ import math
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import digits, setting, topic
+from sigmatau.export.text import digits, remark, setting, topic
 from sigmatau.units import STANDARD_GRAVITY
 
 __all__ = ["TARGET"]
@@ -31,6 +31,7 @@ def write(numbers: Numbers) -> str:
         f"# Discrete, for {digits(rate)} Hz: the code has no rate, and multiplies by the step alone.",
         "# The noise is N*sqrt(2*rate): integration_base.h takes the two halves of a step for independent, so that the",
         "# common N*sqrt(rate) propagates to half the covariance. For that one divide acc_n and gyr_n by sqrt(2).",
+        *map(remark, numbers.left_out()),
         f"imu_topic: {topic(numbers.name('topic', '/imu0'))}",
         *(setting(key, factor * number.value, f"{unit}; {number.words}") for key, factor, number, unit in rows),
         f"g_norm: {digits(numbers.number('gravity', digits(STANDARD_GRAVITY)))}  # m/s^2; where you are, not the sensor's",

@@ -88,6 +88,7 @@ _MODULES = (
     "deviations",
     "diagnose",
     "errors",
+    "export",
     "fitting",
     "integrity",
     "io",

@@ -23,6 +23,7 @@ sigmatau analyze static.csv --plot static.png
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
+sigmatau analyze static.csv --export kalibr=imu.yaml --rate-random-walk gyro=upper-limit,accel=upper-limit
 sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
     ),
     "inspect": (
@@ -47,6 +48,13 @@ sigmatau deviation static.csv --kind mtie --taus 0.1,1 --json mtie.json""",
 sigmatau plan imu.toml --term bias_instability --rate 100 --hours 2
 sigmatau plan imu.toml --term rate_random_walk --rate 100 --value "20 deg/h/sqrt(h)"
 sigmatau plan result.json --term bias_instability --hours 12""",
+    ),
+    "export": (
+        "Write the parameters for Kalibr, OpenVINS, VINS, ORB-SLAM3, GTSAM, LIO-SAM, FAST-LIO …, each in its own units.",
+        """\
+sigmatau export --list
+sigmatau export result.json --to kalibr --rate-random-walk gyro=upper-limit,accel=upper-limit -o imu.yaml
+sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (
         "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",

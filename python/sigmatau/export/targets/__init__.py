@@ -11,6 +11,14 @@ __all__ = ["NAMES", "target"]
 
 _MODULES = {
     "kalibr": "kalibr",
+    "openvins": "openvins",
+    "euroc": "euroc",
+    "gtsam": "gtsam",
+    "lio-sam": "lio_sam",
+    "vins": "vins",
+    "orb-slam3": "orb_slam3",
+    "fast-lio": "fast_lio",
+    "model": "model",
     "px4": "px4",
     "ardupilot": "ardupilot",
     "kf-gins": "kf_gins",

@@ -110,7 +110,7 @@ def _comment(indent: str, words: str) -> str:
 
 TARGET = Target(
     name="gazebo",
-    summary="Gazebo SDF: N*sqrt(rate) a sample and a Gauss-Markov bias, by axis; RotorS' and PX4's plugin parameters",
+    summary="Gazebo SDF: N*sqrt(rate), a Gauss-Markov bias, by axis; parameters of RotorS' and PX4's plugin",
     ending=".sdf",
     write=write,
     needs_rate=True,

@@ -56,7 +56,7 @@ def _row(key: str, values: list[float], words: str) -> str:
 
 TARGET = Target(
     name="gnss-ins-sim",
-    summary="gnss-ins-sim imu_err: N, and each bias as a Gauss-Markov process (sigma, correlation time), by axis",
+    summary="gnss-ins-sim imu_err: N, each bias as a Gauss-Markov process, by axis",
     ending=".py",
     write=write,
     per_axis=True,

@@ -115,7 +115,7 @@ def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
 
 TARGET = Target(
     name="ieee952",
-    summary="a sheet of Q, N, B, K, R of every channel in the units of IEEE Std 952, with intervals or upper limits",
+    summary="a sheet of Q, N, B, K, R of every channel in the units of IEEE Std 952, with intervals",
     ending=".txt",
     write=write,
     every_axis=True,

@@ -67,7 +67,7 @@ def _of_time(numbers: Numbers) -> str:
 
 TARGET = Target(
     name="kf-gins",
-    summary="KF-GINS imunoise: N, and each bias as a Gauss-Markov process (sigma, one correlation time), by axis",
+    summary="KF-GINS imunoise: N, each bias as a Gauss-Markov process with one correlation time, by axis",
     ending=".yaml",
     write=write,
     per_axis=True,

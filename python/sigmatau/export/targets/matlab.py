@@ -140,7 +140,7 @@ def _row(key: str, values: tuple[Number, Number, Number], unit: str) -> str:
 
 TARGET = Target(
     name="matlab",
-    summary="MATLAB gyroparams and accelparams: N, B and K, the type of the densities and a filter that makes B, by axis",
+    summary="MATLAB gyroparams, accelparams: N, B, K, type of the densities, a filter that makes B, by axis",
     ending=".m",
     write=write,
     per_axis=True,

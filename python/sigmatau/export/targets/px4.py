@@ -93,7 +93,7 @@ def _identity(numbers: Numbers, key: str) -> str:
 
 TARGET = Target(
     name="px4",
-    summary="PX4 EKF2 parameters for QGroundControl: N/sqrt(dt) and K/sqrt(dt), dt its prediction step (10 ms, --step)",
+    summary="PX4 EKF2 parameters: N/sqrt(dt) and K/sqrt(dt), dt its prediction step (10 ms, --step)",
     ending=".params",
     write=write,
     needs_walk=True,

@@ -112,7 +112,7 @@ def _white(numbers: Numbers, name: str) -> float:
 
 TARGET = Target(
     name="ros",
-    summary="ROS sensor_msgs/Imu covariances: variance of one sample, N^2*rate where nothing filters it, by axis",
+    summary="ROS sensor_msgs/Imu covariances of one sample, N^2*rate where nothing filters it, by axis",
     ending=".yaml",
     write=write,
     needs_rate=True,

@@ -222,7 +222,7 @@ def _diagonal(blocks: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 TARGET = Target(
     name="state-space",
-    summary="matrices F, G, H, Qd, R, P0 of every channel for any filter: JSON, or .npz or .mat by the ending of the file",
+    summary="F, G, H, Qd, R, P0 of every channel for any filter: JSON, .npz or .mat by the ending",
     ending=".json",
     write=write,
     every_axis=True,

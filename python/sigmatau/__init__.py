@@ -114,6 +114,7 @@ _MODULES = (
     "deviations",
     "diagnose",
     "errors",
+    "export",
     "fitting",
     "integrity",
     "io",

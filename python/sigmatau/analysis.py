@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -28,14 +29,16 @@ from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.diagnose import curves as curve_findings
 from sigmatau.diagnose.causes import one_cause
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.export import Choices, export, target
+from sigmatau.export.source import one_rate
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.integrity import mask_spikes
 from sigmatau.model import NoiseModel
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
-from sigmatau.results import Finding, Printed, by_severity, two_digits
+from sigmatau.results import Finding, Printed, by_severity
 from sigmatau.stability import DynamicAllan, dynamic_allan
-from sigmatau.streams import Stream
+from sigmatau.streams import Stream, grid_text
 from sigmatau.tables import fit_table, read_off_table
 from sigmatau.terms import avar
 from sigmatau.window import bias_finding, choose
@@ -138,6 +141,16 @@ class Analysis(Printed):
         from sigmatau.plot.stability import draw_all
 
         return draw_all(self.stability)
+
+    def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
+        """Write what was fitted for another program; see `sigmatau.export.export`.
+
+        The sampling rate is that of the record if `choices` has none.
+        """
+        chosen = Choices() if choices is None else choices
+        if chosen.rate is None and target(to).needs_rate:
+            chosen = replace(chosen, rate=one_rate({name: 1 / curve.tau0 for name, curve in self.curves.items()}))
+        return export(self.model, to=to, path=path, choices=chosen)
 
     def summary(self) -> str:
         """The grids and the table of coefficients, as the command line prints them."""
@@ -283,7 +296,7 @@ def analyze(
         curves=Curves(curves),
         fits=fits,
         read_off={channel: read_off(curve) for channel, curve in curves.items()},
-        grids={stream.name: _grid_text(stream) for stream in record.streams},
+        grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=maps,
     )
 
@@ -383,23 +396,3 @@ def _fit(record: Record, curve: DeviationCurve, threads: int | None) -> NoiseFit
     if float(share[0]) < _RULES:
         return fitted
     return fit(channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads))
-
-
-def _grid_text(stream: Stream) -> str:
-    grid = stream.grid
-    length = f"{grid.duration / 3600:.4g} h" if grid.duration >= 3600 else f"{grid.duration:.4g} s"
-    missing = "" if stream.mask is None else f", {_missing_text(stream)} of samples missing"
-    return (
-        f"{stream.name}: {len(stream.channels)} channel{'s' if len(stream.channels) > 1 else ''},"
-        f" {grid.n} samples at {grid.rate:.6g} Hz ({grid.source}), {length}{missing}"
-    )
-
-
-def _missing_text(stream: Stream) -> str:
-    """The share of all samples that is missing; by channel where it differs."""
-    if stream.mask is None:
-        return "none"
-    texts = [f"{two_digits(100 * share)} %" if share else "none" for share in stream.mask.mean(axis=0)]
-    if len(set(texts)) == 1:
-        return texts[0]
-    return ", ".join(f"{text} ({channel})" for channel, text in zip(stream.channels, texts, strict=True))

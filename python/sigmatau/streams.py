@@ -13,7 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CHUNK", "Columns", "Grid", "InputKind", "Stream", "Transform"]
+from sigmatau.results import two_digits
+
+__all__ = ["CHUNK", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
 
 InputKind = Literal["rate", "increments", "accumulated"]
 
@@ -179,3 +181,24 @@ class Stream:
         edges = np.concatenate(([-1], bad, [self.grid.n]))
         k = int(np.argmax(np.diff(edges)))
         return self.cut(int(edges[k]) + 1, int(edges[k + 1]))
+
+
+def grid_text(stream: Stream) -> str:
+    """Samples, rate and length of a stream in words, and what is missing."""
+    grid = stream.grid
+    length = f"{grid.duration / 3600:.4g} h" if grid.duration >= 3600 else f"{grid.duration:.4g} s"
+    missing = "" if stream.mask is None else f", {_missing_text(stream)} of samples missing"
+    return (
+        f"{stream.name}: {len(stream.channels)} channel{'s' if len(stream.channels) > 1 else ''},"
+        f" {grid.n} samples at {grid.rate:.6g} Hz ({grid.source}), {length}{missing}"
+    )
+
+
+def _missing_text(stream: Stream) -> str:
+    """The share of all samples that is missing; by channel where it differs."""
+    if stream.mask is None:
+        return "none"
+    texts = [f"{two_digits(100 * share)} %" if share else "none" for share in stream.mask.mean(axis=0)]
+    if len(set(texts)) == 1:
+        return texts[0]
+    return ", ".join(f"{text} ({channel})" for channel, text in zip(stream.channels, texts, strict=True))

@@ -15,6 +15,8 @@ from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli import many
+from sigmatau.cli.choosing import Choosing
+from sigmatau.cli.exports import Exports
 from sigmatau.cli.options import (
     averaging_times,
     bandwidths,
@@ -50,6 +52,8 @@ def analyze_command(
     plot: Path | None = None,
     stability: Path | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    export: Annotated[list[str] | None, Parameter(negative=())] = None,
+    choosing: Choosing | None = None,
     jobs: int | None = None,
     threads: int | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -85,6 +89,8 @@ def analyze_command(
         Then the JSON has it too.
     json
         Write the result; - for standard output, in place of the table. Of several logs, the folder for a .json of each.
+    export
+        Write the parameters for another program, kalibr=imu.yaml; sigmatau export --list names them. Of one log.
     jobs
         So many logs at a time; default: one.
     threads
@@ -107,12 +113,17 @@ def analyze_command(
         "stability": stability is not None,
         "threads": threads,
     }
+    exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
     outputs = Outputs(plot=plot, stability=stability, json=json)
     # A pattern of the shell may happen to match one log.
     folders = [place for place in (*logs, plot, stability, json) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(not files_of(place) for place in folders)  # a bag of ROS 2 is one log
     if len(logs) == 1 and not meant_as_several:
-        return _one(logs[0], reading, settings, outputs, quiet=quiet)
+        return _one(logs[0], reading, settings, outputs, exports, quiet=quiet)
+    if exports.files:
+        raise OptionError(
+            "--export is of one log; of several, give --json a folder, and sigmatau export each result", option="export"
+        )
     return _many(logs, reading, settings, outputs, jobs=jobs, quiet=quiet)
 
 
@@ -135,10 +146,14 @@ class Outputs:
         return {"plot": self.plot, "stability": self.stability, "json": None if self.as_text else self.json}
 
 
-def _one(log: Path, reading: Reading | None, settings: dict[str, Any], outputs: Outputs, *, quiet: bool) -> int:
+def _one(
+    log: Path, reading: Reading | None, settings: dict[str, Any], outputs: Outputs, exports: Exports, *, quiet: bool
+) -> int:
     for option, path in outputs.files.items():
         check_output(path, () if option == "json" else FIGURE_ENDINGS, option)
-    refuse_same(log, **outputs.files)
+    for path in exports.files.values():
+        check_output(path, (), "export")
+    refuse_same(log, **outputs.files, **{f"export {name}": path for name, path in exports.files.items()})
     record = read_log(log, reading, quiet=quiet)
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record, **settings)
@@ -152,10 +167,11 @@ def _one(log: Path, reading: Reading | None, settings: dict[str, Any], outputs: 
             write_stability(analysis, outputs.stability)
     if outputs.as_text:
         sys.stdout.write(_json_text(analysis))
-        return damaged(analysis.findings)
-    if outputs.json is not None:
-        write_json(analysis, outputs.json)
-    sys.stdout.write(f"{analysis.summary()}\n")
+    else:
+        if outputs.json is not None:
+            write_json(analysis, outputs.json)
+        sys.stdout.write(f"{analysis.summary()}\n")
+    exports.write(analysis, result=outputs.files["json"], quiet=quiet)
     return damaged(analysis.findings)
 
 

@@ -23,6 +23,7 @@ sigmatau analyze static.csv --plot static.png
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
+sigmatau analyze static.csv --export kalibr=imu.yaml --rate-random-walk gyro=upper-limit,accel=upper-limit
 sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
     ),
     "inspect": (
@@ -64,6 +65,13 @@ sigmatau plan result.json --term bias_instability --hours 12""",
 sigmatau predict imu.toml --after 60s,10min --calibration 5min
 sigmatau predict result.json --after 1s,10s,100s --calibration 100s --json
 sigmatau predict imu.toml --after 1min --turn-on gyro="10 deg/h" --turn-on accel_x="1 mg" --plot errors.png""",
+    ),
+    "export": (
+        "Write the parameters for Kalibr, OpenVINS, VINS, ORB-SLAM3, GTSAM, LIO-SAM, FAST-LIO …, each in its own units.",
+        """\
+sigmatau export --list
+sigmatau export result.json --to kalibr --rate-random-walk gyro=upper-limit,accel=upper-limit -o imu.yaml
+sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (
         "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",

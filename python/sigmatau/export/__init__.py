@@ -11,7 +11,7 @@ from sigmatau.export.targets import NAMES, target
 from sigmatau.io.write import atomic
 from sigmatau.model import NoiseModel
 
-__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "export", "target"]
+__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "check_choices", "export", "target"]
 
 
 def export(
@@ -25,7 +25,7 @@ def export(
     to : str
         The target, one of `NAMES`.
     path : str or Path, optional
-        Where to write; whole or not at all.
+        Where to write; whole or not at all. Its ending chooses the form where the target has several.
     choices : Choices, optional
         What no record decides; see there.
 
@@ -44,13 +44,11 @@ def export(
     """
     chosen = Choices() if choices is None else choices
     wanted = target(to)
-    unknown = sorted(set(chosen.names) - set(wanted.names))
-    if unknown:
-        listed = ", ".join(wanted.names) or "none"
-        raise OptionError(f"{to} has no name {unknown[0]!r}; it has: {listed}", option="names")
+    check_choices(wanted, chosen)
     if wanted.needs_rate and chosen.rate is None:
         raise OptionError(f"{to} needs the sampling rate of the sensor: give `rate` in Hz", option="rate")
-    content = wanted.write(Numbers(model, chosen))
+    write = wanted.write if path is None else wanted.binary.get(Path(path).suffix.lower(), wanted.write)
+    content = write(Numbers(model, chosen))
     if path is not None:
         with atomic(path) as temporary:
             if isinstance(content, bytes):
@@ -58,3 +56,17 @@ def export(
             else:
                 temporary.write_text(content, encoding="utf-8")
     return content
+
+
+def check_choices(target: Target, choices: Choices) -> None:
+    """Refuse, with an `OptionError`, what a target has no place for; no model is needed for that."""
+    unknown = sorted(set(choices.names) - set(target.names))
+    if unknown:
+        listed = ", ".join(target.names) or "none"
+        raise OptionError(f"{target.name} has no name {unknown[0]!r}; it has: {listed}", option="name")
+    if choices.axes == "each" and not (target.per_axis or target.every_axis):
+        raise OptionError(f"{target.name} has one number for all axes: choose worst or mean, not each", option="axes")
+    if choices.axes == "mean" and target.every_axis:
+        raise OptionError(
+            f"{target.name} has every axis by itself, and no mean of them: leave `axes` out", option="axes"
+        )

@@ -36,6 +36,9 @@ class Choices:
         By sensor, ``"gyro"`` and ``"accel"``, what to write where no rate random walk was observed: ``"upper-limit"``, or
         a value. [SI] ``"horizon"`` matches the model's Allan variance at `horizon`, observed or not. Default: what was
         observed, or an error that says what there is to choose from.
+    noise : mapping of str to (str or float)
+        By sensor, what to write where no random walk was observed, as where quantization covers it: ``"upper-limit"``, or a
+        value. [SI]
     horizon : float or None
         Averaging time at which ``"horizon"`` matches. [s]
     noise_factor, walk_factor : float
@@ -50,6 +53,7 @@ class Choices:
 
     axes: Axes = "worst"
     walk: Mapping[str, str | float] = field(default_factory=dict)
+    noise: Mapping[str, str | float] = field(default_factory=dict)
     horizon: float | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
@@ -64,18 +68,8 @@ class Choices:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
-        for sensor, wanted in self.walk.items():
-            if sensor not in _KINDS:
-                raise OptionError(
-                    f"`walk`: {sensor!r} is no sensor; there are gyro and accel", option="rate_random_walk"
-                )
-            if isinstance(wanted, str) and wanted not in ("upper-limit", "horizon"):
-                raise OptionError(
-                    f"`walk` of {sensor}: {wanted!r} is neither 'upper-limit' nor 'horizon' nor a value",
-                    option="rate_random_walk",
-                )
-            if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
-                raise OptionError(f"`walk` of {sensor} must be positive, not {wanted!r}", option="rate_random_walk")
+        _check("walk", self.walk, ("upper-limit", "horizon"))
+        _check("noise", self.noise, ("upper-limit",))
         if "horizon" in self.walk.values() and self.horizon is None:
             raise OptionError("a walk that matches the Allan variance at a horizon needs `horizon`", option="horizon")
 
@@ -124,113 +118,169 @@ class Numbers:
         """A name or constant that the user gave, or the target's own."""
         return self.choices.names.get(key, default)
 
+    def number(self, key: str, default: str) -> float:
+        """A constant that the user gave as a name, such as gravity; raises `OptionError` if it is no positive number."""
+        text = self.name(key, default)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value > 0):
+            raise OptionError(f"`name` {key}={text!r}: want a positive number, e.g. {key}={default}", option="name")
+        return value
+
     def noise(self, sensor: str) -> Number:
-        """N, the random walk of a sensor: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
-        by_axis = {name: self.noise_of(name).value for name in self.channels(sensor)}
-        return self._one(by_axis, "random_walk", self.choices.noise_factor)
+        """N, the random walk of a sensor, or what was chosen in its place: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
+        return self._of_sensor(sensor, "random_walk")
 
     def noise_of(self, channel: str) -> Number:
-        """N of one channel."""
-        model = self.model.channels[channel]
-        if "random_walk" not in model:
-            limit = self._limit(model, "random_walk")
-            raise DataError(f"{channel}: the model has no random walk{limit}; this target needs one")
-        factor = self.choices.noise_factor
-        return Number(value=factor * model["random_walk"], words=self._words(channel, "random_walk", factor))
+        """N of one channel, or what was chosen in its place."""
+        return self._of(channel, "random_walk")
 
     def walk(self, sensor: str) -> Number:
         """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]"""
-        channels = self.channels(sensor)
-        wanted = self.choices.walk.get(sensor)
-        factor = self.choices.walk_factor
-        if wanted == "horizon":
-            by_axis = {name: self._at_horizon(name) for name in channels}
-            number = self._one(by_axis, "rate_random_walk", 1.0)
-            words = (
-                f"stands for all slow noise: with N it has the model's Allan variance at {seconds(self._horizon())} s"
-            )
-            return Number(value=factor * number.value, words=f"{words}; {number.words}{_times(factor)}")
-        observed = {name: model["rate_random_walk"] for name, model in channels.items() if "rate_random_walk" in model}
-        if observed:
-            larger = {name: factor * value for name, value in observed.items()}
-            number = self._one(larger, "rate_random_walk", factor)
-            missing = sorted(set(channels) - set(observed))
-            more = f"; not observed of {', '.join(missing)}" if missing else ""
-            return Number(value=number.value, words=number.words + more)
-        if wanted == "upper-limit":
-            limits = {n: m.limits["rate_random_walk"] for n, m in channels.items() if "rate_random_walk" in m.limits}
-            if len(limits) < len(channels):
-                without = ", ".join(sorted(set(channels) - set(limits)))
-                raise OptionError(
-                    f"{sensor}: no upper limit of the rate random walk is known of {without}; give a value",
-                    option="rate_random_walk",
+        return self._of_sensor(sensor, "rate_random_walk")
+
+    def walk_of(self, channel: str) -> Number:
+        """K of one channel, or what was chosen in its place."""
+        return self._of(channel, "rate_random_walk")
+
+    def left_out(self) -> list[str]:
+        """Sentences on what the model has beside the two walks, for a target that has places for these alone."""
+        said = []
+        for sensor in ("gyro", "accel"):
+            found = [c for name, c in self.model.channels.items() if stream_name(name) == sensor]
+            fast = ["quantization"] if any("quantization" in c for c in found) else []
+            fast += ["bandwidth"] if any(c.bandwidth is not None for c in found) else []
+            fast += ["sinusoids"] if any(c.sinusoid for c in found) else []
+            slow = [t for t in ("bias_instability", "rate_ramp") if any(t in c for c in found)]
+            slow = [TERMS[term].label(found[0].quantity) for term in slow]
+            slow += ["Gauss-Markov processes"] if any(c.gauss_markov for c in found) else []
+            covered = self.choices.walk.get(sensor) == "horizon"
+            left = fast + ([] if covered else slow)
+            if left:
+                more = (
+                    f"; --rate-random-walk {sensor}=horizon has a walk stand for slow noise"
+                    if slow and not covered
+                    else ""
                 )
-            axis = max(limits, key=lambda name: limits[name])
-            return Number(
-                value=factor * limits[axis], words=f"not observed: upper limit (95 %), {axis}{_times(factor)}"
+                said.append(f"Without place here, and left out of the {_KINDS[sensor]}: {', '.join(left)}{more}.")
+        return said
+
+    def _chosen(self, sensor: str, term: str) -> str | float | None:
+        return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
+
+    def _of_sensor(self, sensor: str, term: str) -> Number:
+        """One number of a sensor. What was observed of some axes only is theirs, if nothing was chosen for the others."""
+        names = list(self.channels(sensor))
+        wanted = self._chosen(sensor, term)
+        if wanted == "horizon":  # an axis without slow noise adds none to that of the others
+            names = [name for name in names if self._slow_noise(name)[0] > 0] or names
+        if wanted is not None:
+            return self._one({name: self._of(name, term) for name in names})
+        observed = [name for name in names if term in self.model.channels[name]]
+        number = self._one({name: self._of(name, term) for name in observed or names})
+        missing = [name for name in names if name not in observed]
+        more = f"; not observed of {', '.join(missing)}" if missing else ""
+        return Number(value=number.value, words=number.words + more)
+
+    def _of(self, channel: str, term: str) -> Number:
+        """One number of a channel."""
+        sensor, model = stream_name(channel), self.model.channels[channel]
+        wanted = self._chosen(sensor, term)
+        factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
+        if wanted == "horizon":
+            at = f"{seconds(self._horizon())} s"
+            words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
+            return _number(self._at_horizon(channel), words, factor)
+        if term in model:
+            return _number(model[term], self._words(channel, term), factor)
+        if wanted == "upper-limit":
+            if term not in model.limits:
+                label = TERMS[term].label(model.quantity)
+                raise OptionError(
+                    f"{sensor}: no upper limit of the {label} is known of {channel}; give a value", option=term
+                )
+            return _number(
+                model.limits[term], f"{channel}: not observed; its upper limit ({100 * model.level:g} %)", factor
             )
         if wanted is not None:
-            return Number(value=factor * float(wanted), words=f"not observed: a value that was given{_times(factor)}")
-        raise OptionError(self._what_to_choose(sensor, channels), option="rate_random_walk")
+            return _number(float(wanted), f"{channel}: not observed; a value that was given", factor)
+        raise OptionError(self._what_to_choose(sensor, term), option=term)
 
-    def _what_to_choose(self, sensor: str, channels: Mapping[str, ChannelModel]) -> str:
+    def _what_to_choose(self, sensor: str, term: str) -> str:
+        channels = self.channels(sensor)
         model = next(iter(channels.values()))
-        si = model.unit_of("rate_random_walk")
-        limits = [m.limits["rate_random_walk"] for m in channels.values() if "rate_random_walk" in m.limits]
+        si = model.unit_of(term)
+        limits = [m.limits[term] for m in channels.values() if term in m.limits]
         known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(channels) else ""
         limit = f"{sensor}=upper-limit, " if known else ""
-        return (
-            f"the {_KINDS[sensor]} show no rate random walk{known}, and this target needs one: choose --rate-random-walk"
-            f" {limit}{sensor}=VALUE (with its unit, e.g. 1e-6 {si}), or {sensor}=horizon with --horizon, which matches"
-            " the model's Allan variance there"
+        text = (
+            f"the {_KINDS[sensor]} show no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose"
+            f' --{term.replace("_", "-")} {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si})'
         )
+        if term == "random_walk":
+            return text
+        return f"{text}, or {sensor}=horizon with --horizon 10s, which matches the model's Allan variance there"
 
     def _horizon(self) -> float:
         assert self.choices.horizon is not None  # Choices has seen to it
         return self.choices.horizon
 
-    def _at_horizon(self, channel: str) -> float:
-        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
+    def _slow_noise(self, channel: str) -> tuple[float, float]:
+        """Allan variance of all but random walk and quantization at the horizon, and that time in whole samples. [s]"""
         model, time = self.model.channels[channel], self._horizon()
         tau0 = 1 / self.choices.rate if self.choices.rate else time / 1000
         m = max(round(time / tau0), 1)
         parts = model.avar_of_parts(m=[m], tau0=tau0)
         rest = sum(float(avar[0]) for term, avar in parts.items() if term not in ("random_walk", "quantization"))
+        return rest, m * tau0
+
+    def _at_horizon(self, channel: str) -> float:
+        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
+        rest, time = self._slow_noise(channel)
         if not rest > 0:
             raise OptionError(
-                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon",
+                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon; choose upper-limit or"
+                " a value",
                 option="rate_random_walk",
             )
         return math.sqrt(3 * rest / time)
 
-    def _one(self, by_axis: Mapping[str, float], term: str, factor: float) -> Number:
+    def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by the user's choice."""
-        if len(by_axis) == 1 or self.choices.axes != "mean":
-            axis = max(by_axis, key=lambda name: by_axis[name])
-            worst = f"worst of {len(by_axis)} axes, " if len(by_axis) > 1 else ""
-            return Number(value=by_axis[axis], words=worst + self._words(axis, term, factor))
-        mean = math.sqrt(sum(value**2 for value in by_axis.values()) / len(by_axis))
-        return Number(value=mean, words=f"root mean square of {', '.join(by_axis)}{_times(factor)}")
+        if len(by_axis) == 1:
+            return next(iter(by_axis.values()))
+        if self.choices.axes == "mean":
+            mean = math.sqrt(sum(number.value**2 for number in by_axis.values()) / len(by_axis))
+            axes = "; ".join(number.words for number in by_axis.values())
+            return Number(value=mean, words=f"root mean square of {len(by_axis)} axes ({axes})")
+        worst = max(by_axis.values(), key=lambda number: number.value)
+        return Number(value=worst.value, words=f"worst of {len(by_axis)} axes, {worst.words}")
 
-    def _words(self, channel: str, term: str, factor: float) -> str:
+    def _words(self, channel: str, term: str) -> str:
         model = self.model.channels[channel]
-        words = channel
-        if term in model:
-            text, size = display_units(term, model.quantity, model.unit)[0]
-            label = TERMS[term].label(model.quantity)
-            words += f": {label} {model[term] / size:.4g} {text}"
-            if term in model.intervals:
-                low, high = (value / size for value in model.intervals[term])
-                words += f" [{low:.4g}, {high:.4g}]"
-        return words + _times(factor)
-
-    @staticmethod
-    def _limit(model: ChannelModel, term: str) -> str:
-        if term not in model.limits:
-            return ""
         text, size = display_units(term, model.quantity, model.unit)[0]
-        return f" (it is below {two_digits(model.limits[term] / size)} {text})"
+        words = f"{channel}: {TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}"
+        if term in model.intervals:
+            low, high = (value / size for value in model.intervals[term])
+            words += f" [{low:.4g}, {high:.4g}]"
+        return words
 
 
-def _times(factor: float) -> str:
-    return "" if factor == 1 else f", times {factor:g}"
+def _check(name: str, chosen: Mapping[str, str | float], words: tuple[str, ...]) -> None:
+    option = "random_walk" if name == "noise" else "rate_random_walk"
+    for sensor, wanted in chosen.items():
+        if sensor not in _KINDS:
+            raise OptionError(f"`{name}`: {sensor!r} is no sensor; there are gyro and accel", option=option)
+        if isinstance(wanted, str) and wanted not in words:
+            raise OptionError(
+                f"`{name}` of {sensor}: {wanted!r} is neither {' nor '.join(words)} nor a value", option=option
+            )
+        if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
+            raise OptionError(f"`{name}` of {sensor} must be positive, not {wanted!r}", option=option)
+
+
+def _number(estimate: float, words: str, factor: float) -> Number:
+    """With its factor, which the words keep apart from the estimate so that it can be undone."""
+    return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")

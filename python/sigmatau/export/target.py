@@ -28,6 +28,12 @@ class Target:
         Whether the sampling rate enters, and must be known.
     needs_walk : bool
         Whether it has a place for K that must not be empty.
+    per_axis : bool
+        Whether it has a place for each axis, so that ``axes="each"`` can be chosen.
+    every_axis : bool
+        Whether it holds each axis by itself whatever is chosen.
+    binary : mapping of str to callable
+        Other forms of its file by their ending, from `Numbers` to bytes.
     names : mapping of str to str
         Names that it has beside the numbers, with what stands there if none is given: ``{"topic": "/imu0"}``.
     """
@@ -38,4 +44,7 @@ class Target:
     write: Callable[[Numbers], str | bytes]
     needs_rate: bool = False
     needs_walk: bool = False
+    per_axis: bool = False
+    every_axis: bool = False
+    binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)

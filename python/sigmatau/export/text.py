@@ -3,11 +3,30 @@
 from __future__ import annotations
 
 import json
+import math
 import re
+from collections.abc import Iterable
+
+import numpy as np
 
 from sigmatau.errors import OptionError
 
-__all__ = ["comment", "digits", "plain_name", "quoted"]
+__all__ = [
+    "comment",
+    "digits",
+    "number",
+    "plain_name",
+    "quoted",
+    "remark",
+    "said",
+    "setting",
+    "single",
+    "topic",
+    "vector",
+]
+
+_LONGEST = 600  # characters of a comment: some parsers have line buffers
+_ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
 def digits(value: float) -> str:
@@ -22,8 +41,26 @@ def digits(value: float) -> str:
 
 
 def comment(words: str) -> str:
-    """Words for the rest of a comment line: no line ends, nothing that does not print."""
-    return "".join(c if c.isprintable() else " " for c in words)
+    """Words for the rest of a comment line, ASCII alone: no line ends, nothing that a parser stumbles over."""
+    for character, plain in _ASCII.items():
+        words = words.replace(character, plain)
+    text = "".join(c if " " <= c <= "~" else "?" for c in words)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."
+
+
+def remark(words: str) -> str:
+    """A line of its own with a comment."""
+    return f"# {comment(words)}"
+
+
+def setting(key: str, value: float, words: str) -> str:
+    """A line of YAML: a number, and behind it in a comment its unit and where it comes from."""
+    return f"{key}: {digits(value)}  # {comment(words)}"
+
+
+def said(words: Iterable[str]) -> str:
+    """What is said of several numbers in one comment: once where it is the same of all."""
+    return comment(" | ".join(dict.fromkeys(words)))
 
 
 def quoted(text: str) -> str:
@@ -33,6 +70,39 @@ def quoted(text: str) -> str:
 
 def plain_name(text: str, option: str) -> str:
     """A name for a place where nothing can be quoted; raises `OptionError` unless it is letters, digits and ``_ . / -``."""
-    if not re.fullmatch(r"[A-Za-z0-9_./~-]+", text):
+    if not re.fullmatch(r"[A-Za-z0-9_./~-]+", text, flags=re.ASCII):
         raise OptionError(f"`{option}` {text!r}: letters, digits, _ . / and - are allowed there", option=option)
     return text
+
+
+def topic(text: str) -> str:
+    """A topic of ROS in quotes; raises `OptionError` for what no topic can be called.
+
+    Quotes alone would not do: readers of YAML differ in the escapes that they know.
+    """
+    if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
+        raise OptionError(
+            f"`name` topic={text[:80]!r}: a topic has letters, digits, _ and /, e.g. topic=/imu0", option="name"
+        )
+    return f'"{text}"'
+
+
+def number(text: str, key: str, *, least: float = 0.0) -> float:
+    """A number that the user gave beside those of the model; raises `OptionError` unless it is finite and not too small."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= least):
+        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g}", option="name")
+    return value
+
+
+def single(value: float) -> str:
+    """The digits that single precision has of a number, without an exponent: what autopilots keep of a parameter."""
+    return np.format_float_positional(np.float32(value), unique=True, trim="0")
+
+
+def vector(values: Iterable[float]) -> str:
+    """``[1.0, 2.0, 3.0]``, as YAML, Python and MATLAB read it."""
+    return f"[{', '.join(digits(value) for value in values)}]"

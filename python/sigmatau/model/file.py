@@ -32,7 +32,7 @@ from sigmatau.terms import TERMS, coefficient_unit
 __all__ = ["channels_of", "correlation_of", "toml", "value_in_si"]
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*?)\s*")
+_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
 _OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit")
 
 
@@ -69,7 +69,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
     for name, channel in channels.items():
         lines = [f"[channels.{_key(name)}]"]
         if channel.quantity == "signal":
-            lines.append(f"unit = {_string(channel.unit)}")
+            lines.append(f"unit = {_escaped(channel.unit)}")
         lines += [f"{term} = {_quoted(value, channel.unit_of(term))}" for term, value in channel.terms.items()]
         if channel.gauss_markov:
             rows = (
@@ -211,13 +211,15 @@ def _unit_example(si: str) -> str:
 
 
 def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _string(name)
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _escaped(name)
 
 
 def _quoted(value: float, unit: str) -> str:
-    return _string(f"{value!r} {unit}")
+    return _escaped(f"{value!r} {unit}")
 
 
-def _string(text: str) -> str:
-    """As TOML has it, which knows no surrogates (beyond 0xFFFF JSON writes pairs of them) and no bare delete."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+def _escaped(text: str) -> str:
+    """A string of TOML, whose escapes are JSON's but for pairs of surrogates, which it has not."""
+    if any("\ud800" <= c <= "\udfff" for c in text):
+        raise DataError(f"{text!r} is no text that can be written: it has half a character of UTF-16")
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")

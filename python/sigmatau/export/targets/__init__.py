@@ -9,7 +9,26 @@ from sigmatau.export.target import Target
 
 __all__ = ["NAMES", "target"]
 
-_MODULES = {"kalibr": "kalibr"}
+_MODULES = {
+    "kalibr": "kalibr",
+    "openvins": "openvins",
+    "euroc": "euroc",
+    "gtsam": "gtsam",
+    "lio-sam": "lio_sam",
+    "vins": "vins",
+    "orb-slam3": "orb_slam3",
+    "fast-lio": "fast_lio",
+    "model": "model",
+    "px4": "px4",
+    "ardupilot": "ardupilot",
+    "kf-gins": "kf_gins",
+    "gnss-ins-sim": "gnss_ins_sim",
+    "matlab": "matlab",
+    "gazebo": "gazebo",
+    "ros": "ros",
+    "state-space": "state_space",
+    "ieee952": "ieee952",
+}
 
 NAMES = tuple(_MODULES)
 """Names of the targets, as they are typed."""

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.text import comment, digits, quoted
+from sigmatau.export.text import digits, remark, setting, topic
 
-__all__ = ["TARGET"]
+__all__ = ["TARGET", "densities"]
+
+
+def densities(numbers: Numbers) -> list[str]:
+    """What Kalibr, OpenVINS and EuRoC share: four lines of continuous densities, N and K as they are."""
+    rows = [
+        ("accelerometer_noise_density", numbers.noise("accel"), "N, m/s^2/sqrt(Hz)"),
+        ("accelerometer_random_walk", numbers.walk("accel"), "K, m/s^3/sqrt(Hz)"),
+        ("gyroscope_noise_density", numbers.noise("gyro"), "N, rad/s/sqrt(Hz)"),
+        ("gyroscope_random_walk", numbers.walk("gyro"), "K, rad/s^2/sqrt(Hz)"),
+    ]
+    lines = [setting(key, number.value, f"{unit}; {number.words}") for key, number, unit in rows]
+    return [*map(remark, numbers.left_out()), *lines]
 
 
 def write(numbers: Numbers) -> str:
     """The text of the file. Kalibr divides by sqrt(1/update_rate) itself, and rejects what is not above 0."""
-    rows = [
-        ("accelerometer_noise_density", numbers.noise("accel"), "m/s^2/sqrt(Hz)"),
-        ("accelerometer_random_walk", numbers.walk("accel"), "m/s^3/sqrt(Hz)"),
-        ("gyroscope_noise_density", numbers.noise("gyro"), "rad/s/sqrt(Hz)"),
-        ("gyroscope_random_walk", numbers.walk("gyro"), "rad/s^2/sqrt(Hz)"),
-    ]
     lines = [
         "# Continuous-time densities: Kalibr makes them discrete with update_rate itself. Not divided by sqrt(rate) here.",
-        *(f"{key}: {digits(number.value)}  # {unit}; {comment(number.words)}" for key, number, unit in rows),
-        f"rostopic: {quoted(numbers.name('topic', '/imu0'))}",
+        "# random_walk is the rate random walk K, not the bias instability B, which has another unit.",
+        *densities(numbers),
+        f"rostopic: {topic(numbers.name('topic', '/imu0'))}",
         f"update_rate: {digits(numbers.rate())}  # Hz",
     ]
     return "\n".join(lines) + "\n"

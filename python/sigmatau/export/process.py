@@ -1,0 +1,193 @@
+"""A bias as one first-order Gauss-Markov process, for targets that know no other slow noise.
+
+It is the model's own process, or stands for its flicker noise around one averaging time, or for a rate random walk up to
+one. Which of these, and where it stops to be right, is said beside the number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sigmatau.errors import OptionError
+from sigmatau.export.axes import by_axis, of_channel, refuse
+from sigmatau.export.numbers import Numbers
+from sigmatau.model import ChannelModel
+from sigmatau.results import seconds, two_digits
+from sigmatau.terms import display_units
+
+__all__ = ["PEAK_TIME", "SIGMA_OF_FLICKER", "WALK_TIME", "Process", "bottom", "process", "processes", "refuse_horizon"]
+
+PEAK_TIME = 1.8926178329
+"""The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
+
+SIGMA_OF_FLICKER = 1.0759975729
+"""Standard deviation of the process whose largest Allan deviation is the plateau of flicker noise of B = 1."""
+
+WALK_TIME = 10.0
+"""Correlation time of a process that stands for a walk, in horizons: there its Allan deviation is 3.6 % low."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Process:
+    """A first-order Gauss-Markov process, in SI, before a target's own conversion.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation, with its factor. [rad/s or m/s²]
+    time : float
+        Correlation time. [s]
+    words : str
+        What it stands for, for a comment beside it.
+    walk : bool
+        Whether it stands for a walk, so that not σ but 2σ²/time is what was found.
+    own : bool
+        Whether it is one of the model itself, to which no horizon belongs.
+    """
+
+    sigma: float
+    time: float
+    words: str
+    walk: bool = False
+    own: bool = False
+
+    @property
+    def density(self) -> float:
+        """Root of the density of the white noise that drives it, σ·√(2/time). [rad/s²/√Hz or m/s³/√Hz]"""
+        return self.sigma * math.sqrt(2 / self.time)
+
+    def at(self, time: float) -> Process:
+        """The process with another time, in a target with one for all: of a walk the density stays, otherwise σ."""
+        if time == self.time:
+            return self
+        sigma = self.density * math.sqrt(time / 2) if self.walk else self.sigma
+        words = f"{self.words}; its own correlation time {seconds(self.time)} s"
+        return replace(self, sigma=sigma, time=time, words=words)
+
+
+def process(numbers: Numbers, sensor: str) -> Process:
+    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time.
+
+    Raises
+    ------
+    OptionError
+        If the model has no slow noise or no averaging time to match it at; the message says what there is to choose from.
+    """
+    channels = numbers.channels(sensor)
+    if sensor in numbers.choices.walk:
+        return _of_walk(numbers, sensor)
+    found = {name: _of_channel(of_channel(numbers, name), sensor, name) for name in channels}
+    if len(found) == 1:
+        return next(iter(found.values()))
+    if numbers.choices.axes == "mean":
+        sigma = math.sqrt(sum(p.sigma**2 for p in found.values()) / len(found))
+        time = math.exp(sum(math.log(p.time) for p in found.values()) / len(found))
+        one = next(iter(found.values()))
+        words = f"root mean square of {', '.join(found)}; {one.words}"
+        own = all(p.own for p in found.values())
+        return replace(one, sigma=sigma, time=time, words=words, own=own)
+    worst = max(found.values(), key=lambda p: p.sigma)
+    return replace(worst, words=f"worst of {len(found)} axes, {worst.words}")
+
+
+def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
+    """The processes of x, y and z."""
+    return by_axis(numbers, sensor, lambda one: process(one, sensor))
+
+
+def refuse_horizon(numbers: Numbers, target: str, found: Iterable[Process]) -> None:
+    """Raise `OptionError` for a horizon that was given and enters no number."""
+    if all(process.own for process in found) and "horizon" not in numbers.choices.walk.values():
+        refuse(numbers, target, "the model's own Gauss-Markov processes are what is written", "horizon")
+
+
+def bottom(model: ChannelModel) -> float | None:
+    """Averaging time of the least Allan deviation of what is beside flicker noise; None if it has no bottom. [s]
+
+    Noise that falls with τ, 3Q²/τ² + N²/τ, and noise that rises, K²τ/3 + R²τ²/2: one root of the derivative is positive.
+    """
+    q, n, k, r = (
+        model.get(term, 0.0) ** 2 for term in ("quantization", "random_walk", "rate_random_walk", "rate_ramp")
+    )
+    if not (q or n) or not (k or r):
+        return None
+    roots = np.roots([r, k / 3, 0.0, -n, -6 * q])
+    positive = [root.real for root in roots if root.real > 0 and abs(root.imag) <= 1e-9 * abs(root)]
+    return float(max(positive))
+
+
+def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
+    model = numbers.model.channels[name]
+    factor = numbers.choices.walk_factor
+    text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+    times = "" if factor == 1 else f", times {factor:g}"
+    if model.gauss_markov:
+        own = max(model.gauss_markov, key=lambda g: g.sigma)
+        words = f"{name}: Gauss-Markov {own.sigma / size:.4g} {text} over {seconds(own.time)} s"
+        if len(model.gauss_markov) > 1:
+            words += f", the largest of {len(model.gauss_markov)}"
+        left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
+        return Process(sigma=factor * own.sigma, time=own.time, words=words + times + left, own=True)
+    if "bias_instability" in model:
+        time = numbers.choices.horizon or bottom(model)
+        b = model["bias_instability"]
+        if time is None:
+            raise OptionError(
+                f"{name}: flicker noise (bias instability {b / size:.3g} {text}) is to be one Gauss-Markov process, which"
+                " is right around one averaging time, and the Allan deviation of the model has no lowest point: give"
+                " --horizon, the time over which the filter relies on the bias",
+                option="horizon",
+            )
+        where = "at the horizon" if numbers.choices.horizon else "at the bottom of the curve"
+        words = (
+            f"{name}: bias instability {b / size:.4g} {text} as one process, right {where}, {seconds(time)} s,"
+            " about 18 % low half a decade to either side"
+        )
+        return Process(
+            sigma=factor * SIGMA_OF_FLICKER * b,
+            time=time / PEAK_TIME,
+            words=words + times + _left_out(model, "rate_random_walk", "rate_ramp"),
+        )
+    if "rate_random_walk" in model and numbers.choices.horizon is not None:
+        return _of_walk(numbers, sensor)
+    raise OptionError(_what_to_choose(name, model, sensor), option="horizon")
+
+
+def _of_walk(numbers: Numbers, sensor: str) -> Process:
+    k, horizon = numbers.walk(sensor), numbers.choices.horizon
+    if horizon is None:
+        raise OptionError(
+            f"{sensor}: a rate random walk as a Gauss-Markov process needs --horizon; its correlation time is"
+            f" {WALK_TIME:g} times that",
+            option="horizon",
+        )
+    time = WALK_TIME * horizon
+    words = f"a rate random walk as a process of 10 times the horizon: 3.6 % low at {seconds(horizon)} s; {k.words}"
+    return Process(sigma=k.value * math.sqrt(time / 2), time=time, words=words, walk=True)
+
+
+def _left_out(model: Mapping[str, float], *terms: str) -> str:
+    left = [term.replace("_", " ") for term in terms if term in model]
+    return f"; no place here for its {' and '.join(left)}" if left else ""
+
+
+def _what_to_choose(name: str, model: ChannelModel, sensor: str) -> str:
+    si = model.unit_of("rate_random_walk")
+    if "rate_random_walk" in model:
+        return (
+            f"{name}: the model has a rate random walk and no bias instability; this target has a Gauss-Markov bias: give"
+            f" --horizon, up to which such a process follows the walk, or the channel a gauss_markov in the model file"
+        )
+    known = ""
+    if "bias_instability" in model.limits:
+        text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+        known = f" (its bias instability is below {two_digits(model.limits['bias_instability'] / size)} {text})"
+    limit = f"{sensor}=upper-limit or " if "rate_random_walk" in model.limits else ""
+    return (
+        f"{name}: the model has no slow noise{known}, and this target needs a Gauss-Markov bias: choose --rate-random-walk"
+        f" {limit}{sensor}=VALUE (e.g. 1e-6 {si}) with --horizon, or give the channel a gauss_markov in the model file"
+    )

@@ -1,0 +1,29 @@
+"""sigmatau's own model file, from a result or from another program's file."""
+
+from __future__ import annotations
+
+from sigmatau.errors import OptionError
+from sigmatau.export.numbers import Numbers
+from sigmatau.export.target import Target
+
+__all__ = ["TARGET"]
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the file; raises `OptionError` for choices that are a filter's, because a model is what was found."""
+    choices = numbers.choices
+    if (choices.noise_factor, choices.walk_factor) != (1.0, 1.0) or choices.walk or choices.noise:
+        raise OptionError(
+            "a model file holds what was found: no factor, and nothing in the place of what was not observed",
+            option="to",
+        )
+    return numbers.model.to_toml()
+
+
+TARGET = Target(
+    name="model",
+    summary="sigmatau's own model file (TOML), for simulate, plan and export: every term as it is, in SI, by channel",
+    ending=".toml",
+    write=write,
+    per_axis=True,
+)

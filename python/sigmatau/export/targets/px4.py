@@ -1,0 +1,101 @@
+"""PX4: parameters ``EKF2_*`` of its Kalman filter, as a file that QGroundControl loads.
+
+Each prediction adds (dt·p)² to the variance of the angle (velocity), and (dt·p)² to that of the bias, so that N²·dt and
+K²·dt are p = N/√dt and p = K/√dt: the numbers hold for one step dt, which is EKF2_PREDICT_US.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sigmatau.errors import OptionError
+from sigmatau.export.axes import refuse
+from sigmatau.export.numbers import Number, Numbers
+from sigmatau.export.target import Target
+from sigmatau.export.text import comment, number, single
+from sigmatau.results import seconds
+
+__all__ = ["FLOORS", "STEP", "TARGET", "left_out", "rows"]
+
+STEP = 0.01
+"""EKF2_PREDICT_US as it is delivered, and the step of EK3 in ArduPilot. [s]"""
+
+FLOORS = {"EKF2_GYR_NOISE": 1e-4, "EKF2_ACC_NOISE": 0.01}
+"""The least that the parameters are documented for. The first releases of EKF2 put it in the place of what is below."""
+
+_NAMES = (
+    ("EKF2_GYR_NOISE", "gyro", "noise", "rad/s"),
+    ("EKF2_ACC_NOISE", "accel", "noise", "m/s^2"),
+    ("EKF2_GYR_B_NOISE", "gyro", "walk", "rad/s^2"),
+    ("EKF2_ACC_B_NOISE", "accel", "walk", "m/s^3"),
+)
+
+
+def rows(
+    numbers: Numbers, names: tuple[tuple[str, str, str, str], ...], floors: dict[str, float]
+) -> list[tuple[str, float, str]]:
+    """Name, value and comment of each parameter; N/√dt and K/√dt."""
+    step = numbers.choices.step or STEP
+    result = []
+    for name, sensor, kind, unit in names:
+        found: Number = numbers.noise(sensor) if kind == "noise" else numbers.walk(sensor)
+        value = found.value / math.sqrt(step)
+        letter = "N" if kind == "noise" else "K"
+        words = f"{name} [{unit}] = {letter}/sqrt(dt), dt = {step:g} s; {found.words}"
+        if value < floors.get(name, 0.0):
+            words += (
+                f"; below {floors[name]:g}, the least documented: a ground station may refuse it, old code takes that"
+            )
+        if value > 1 and name != "EK3_ACC_P_NSE":
+            words += "; above 1, which is what the filter takes instead"
+        result.append((name, value, comment(words)))
+    return result
+
+
+def left_out(numbers: Numbers) -> list[str]:
+    """A comment on slow noise that a walk is not, unless the walk was chosen to stand for it."""
+    lines = []
+    for sensor in ("gyro", "accel"):
+        channels = numbers.channels(sensor).values()
+        slow = any("bias_instability" in model or model.gauss_markov for model in channels)
+        if slow and numbers.choices.walk.get(sensor) != "horizon":
+            lines.append(
+                f"# {sensor}: the model has flicker or Gauss-Markov noise too, which has no place here and is in no number;"
+                f" --rate-random-walk {sensor}=horizon --horizon S makes the walk stand for all of it."
+            )
+    return lines
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the file: vehicle, component, name, value, type (9: single precision), with tabs between."""
+    if "horizon" not in numbers.choices.walk.values():
+        refuse(numbers, "px4", "its walks follow --rate-random-walk", "horizon")
+    ids = [_identity(numbers, key) for key in ("vehicle", "component")]
+    step = numbers.choices.step or STEP
+    lines = [
+        f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms: right while EKF2_PREDICT_US is"
+        f" {round(1e6 * step)}; --step changes it.",
+        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2. Single precision.",
+        *left_out(numbers),
+        "# vehicle\tcomponent\tname\tvalue\ttype",
+    ]
+    for name, value, words in rows(numbers, _NAMES, FLOORS):
+        lines += [f"# {words}", "\t".join([*ids, name, single(value), "9"])]
+    return "\n".join(lines) + "\n"
+
+
+def _identity(numbers: Numbers, key: str) -> str:
+    value = number(numbers.name(key, "1"), key, least=1)
+    if value != int(value) or value > 255:
+        raise OptionError(f"`name` {key}={value:g}: want a whole number from 1 to 255", option="name")
+    return str(int(value))
+
+
+TARGET = Target(
+    name="px4",
+    summary="PX4 EKF2 parameters: N/sqrt(dt) and K/sqrt(dt), dt its prediction step (10 ms, --step)",
+    ending=".params",
+    write=write,
+    needs_walk=True,
+    names={"vehicle": "1", "component": "1"},
+)

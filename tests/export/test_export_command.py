@@ -1,0 +1,216 @@
+"""``sigmatau export`` and ``analyze --export`` as a user meets them."""
+
+import numpy as np
+import pytest
+
+import vio
+from known import seed_of
+from sigmatau import NoiseModel, OptionError, Record, analyze, simulate
+from sigmatau.cli import main
+from sigmatau.export import NAMES, Choices, target
+from sigmatau.io.write import write_record
+
+WALKS = ("--rate-random-walk", "gyro=upper-limit,accel=1e-5 m/s^3/sqrt(Hz)")
+
+
+@pytest.fixture(scope="module")
+def record() -> Record:
+    """A minute of white noise: no walk is to be seen."""
+    model = NoiseModel(channels={f"{s}_{a}": {"random_walk": 1e-3} for s in ("gyro", "accel") for a in "xy"})
+    return simulate(model, duration=60.0, rate=100.0, rng=seed_of("export command"))
+
+
+@pytest.fixture
+def log(record, tmp_path):
+    write_record(record, tmp_path / "log.csv")
+    return tmp_path / "log.csv"
+
+
+@pytest.fixture
+def result(log, tmp_path):
+    assert main(["analyze", str(log), "--json", str(tmp_path / "r.json"), "-q"]) == 0
+    return tmp_path / "r.json"
+
+
+def run(*argv, capsys):
+    capsys.readouterr()
+    code = main([str(a) for a in argv])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_list(capsys):
+    code, out, err = run("export", "--list", capsys=capsys)
+    assert (code, err) == (0, "")
+    assert [line.split()[0] for line in out.splitlines()] == list(NAMES)
+    assert all(len(line) < 120 for line in out.splitlines())
+
+
+def test_result_gives_the_rate(result, tmp_path, capsys):
+    code, out, err = run("export", result, "--to", "kalibr", *WALKS, capsys=capsys)
+    assert (code, err) == (0, "")
+    content = vio.parse(out)
+    assert content["update_rate"] == 100.0
+    assert content["accelerometer_random_walk"] == 1e-5
+    model = NoiseModel.read(result)
+    worst = max(model.channels[name].limits["rate_random_walk"] for name in ("gyro_x", "gyro_y"))
+    assert content["gyroscope_random_walk"] == worst
+    code, to_file, err = run("export", result, "--to", "kalibr", *WALKS, "-o", tmp_path / "imu.yaml", capsys=capsys)
+    assert (code, to_file) == (0, "")
+    assert err == f"{tmp_path / 'imu.yaml'}: written for kalibr\n"
+    assert (tmp_path / "imu.yaml").read_text() == out
+    code, out, _ = run("export", result, "--to", "kalibr", *WALKS, "--rate", 50, capsys=capsys)
+    assert vio.parse(out)["update_rate"] == 50.0
+
+
+def test_options_reach_the_file(result, capsys):
+    code, out, _ = run(
+        "export", result, "--to", "lio-sam", "--axes", "mean", "--noise-factor", 3, "--walk-factor", 5,
+        "--rate-random-walk", "gyro=upper-limit", "--rate-random-walk", "accel=1e-5 m/s^3/sqrt(Hz)",
+        "--name", "topic=/imu/raw,gravity=9.81", capsys=capsys,
+    )  # fmt: skip
+    assert code == 0
+    content = vio.parse(out)["lio_sam"]
+    assert (content["imuTopic"], content["imuGravity"]) == ("/imu/raw", 9.81)
+    assert content["imuAccBiasN"] == pytest.approx(5e-5, rel=1e-12)
+    model = NoiseModel.read(result)
+    noise = [model.channels[name]["random_walk"] for name in ("accel_x", "accel_y")]
+    assert content["imuAccNoise"] == pytest.approx(3 * np.sqrt(np.mean(np.square(noise))), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--to", "kalibr"], "show no acceleration random walk (it is below"),
+        (["--to", "kalibr", "--rate-random-walk", "gyro=upper-limit"], "the accelerometers show no"),
+        (["--to", "kalibr", "--rate-random-walk", "gyro=1e-6"], "want a value with its unit"),
+        (["--to", "kalibr", "--rate-random-walk", "gyro=1 m/s"], "does not fit here"),
+        (["--to", "kalibr", "--rate-random-walk", "gyro=lots"], "gyro=upper-limit, gyro=horizon"),
+        (["--to", "kalibr", "--rate-random-walk", "gyros=upper-limit"], "'gyros' is no sensor"),
+        (["--to", "kalibr", "--rate-random-walk", "gyro=horizon"], "needs `horizon`"),
+        (["--to", "kalibr", *WALKS, "--horizon", "10"], "want a value with its unit"),
+        (["--to", "kalibr", *WALKS, "--axes", "each"], "choose worst or mean"),
+        (["--to", "kalibr", *WALKS, "--noise-factor", "0"], "`noise_factor` must be a positive number"),
+        (["--to", "kalibr", *WALKS, "--name", "gravity=9.8"], "no name 'gravity'; it has: topic"),
+        (["--to", "vinz"], "unknown target 'vinz'; targets: kalibr"),
+        ([], "say for which target: kalibr"),
+    ],
+)
+def test_what_is_refused_with_exit_code_2(result, tmp_path, more, message, capsys):
+    code, out, err = run("export", result, *more, "-o", tmp_path / "x.out", capsys=capsys)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "x.out").exists()
+
+
+def test_noise_that_is_covered(tmp_path, capsys):
+    (tmp_path / "m.toml").write_text(
+        '[channels.gyro_x]\nquantization = "1 arcsec"\nrate_random_walk = "10 deg/h/sqrt(h)"\n'
+        '[channels.accel_x]\nrandom_walk = "100 ug/sqrt(Hz)"\nrate_random_walk = "10 ug/sqrt(h)"\n'
+    )
+    code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", capsys=capsys)
+    assert code == 2
+    assert 'choose --random-walk "gyro=VALUE"' in err
+    more = ("--random-walk", "gyro=0.06 deg/sqrt(h)")
+    code, out, _ = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, capsys=capsys)
+    assert code == 0
+    assert vio.parse(out)["lio_sam"]["imuGyrNoise"] == pytest.approx(np.radians(0.001), rel=1e-12)
+
+
+def test_horizon(tmp_path, capsys):
+    slow = {"random_walk": 1e-3, "bias_instability": 1e-3}
+    model = NoiseModel(channels={"gyro_x": slow, "gyro_y": {"random_walk": 1e-3}, "accel_x": slow, "accel_y": slow})
+    model.write(tmp_path / "m.toml")
+    walk = ("--rate-random-walk", "gyro=horizon,accel=horizon")
+    code, out, _ = run(
+        "export", tmp_path / "m.toml", "--to", "kalibr", "--rate", 100, *walk, "--horizon", "2 s", capsys=capsys
+    )
+    assert code == 0
+    flicker = model.avar("gyro_x", m=[200], tau0=0.01)[0] - 1e-6 / 2
+    assert vio.parse(out)["gyroscope_random_walk"] == pytest.approx(np.sqrt(3 * flicker / 2), rel=1e-9)
+    NoiseModel(channels={s: {"random_walk": 1e-3} for s in ("gyro", "accel")}).write(tmp_path / "m.toml")
+    code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", *walk, "--horizon", "2s", capsys=capsys)
+    assert code == 2
+    assert "no slow noise" in err
+
+
+def test_a_model_has_no_rate(tmp_path, capsys):
+    NoiseModel(channels={s: {"random_walk": 1e-3, "rate_random_walk": 1e-5} for s in ("gyro", "accel")}).write(
+        tmp_path / "m.toml"
+    )
+    code, _, err = run("export", tmp_path / "m.toml", "--to", "vins", capsys=capsys)
+    assert code == 2
+    assert "sampling rate" in err
+    assert run("export", tmp_path / "m.toml", "--to", "gtsam", capsys=capsys)[0] == 0
+    code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", "-o", tmp_path / "m.toml", capsys=capsys)
+    assert code == 2
+    assert NoiseModel.read(tmp_path / "m.toml")
+    assert run("export", capsys=capsys)[0] == 2
+    assert run("export", tmp_path / "none.toml", "--to", "gtsam", capsys=capsys)[0] == 1
+
+
+class TestAnalyze:
+    def test_writes_what_export_writes(self, log, result, tmp_path, capsys):
+        files = [tmp_path / "imu.yaml", tmp_path / "imu.py"]
+        code, out, err = run(
+            "analyze", log, "--export", f"kalibr={files[0]}", "--export", f"gtsam={files[1]}", *WALKS, capsys=capsys
+        )
+        assert code == 0
+        assert "angle random walk" in out
+        assert [line for line in err.splitlines() if "written" in line] == [
+            f"{files[0]}: written for kalibr",
+            f"{files[1]}: written for gtsam",
+        ]
+        for name, file in zip(("kalibr", "gtsam"), files, strict=True):
+            assert file.read_text() == run("export", result, "--to", name, *WALKS, capsys=capsys)[1]
+
+    def test_what_has_to_be_chosen_is_said_after_the_results(self, log, tmp_path, capsys):
+        code, out, err = run(
+            "analyze", log, "--json", tmp_path / "r.json", "--export", f"kalibr={tmp_path / 'imu.yaml'}", capsys=capsys
+        )
+        assert code == 2
+        assert "angle random walk" in out
+        assert "--export kalibr: the accelerometers show no acceleration random walk" in err
+        assert f"sigmatau export {tmp_path / 'r.json'} needs no second analysis" in err
+        assert (tmp_path / "r.json").exists()
+        assert not (tmp_path / "imu.yaml").exists()
+
+    @pytest.mark.parametrize(
+        ("more", "message"),
+        [
+            (["--export", "vinz=x"], "unknown target"),
+            (["--export", "kalibr"], "want TARGET=FILE"),
+            (["--export", "kalibr=a", "--export", "kalibr=b"], "given twice"),
+            (["--export", "kalibr=a", "--export", "vins=a"], "both name a"),
+            (["--export", "kalibr=a", "--axes", "each"], "worst or mean"),
+            (["--export", "kalibr=a", "--method", "read-off"], "needs the fit"),
+            (["--export", "kalibr=a", "--rate-random-walk", "gyro=horizon"], "needs `horizon`"),
+            (["--horizon", "10s"], "--horizon is for --export"),
+            (["--noise-factor", "2"], "--noise-factor is for --export"),
+        ],
+    )
+    def test_refused_before_the_log_is_read(self, more, message, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        code, out, err = run("analyze", "no-such-log.csv", *more, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert message in err
+
+    def test_of_one_log(self, log, tmp_path, capsys):
+        code, _, err = run("analyze", log, tmp_path / "b.csv", "--export", "kalibr=a", capsys=capsys)
+        assert code == 2
+        assert "of one log" in err
+        assert run("analyze", log, "--export", f"kalibr={tmp_path}", capsys=capsys)[0] == 1
+
+
+def test_in_python(record):
+    analysis = analyze(record)
+    walk = {"gyro": "upper-limit", "accel": 1e-5}
+    text = analysis.export(to="kalibr", choices=Choices(walk=walk))
+    assert vio.parse(text)["update_rate"] == 100.0
+    assert vio.parse(analysis.export(to="kalibr", choices=Choices(walk=walk, rate=50.0)))["update_rate"] == 50.0
+    assert set(analysis.model().channels) == {"gyro_x", "gyro_y", "accel_x", "accel_y"}
+    with pytest.raises(OptionError, match="choose"):
+        analysis.export(to="kalibr")
+    with pytest.raises(OptionError, match="unknown target"):
+        target("kalibr ")

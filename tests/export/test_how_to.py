@@ -1,0 +1,94 @@
+"""The pages of docs/how-to: their commands run, what they show is what is written, and no target is without a page."""
+
+import re
+import shlex
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from test_read_back import IMU_UTILS, KALIBR
+
+import vio
+from conftest import ROOT
+from known import seed_of
+from sigmatau import NoiseModel, simulate
+from sigmatau.cli import main
+from sigmatau.io.write import write_record
+
+HOW_TO = ROOT / "docs" / "how-to"
+INDEX = (HOW_TO / "README.md").read_text(encoding="utf-8")
+OURS = (*vio.YAMLS, "gtsam")
+
+
+def blocks(text, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """What the pages name: a result, the model of the index, and files of other programs."""
+    folder = tmp_path_factory.mktemp("how-to")
+    (folder / "imu.toml").write_text(blocks(INDEX, "toml")[0])
+    model = NoiseModel(channels={f"{s}_{a}": {"random_walk": 1e-3} for s in ("gyro", "accel") for a in "xyz"})
+    write_record(simulate(model, duration=20.0, rate=200.0, rng=seed_of("how to")), folder / "static.csv")
+    assert main(["analyze", str(folder / "static.csv"), "--json", str(folder / "result.json"), "-q"]) == 0
+    (folder / "old-imu.yaml").write_text(KALIBR)
+    (folder / "imu-utils.yaml").write_text(IMU_UTILS)
+    return folder
+
+
+@pytest.mark.parametrize("name", [*OURS, "reading-back"])
+def test_commands_run_and_write_what_the_page_shows(name, folder, tmp_path, monkeypatch, capsys):
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    page = (HOW_TO / f"{name}.md").read_text(encoding="utf-8")
+    commands = [line for block in blocks(page, "sh") for line in block.splitlines()]
+    assert commands
+    for command in commands:
+        argv = shlex.split(command)
+        output = tmp_path / argv[argv.index("-o") + 1]
+        output.unlink(missing_ok=True)
+        assert main(argv[1:]) == 0, capsys.readouterr().err
+        assert output.exists()
+        assert name == "reading-back" or argv[argv.index("--to") + 1] == name
+    if name != "reading-back":
+        shown = blocks(page, "(?:yaml|python-file)")
+        assert shown == [output.read_text(encoding="utf-8")]  # of the last command, from the model of the index
+
+
+def test_the_table_of_the_index(folder):
+    """Its formulas are those of the files: N and K of the model in each, by the words of the table."""
+    model = NoiseModel.read(folder / "imu.toml")
+    n = {
+        s: max(c["random_walk"] for name, c in model.channels.items() if name.startswith(s)) for s in ("accel", "gyro")
+    }
+    k = {
+        s: max(c["rate_random_walk"] for name, c in model.channels.items() if name.startswith(s))
+        for s in ("accel", "gyro")
+    }
+    rows = re.findall(
+        r"^\| [^|]+ \| \[([a-z0-9-]+)\]\(\1\.md\) \| ([^|]+) \| ([^|]+) \| (yes|no) \|$", INDEX, flags=re.M
+    )
+    assert {row[0] for row in rows} == set(OURS)
+    forms = {
+        "N": lambda v: v, "K": lambda v: v, "N²": lambda v: v**2, "K²": lambda v: v**2,
+        "N·√(2f)": lambda v: v * np.sqrt(400), "K·√f": lambda v: v * np.sqrt(200),
+        "N²·f": lambda v: v**2 * 200, "K²·f": lambda v: v**2 * 200,
+    }  # fmt: skip
+    for name, noise, walk, rate in rows:
+        assert (rate == "yes") == vio.target_needs_rate(name)
+        page = (HOW_TO / f"{name}.md").read_text(encoding="utf-8")
+        if name == "gtsam":
+            continue  # whose file holds N and K, and squares them: test_vio_files
+        values = vio.keys_of(name, vio.parse(blocks(page, "yaml")[0]))
+        expected = [forms[noise](n["accel"]), forms[noise](n["gyro"]), forms[walk](k["accel"]), forms[walk](k["gyro"])]
+        np.testing.assert_allclose(values, expected, rtol=1e-12)
+
+
+def test_pages_lead_from_the_index():
+    for page in HOW_TO.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        assert page.name == "README.md" or f"({page.name})" in INDEX
+        for one, other in pairwise(re.findall(r"^#+ ", text, flags=re.M)):
+            assert len(other) <= len(one) + 1

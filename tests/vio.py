@@ -1,0 +1,75 @@
+"""What the files for VIO and LIO say, by a YAML parser and each program's own rule; and a stand-in for GTSAM."""
+
+import sys
+import types
+
+import numpy as np
+from ruamel.yaml import YAML
+
+CONTINUOUS = ("kalibr", "openvins", "euroc", "orb-slam3", "lio-sam")
+DISCRETE = ("vins", "fast-lio")
+YAMLS = (*CONTINUOUS, *DISCRETE)
+
+
+def parse(text, version="1.2"):
+    """By a real parser; OpenCV's own first line, which is no YAML, is taken off as OpenCV does."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.version = version
+    return yaml.load(text.removeprefix("%YAML:1.0\n"))
+
+
+def keys_of(target, content):
+    """acc noise, gyro noise, acc walk, gyro walk, as the file has them."""
+    if target == "openvins":
+        content = content["imu0"]
+    if target in ("kalibr", "openvins", "euroc"):
+        names = [f"{s}_{k}" for k in ("noise_density", "random_walk") for s in ("accelerometer", "gyroscope")]
+    elif target == "orb-slam3":
+        names = ["IMU.NoiseAcc", "IMU.NoiseGyro", "IMU.AccWalk", "IMU.GyroWalk"]
+    elif target == "lio-sam":
+        content, names = content["lio_sam"], ["imuAccNoise", "imuGyrNoise", "imuAccBiasN", "imuGyrBiasN"]
+    elif target == "vins":
+        names = ["acc_n", "gyr_n", "acc_w", "gyr_w"]
+    else:
+        content, names = content["mapping"], ["acc_cov", "gyr_cov", "b_acc_cov", "b_gyr_cov"]
+    assert all(type(content[name]) is float for name in names)
+    return [content[name] for name in names]
+
+
+def in_si(target, values, rate):
+    """N of accelerometers and gyros, K of both, by the unit that EXPORTS gives the target's keys."""
+    if target == "vins":
+        return [v / np.sqrt(2 * rate) for v in values[:2]] + [v / np.sqrt(rate) for v in values[2:]]
+    if target == "fast-lio":
+        return [np.sqrt(v / rate) for v in values]
+    return values
+
+
+class _Params:
+    def __init__(self, gravity):
+        self.gravity, self.set = gravity, {}
+
+    @classmethod
+    def MakeSharedU(cls, gravity):  # noqa: N802  GTSAM's name
+        return cls(gravity)
+
+    def __getattr__(self, name):
+        if not name.startswith("set") or name == "setBiasAccOmegaInt":
+            raise AttributeError(name)
+        return lambda value: self.set.__setitem__(name[3:], value)
+
+
+def gtsam_params(text, monkeypatch):
+    """What the module written for GTSAM sets, run with a GTSAM that only remembers."""
+    fake = types.ModuleType("gtsam")
+    fake.PreintegrationCombinedParams = _Params
+    monkeypatch.setitem(sys.modules, "gtsam", fake)
+    space = {}
+    exec(compile(text, "imu.py", "exec"), space)
+    return space["params"]()
+
+
+def target_needs_rate(name):
+    from sigmatau.export import target
+
+    return target(name).needs_rate

@@ -19,6 +19,7 @@ __all__ = [
     "Analysis",
     "Curves",
     "DataError",
+    "Datasheet",
     "Deviation",
     "DeviationCurve",
     "Deviations",
@@ -31,10 +32,14 @@ __all__ = [
     "Record",
     "RecordTooShortError",
     "Stream",
+    "Verdict",
     "__version__",
     "allan",
     "analyze",
     "check",
+    "compare_with",
+    "datasheet",
+    "datasheets",
     "detectable",
     "deviation",
     "dynamic_allan",
@@ -53,6 +58,7 @@ _HOMES = {
     "Analysis": "sigmatau.analysis",
     "Curves": "sigmatau.allan",
     "DataError": "sigmatau.errors",
+    "Datasheet": "sigmatau.datasheet",
     "Deviation": "sigmatau.deviations",
     "DeviationCurve": "sigmatau.allan",
     "Deviations": "sigmatau.deviations",
@@ -65,9 +71,13 @@ _HOMES = {
     "Record": "sigmatau.record",
     "RecordTooShortError": "sigmatau.errors",
     "Stream": "sigmatau.streams",
+    "Verdict": "sigmatau.datasheet",
     "allan": "sigmatau.allan",
     "analyze": "sigmatau.analysis",
     "check": "sigmatau.diagnose",
+    "compare_with": "sigmatau.datasheet",
+    "datasheet": "sigmatau.datasheet",
+    "datasheets": "sigmatau.datasheet",
     "detectable": "sigmatau.planning",
     "deviation": "sigmatau.deviations",
     "dynamic_allan": "sigmatau.stability",
@@ -123,7 +133,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """The package, in which `allan` is the function; importing the module of that name would else put it there."""
+    """The package, in which `allan` and `datasheet` are functions, not the modules of these names that an import puts there."""
 
     @property
     def allan(self) -> object:
@@ -131,6 +141,14 @@ class _Package(ModuleType):
 
     @allan.setter
     def allan(self, module: object) -> None:
+        pass
+
+    @property
+    def datasheet(self) -> object:
+        return import_module("sigmatau.datasheet").datasheet
+
+    @datasheet.setter
+    def datasheet(self, module: object) -> None:
         pass
 
 

@@ -4,6 +4,7 @@ from sigmatau._version import __version__
 from sigmatau.accumulate import Accumulator
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
+from sigmatau.datasheet import Datasheet, Verdict, compare_with, datasheet, datasheets
 from sigmatau.deviations import Deviation, Deviations, deviation
 from sigmatau.diagnose import check
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
@@ -25,6 +26,7 @@ __all__ = [
     "Analysis",
     "Curves",
     "DataError",
+    "Datasheet",
     "Deviation",
     "DeviationCurve",
     "Deviations",
@@ -37,10 +39,14 @@ __all__ = [
     "Record",
     "RecordTooShortError",
     "Stream",
+    "Verdict",
     "__version__",
     "allan",
     "analyze",
     "check",
+    "compare_with",
+    "datasheet",
+    "datasheets",
     "detectable",
     "deviation",
     "dynamic_allan",

@@ -133,7 +133,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """The package, in which `allan` and `datasheet` are functions, not the modules of these names that an import puts there."""
+    """The package, in which `allan` and `datasheet` are functions, not the modules that an import would put there."""
 
     @property
     def allan(self) -> object:

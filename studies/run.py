@@ -10,6 +10,7 @@ from studies import (
     false_alarms,
     gaps,
     intervals,
+    paper_claims,
     read_off,
     robustness,
     round_trip,
@@ -30,6 +31,7 @@ STUDIES = (
     selection,
     false_alarms,
     adis16405,
+    paper_claims,
 )
 
 

@@ -57,7 +57,7 @@ class Meaning:
 
 _ONE = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
 _TWO = Meaning(of="random_walk", factor=1.0, words="two-sided")
-_MINIMUM = Meaning(of=MINIMUM, factor=1.0, words="minimum of the Allan deviation")
+_MINIMUM = Meaning(of=MINIMUM, factor=1.0, words="Allan minimum")
 _COEFFICIENT = Meaning(of="bias_instability", factor=1.0, words="coefficient B")
 
 _MEANINGS = {

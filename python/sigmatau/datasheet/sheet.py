@@ -20,8 +20,8 @@ from sigmatau.terms import BIAS_LEVEL
 __all__ = ["Datasheet", "datasheet", "datasheets"]
 
 _AXES = "xyz"
-_WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "minimum of the Allan deviation", "coefficient": "B"}
-_OPEN = {"noise_density": "one- or two-sided: not said", "bias_instability": "minimum or B: not said"}
+_WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
+_OPEN = {"noise_density": "one- or two-sided: not said", "bias_instability": "Allan minimum or coefficient B: not said"}
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -29,6 +29,7 @@ Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
 
 _WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
+_COLUMNS = 5
 _FEW_SIGMAS = 100  # beyond, the number says no more
 _MOST_SIGMAS = 1e6  # of an interval without width
 
@@ -58,7 +59,7 @@ class Comparison:
         size = abs(self.sigmas)
         number = f"more than {_FEW_SIGMAS} σ" if size > _FEW_SIGMAS else f"{size:.1f} σ"
         if self.side == "undecided":
-            return f"undecided, {'above' if self.sigmas > 0 else 'below'} by {number}"
+            return f"{'above' if self.sigmas > 0 else 'below'} by {number}, not significant"
         return f"{self.side} by {number}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -186,8 +187,11 @@ class Verdict(Printed):
     def __repr__(self) -> str:
         lines = [f"{self.unit} against {self.datasheet}: {self.status}"]
         rows = [row for judged in self.judged for row in _rows(judged)]
-        widths = [max((len(row[k]) for row in rows), default=0) for k in range(4)]
-        lines += ["  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+        full = [row for row in rows if len(row) == _COLUMNS]
+        widths = [max((len(row[k]) for row in full), default=0) for k in range(_COLUMNS)]
+        for row in rows:
+            cells = [cell.ljust(w) for cell, w in zip(row, widths, strict=True)] if len(row) == _COLUMNS else row
+            lines.append("  " + "   ".join(cells).rstrip())
         if not self.judged:
             lines.append("  the datasheet states nothing of the noise of these channels")
         lines += [f"  {name}: in the datasheet, but the result has no model of it" for name in self.missing]
@@ -417,28 +421,26 @@ def _by(judged: Judged) -> str:
     return ""
 
 
-def _rows(judged: Judged) -> list[tuple[str, str, str, str]]:
+def _rows(judged: Judged) -> list[tuple[str, ...]]:
+    """Channel, claim, value, limits, status; and why it is undecided in a row of its own."""
     claim = judged.claim
     text, size = claim.display()
-    rows = []
+    if not any(reading.measured.anything for reading in judged.readings):
+        stated = [("typical", claim.typical_text), ("maximum", claim.maximum_text)]
+        limits = "; ".join(f"{name} {value}" for name, value in stated if value)
+        return [(judged.channel, claim.label, "not measured", limits, judged.status)]
+    rows: list[tuple[str, ...]] = []
     for k, reading in enumerate(judged.readings):
         words = f", {reading.meaning.words}" if reading.meaning.words else ""
-        against = [
-            f"{name} {comparison.limit / size:.4g}: {comparison.words()}"
+        against = "; ".join(
+            f"{name} {comparison.limit / size:.4g}" + (f": {comparison.words()}" if reading.measured.anything else "")
             for name, comparison in (("typical", reading.typical), ("maximum", reading.maximum))
             if comparison is not None
-        ]
-        rows.append(
-            (
-                judged.channel if k == 0 else "",
-                claim.label + words if k == 0 else f"  or{words[1:]}",
-                _value_text(reading.measured, text, size),
-                "; ".join(against) + (f"   {judged.status}" if k == len(judged.readings) - 1 else ""),
-            )
         )
-    if judged.reason:
-        rows.append(("", f"  {judged.reason}", "", ""))
-    return rows
+        label = claim.label + words if k == 0 else f"  or{words[1:]}"
+        value = _value_text(reading.measured, text, size)
+        rows.append((judged.channel if k == 0 else "", label, value, against, judged.status if k == 0 else ""))
+    return [*rows, ("", f"  {judged.reason}")] if judged.reason else rows
 
 
 def _value_text(found: Measured, text: str, size: float) -> str:

@@ -120,19 +120,19 @@ This page holds one against the other with `compare_with`, the paper's ± taken 
 
 What the sentence rests on:
 
-- Of the {total} coefficients in the three tables, {judged} have a claim to be compared with: the angle random walks of two of
-  the three units. Of the MotionPak II, section III states biases and bandwidths, nothing about noise.
-- {typical} of them have a typical value ("about"), from which none differs by more than {farthest:.1f} σ. But with errors of a
-  third, a walk would have to be below 0.6 or above 1.9 times the claim to differ.
+- Of the {total} coefficients in the three tables, {judged} have a claim to be compared with: the angle random walks of two
+  of the three units. Of the MotionPak II, section III states biases and bandwidths, nothing about noise.
+- {typical} of them have a typical value ("about"), from which none differs by more than {farthest:.1f} σ. But with errors
+  of a third, a walk would have to be below 0.6 or above 1.9 times the claim to differ.
 - {maximum} have a maximum ("less than"): {proven} are shown with 95 % to keep to it, {unproven} is below it by too little to
   show it, {out} are out.
 - The CIMU's claims of bias instability and of the accelerometers' noise were not measured; two hours are too short, as the
-  paper says. Bias repeatability, scale factors and residual bias, which are most of section III, are not noise, and no record
-  at rest shows them.
+  paper says. Bias repeatability, scale factors and residual bias, which are most of section III, are not noise, and no
+  record at rest shows them.
 
 So nothing contradicts the claims, {proven} of {judged} comparisons confirm one, and a method that read the random walk 30 %
-too small or too large would have had no unit out either: the agreement is no proof of the method. What reading off a slope is
-worth is measured on known noise in [read-off](read-off.md).
+too small or too large would have had no unit out either: the agreement is no proof of the method. What reading off a slope
+is worth is measured on known noise in [read-off](read-off.md).
 """
 
 

@@ -64,7 +64,7 @@ def cell(seed: int, name: str) -> list[list[str]]:
             claim = {"maximum": f"{truth / ratio!r} {unit}", **more}
             sheet = Datasheet.from_dict({"name": "-", "maker": "-", "source": "-", "gyro": {key: claim}})
             by_ratio.append({judged.channel: judged.status for judged in compare_with(found, sheet).judged})
-        rows += [[statuses.get(channel, "undecided") for statuses in by_ratio] for channel in channels]
+        rows += [[str(statuses.get(channel, "undecided")) for statuses in by_ratio] for channel in channels]
     return rows
 
 
@@ -99,9 +99,9 @@ def main() -> None:
 
 _HEAD = """# How often a datasheet calls a unit out
 
-Made by `make study` (studies/datasheets.py). {axes} simulated axes of {minutes:.0f} min at {rate:g} Hz, fitted and compared with
-a maximum by `compare_with` at 95 %; percent of axes, by the true value over the maximum. N = 0.005, B = 0.0028 (the small one
-1e-4), K = 1e-4 in SI.
+Made by `make study` (studies/datasheets.py). {axes} simulated axes of {minutes:.0f} min at {rate:g} Hz, fitted and compared
+with a maximum by `compare_with` at 95 %; percent of axes, by the true value over the maximum. N = 0.005, B = 0.0028 (the
+small one 1e-4), K = 1e-4 in SI.
 
 | compared | percent | {ratios} |"""
 

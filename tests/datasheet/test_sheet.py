@@ -130,7 +130,7 @@ REFUSED = {
     '[gyro]\nrandom_walk = {typical = "1 m/s/sqrt(h)"}': "gyro: typical of random_walk: the unit .* does not fit",
     '[gyro]\nrandom_walk = {typical = "-1 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
     '[gyro]\nrandom_walk = {typical = "1e999 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
-    '[gyro]\nrandom_walk = {typical = "2 deg/sqrt(h)", maximum = "1 deg/sqrt(h)"}': "gyro: random_walk: typical 2 .* is above",
+    '[gyro]\nrandom_walk = {typical = "2 deg/sqrt(h)", maximum = "1 deg/sqrt(h)"}': "gyro: random_walk: typical 2 .* above",
     '[gyro]\narw = {typical = "1 deg/sqrt(h)"}': "gyro: unknown key 'arw'; keys: noise_density",
     '[gyro]\nfull_scale = "2 deg/s"': "gyro: full_scale = '2 deg/s'; write a list",
     '[gyro]\nfull_scale = ["2 g"]': "gyro: value of full_scale: the unit 'g' does not fit",

@@ -256,6 +256,12 @@ class TestResults:
         verdict = compare_with(analysis, sheet(bias_instability={"maximum": "1 rad/s", "as": "minimum"}))
         assert ("gyro_x", "random_walk") in verdict.unsaid
         assert "measured, not in the datasheet: random walk (gyro_x, gyro_y, gyro_z)" in repr(verdict)
+        # What describes a curve and was not observed was not measured.
+        model = ChannelModel(terms={"random_walk": N, "quantization": 1e-6}, limits={"quantization": 1e-5})
+        verdict = compare_with(
+            NoiseModel(channels={"gyro_x": model}), sheet(bias_instability={"maximum": "1 rad/s", "as": "minimum"})
+        )
+        assert verdict.unsaid == (("gyro_x", "random_walk"),)
 
     def test_sensors_that_were_not_measured(self, analysis):
         claims = Datasheet.from_dict(

@@ -6,10 +6,12 @@ from studies import (
     adis16405,
     bandwidth,
     coverage,
+    datasheets,
     efficiency,
     false_alarms,
     gaps,
     intervals,
+    paper_claims,
     prediction,
     read_off,
     robustness,
@@ -24,6 +26,7 @@ STUDIES = (
     robustness,
     efficiency,
     coverage,
+    datasheets,
     gaps,
     bandwidth,
     round_trip,
@@ -32,6 +35,7 @@ STUDIES = (
     false_alarms,
     prediction,
     adis16405,
+    paper_claims,
 )
 
 

@@ -82,7 +82,10 @@ def _write_logs(folder):
         table(name, np.column_stack([t, y]), "time [s]," + ",".join(names))
     np.savetxt(folder / "phase.txt", np.cumsum(y[:, 0]))
     (folder / "imu.toml").write_text(blocks("toml")[0])
-    for name in ("result.json", "static.json"):
+    (folder / "spec.toml").write_text(
+        'name = "spec"\nmaker = "us"\nsource = "here"\n[gyro]\nrandom_walk = { maximum = "60 deg/sqrt(h)" }\n'
+    )
+    for name in ("result.json", "static.json", "unit1.json", "unit2.json"):
         assert main(["analyze", str(folder / "static.csv"), "--json", str(folder / name), "-q"]) == 0
 
 

@@ -21,6 +21,7 @@ __all__ = [
     "CrossSpectrum",
     "Curves",
     "DataError",
+    "Datasheet",
     "Deviation",
     "DeviationCurve",
     "Deviations",
@@ -38,12 +39,16 @@ __all__ = [
     "Sinusoid",
     "Spectrum",
     "Stream",
+    "Verdict",
     "__version__",
     "allan",
     "analyze",
     "avar_from_psd",
     "check",
+    "compare_with",
     "cross_spectrum",
+    "datasheet",
+    "datasheets",
     "detectable",
     "deviation",
     "dynamic_allan",
@@ -68,6 +73,7 @@ _HOMES = {
     "CrossSpectrum": "sigmatau.spectrum",
     "Curves": "sigmatau.allan",
     "DataError": "sigmatau.errors",
+    "Datasheet": "sigmatau.datasheet",
     "Deviation": "sigmatau.deviations",
     "DeviationCurve": "sigmatau.allan",
     "Deviations": "sigmatau.deviations",
@@ -85,11 +91,15 @@ _HOMES = {
     "Sinusoid": "sigmatau.model",
     "Spectrum": "sigmatau.spectrum",
     "Stream": "sigmatau.streams",
+    "Verdict": "sigmatau.datasheet",
     "allan": "sigmatau.allan",
     "analyze": "sigmatau.analysis",
     "avar_from_psd": "sigmatau.model",
     "check": "sigmatau.diagnose",
     "cross_spectrum": "sigmatau.spectrum",
+    "compare_with": "sigmatau.datasheet",
+    "datasheet": "sigmatau.datasheet",
+    "datasheets": "sigmatau.datasheet",
     "detectable": "sigmatau.planning",
     "deviation": "sigmatau.deviations",
     "dynamic_allan": "sigmatau.stability",
@@ -150,7 +160,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """The package, in which `allan` is the function; importing the module of that name would else put it there."""
+    """The package, in which `allan` and `datasheet` are functions, not the modules that an import would put there."""
 
     @property
     def allan(self) -> object:
@@ -158,6 +168,14 @@ class _Package(ModuleType):
 
     @allan.setter
     def allan(self, module: object) -> None:
+        pass
+
+    @property
+    def datasheet(self) -> object:
+        return import_module("sigmatau.datasheet").datasheet
+
+    @datasheet.setter
+    def datasheet(self, module: object) -> None:
         pass
 
 

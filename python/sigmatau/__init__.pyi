@@ -4,6 +4,7 @@ from sigmatau._version import __version__
 from sigmatau.accumulate import Accumulator
 from sigmatau.allan import Curves, DeviationCurve, allan
 from sigmatau.analysis import Analysis, analyze
+from sigmatau.datasheet import Datasheet, Verdict, compare_with, datasheet, datasheets
 from sigmatau.deviations import Deviation, Deviations, deviation
 from sigmatau.diagnose import check
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
@@ -39,6 +40,7 @@ __all__ = [
     "CrossSpectrum",
     "Curves",
     "DataError",
+    "Datasheet",
     "Deviation",
     "DeviationCurve",
     "Deviations",
@@ -56,12 +58,16 @@ __all__ = [
     "Sinusoid",
     "Spectrum",
     "Stream",
+    "Verdict",
     "__version__",
     "allan",
     "analyze",
     "avar_from_psd",
     "check",
+    "compare_with",
     "cross_spectrum",
+    "datasheet",
+    "datasheets",
     "detectable",
     "deviation",
     "dynamic_allan",

@@ -209,7 +209,7 @@ def test_in_python(record):
     text = analysis.export(to="kalibr", choices=Choices(walk=walk))
     assert vio.parse(text)["update_rate"] == 100.0
     assert vio.parse(analysis.export(to="kalibr", choices=Choices(walk=walk, rate=50.0)))["update_rate"] == 50.0
-    assert set(analysis.model().channels) == {"gyro_x", "gyro_y", "accel_x", "accel_y"}
+    assert set(analysis.model.channels) == {"gyro_x", "gyro_y", "accel_x", "accel_y"}
     with pytest.raises(OptionError, match="choose"):
         analysis.export(to="kalibr")
     with pytest.raises(OptionError, match="unknown target"):

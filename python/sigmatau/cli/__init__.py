@@ -16,7 +16,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 130 interrupted.
+        0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit is out of its specification;
+        4 done with what could be read of a damaged file; 130 interrupted.
     """
     from cyclopts import CycloptsError
 

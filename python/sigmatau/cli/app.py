@@ -10,7 +10,7 @@ __all__ = ["EXAMPLES", "app"]
 
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
-    " · 4 done with what could be read of a damaged file."
+    " · 3 a unit is out of its specification (compare) · 4 done with what could be read of a damaged file."
     " Tables and JSON go to standard output, messages to standard error."
 )
 
@@ -78,6 +78,19 @@ sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s
         """\
 logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
 sigmatau watch growing.csv --idle 60 --json last.json""",
+    ),
+    "compare": (
+        "Whether units keep to their datasheet, term by term and by how many sigmas; exit code 3 if one does not.",
+        """\
+sigmatau compare result.json --datasheet icm42688p
+sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --json""",
+    ),
+    "datasheet": (
+        "Public values of common sensors with their sources; one of them as a noise model.",
+        """\
+sigmatau datasheet list
+sigmatau datasheet show ism330dhcx
+sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
     "demo": (
         "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",

@@ -1,0 +1,77 @@
+"""``sigmatau datasheet``: the library of public values, listed, shown, or as a model file."""
+
+from __future__ import annotations
+
+import json as json_module
+import sys
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from sigmatau.datasheet import datasheet as find_datasheet
+from sigmatau.datasheet import datasheets
+from sigmatau.errors import OptionError
+
+__all__ = ["datasheet_command"]
+
+
+def datasheet_command(
+    action: Literal["list", "show"],
+    name: str | None = None,
+    /,
+    *,
+    model: Annotated[bool, Parameter(negative=())] = False,
+    use: Literal["typical", "maximum"] = "typical",
+    sided: Literal["one", "two"] | None = None,
+    bias: Literal["minimum", "coefficient"] | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Public values of common sensors with their sources; one of them as a noise model.
+
+    Parameters
+    ----------
+    action
+        list all, or show one.
+    name
+        Which to show: a name of the list, or a file of your own (.toml).
+    model
+        Print a model file, for simulate and plan.
+    use
+        Which numbers the model has; the other where there is only one.
+    sided
+        For the model: what noise densities are of which the sheet does not say it.
+    bias
+        For the model: what bias instabilities are, likewise.
+    json
+        Print JSON in place of text.
+    """
+    if action == "list":
+        if name is not None:
+            raise OptionError(f"list takes no name; to see {name!r}: sigmatau datasheet show {name}", option="name")
+        if model:
+            raise OptionError("--model is of one sheet: sigmatau datasheet show NAME --model", option="model")
+        library = datasheets()
+        if json:
+            text = _json({key: sheet.to_dict() for key, sheet in library.items()})
+        else:
+            width = max(map(len, library))
+            text = "\n".join(f"{key.ljust(width)}   {sheet.headline()}" for key, sheet in library.items()) + "\n"
+    else:
+        if name is None:
+            raise OptionError("which? sigmatau datasheet show NAME; the names: sigmatau datasheet list", option="name")
+        sheet = find_datasheet(name)
+        if model and json:
+            raise OptionError("--model is a TOML file; give it or --json, not both", option="json")
+        if not model and (sided is not None or bias is not None or use != "typical"):
+            raise OptionError("--use, --sided and --bias are those of a model: give --model too", option="model")
+        if model:
+            text = f"# {use} values of {sheet.name} ({sheet.maker}); {sheet.source}\n\n"
+            text += sheet.model(use=use, sided=sided, bias=bias).to_toml()
+        else:
+            text = _json(sheet.to_dict()) if json else f"{sheet!r}\n"
+    sys.stdout.write(text)
+    return 0
+
+
+def _json(content: object) -> str:
+    return json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"

@@ -1,0 +1,19 @@
+"""What makers state of a sensor's noise, and whether a sensor keeps to it."""
+
+from sigmatau.datasheet.claims import Claim
+from sigmatau.datasheet.measured import Measured
+from sigmatau.datasheet.sheet import Datasheet, datasheet, datasheets
+from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Verdict, compare_with
+
+__all__ = [
+    "Claim",
+    "Comparison",
+    "Datasheet",
+    "Judged",
+    "Measured",
+    "Reading",
+    "Verdict",
+    "compare_with",
+    "datasheet",
+    "datasheets",
+]

@@ -1,0 +1,110 @@
+"""How often a unit is called out by its datasheet, by how large its noise is over the limit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+from sigmatau import NoiseModel, allan, compare_with, fit, simulate
+from sigmatau.datasheet import Datasheet
+from sigmatau.terms import BIAS_LEVEL
+from studies.runner import run
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "study" / "datasheets.md"
+
+RATE, SAMPLES = 10.0, 1 << 15  # 55 min
+AXES = 240
+PARTS = 4
+RATIOS = (0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 1.6, 2.0)
+_N, _B, _K = 0.005, 0.0028, 1e-4
+
+# Name: the noise, the key of the sheet, what else the sheet says, the true value that the limit is about, its unit.
+CASES: dict[str, tuple[dict[str, float], str, dict[str, str], float, str]] = {
+    "N, of white noise": ({"random_walk": _N}, "random_walk", {}, _N, "rad/sqrt(s)"),
+    "N, with B": ({"random_walk": _N, "bias_instability": _B}, "random_walk", {}, _N, "rad/sqrt(s)"),
+    "N, with a B too small to be seen": (
+        {"random_walk": _N, "bias_instability": 1e-4},
+        "random_walk",
+        {},
+        _N,
+        "rad/sqrt(s)",
+    ),
+    "B, with N": (
+        {"random_walk": _N, "bias_instability": _B},
+        "bias_instability",
+        {"as": "coefficient"},
+        _B,
+        "rad/s",
+    ),
+    "Allan minimum, of N and B": (
+        {"random_walk": _N, "bias_instability": _B},
+        "bias_instability",
+        {"as": "minimum"},
+        _B * BIAS_LEVEL,
+        "rad/s",
+    ),
+    "K, with N": ({"random_walk": _N, "rate_random_walk": _K}, "rate_random_walk", {}, _K, "rad/s/sqrt(s)"),
+}
+
+
+def cell(seed: int, name: str) -> list[list[str]]:
+    """The status of each axis by each ratio of its true value to the limit."""
+    rng = np.random.default_rng(seed)
+    terms, key, more, truth, unit = CASES[name]
+    channels = [f"gyro_{axis}" for axis in "xyz"]
+    model = NoiseModel(channels=dict.fromkeys(channels, terms))
+    rows = []
+    for _ in range(AXES // PARTS // len(channels)):
+        record = simulate(model, duration=SAMPLES / RATE, rate=RATE, rng=rng)
+        found = SimpleNamespace(fits={channel: fit(curve) for channel, curve in allan(record, threads=1).items()})
+        by_ratio = []
+        for ratio in RATIOS:
+            claim = {"maximum": f"{truth / ratio!r} {unit}", **more}
+            sheet = Datasheet.from_dict({"name": "-", "maker": "-", "source": "-", "gyro": {key: claim}})
+            by_ratio.append({judged.channel: judged.status for judged in compare_with(found, sheet).judged})
+        rows += [[str(statuses.get(channel, "undecided")) for statuses in by_ratio] for channel in channels]
+    return rows
+
+
+def main() -> None:
+    """Run the study and write docs/study/datasheets.md."""
+    cells = {f"{name} {k}": (cell, (name,)) for name in CASES for k in range(PARTS)}
+    results = run("datasheets", cells, settings=repr((CASES, RATE, SAMPLES, AXES, RATIOS)))
+    lines = [
+        _HEAD.format(axes=AXES, minutes=SAMPLES / RATE / 60, rate=RATE, ratios=" | ".join(f"{r:g}" for r in RATIOS))
+    ]
+    lines.append("|---" * (len(RATIOS) + 2) + "|")
+    failures = []
+    allowed = 0.05 + 3 * np.sqrt(0.05 * 0.95 / AXES)
+    for name in CASES:
+        rows = np.array([row for k in range(PARTS) for row in results[f"{name} {k}"]])
+        for status in ("out", "undecided", "within"):
+            shares = (rows == status).mean(axis=0)
+            lines.append(f"| {name} | {status} | " + " | ".join(f"{100 * s:.1f}" for s in shares) + " |")
+            if status == "out":
+                failures += [
+                    f"- {name}: {100 * s:.1f} % are called out at {r:g} times the limit"
+                    for r, s in zip(RATIOS, shares, strict=True)
+                    if r <= 1 and s > allowed
+                ]
+    lines.append("")
+    lines.append(
+        f"Gate: up to the limit no more than 5 % are called out, with {100 * allowed:.1f} % allowed for {AXES} axes."
+    )
+    lines += ["Not met:", *failures] if failures else ["Met by all."]
+    PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+_HEAD = """# How often a datasheet calls a unit out
+
+Made by `make study` (studies/datasheets.py). {axes} simulated axes of {minutes:.0f} min at {rate:g} Hz, fitted and compared
+with a maximum by `compare_with` at 95 %; percent of axes, by the true value over the maximum. N = 0.005, B = 0.0028 (the
+small one 1e-4), K = 1e-4 in SI.
+
+| compared | percent | {ratios} |"""
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,169 @@
+"""``sigmatau compare`` and ``sigmatau datasheet``: what they print, exit codes, and the how-to page's commands."""
+
+import json
+import re
+import shlex
+import tomllib
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from known import seed_of
+from sigmatau import NoiseModel, Record, analyze, datasheets
+from sigmatau.cli import main
+
+PAGE = (ROOT / "docs" / "how-to" / "datasheets.md").read_text(encoding="utf-8")
+SPEC = next(block for block in re.findall(r"^```toml\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE))
+
+# Random walks of about a sixth of the page's maxima, and the same ten times larger; of the short one B cannot be told.
+_RATE, _GYRO, _ACCEL = 100.0, 2.3e-5, 2.5e-4
+_UNITS = {"good": (1.0, 1 << 15), "bad": (10.0, 1 << 15), "short": (1.0, 600)}
+
+
+@pytest.fixture(scope="module")
+def contents():
+    found = {}
+    for name, (factor, n) in _UNITS.items():
+        noise = np.random.default_rng(seed_of(f"unit {name}")).standard_normal((n, 6)) * factor * np.sqrt(_RATE)
+        record = Record.from_arrays(
+            rate=_RATE, gyro=_GYRO * noise[:, :3], accel=_ACCEL * noise[:, 3:], unit={"gyro": "rad/s", "accel": "m/s^2"}
+        )
+        found[name] = json.dumps(analyze(record).to_dict())
+    return found
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, contents):
+    for name, content in contents.items():
+        (tmp_path / f"{name}.json").write_text(content)
+    (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(line):
+    return main(shlex.split(line, comments=True)[1:])
+
+
+@pytest.mark.parametrize(
+    ("line", "code"), re.findall(r"^(sigmatau compare .*?) +# exit code (\d)$", PAGE, flags=re.MULTILINE)
+)
+def test_the_pages_commands_end_as_it_says(line, code, folder, capsys):
+    assert run(line) == int(code), capsys.readouterr()
+
+
+def test_the_page_has_all_exit_codes():
+    assert set(re.findall(r"# exit code (\d)$", PAGE, flags=re.MULTILINE)) == {"0", "1", "3"}
+
+
+def test_the_pages_model_command(tmp_path, monkeypatch, capsys):
+    (line,) = re.findall(r"^(sigmatau datasheet show .*?) > stim300.toml$", PAGE, flags=re.MULTILINE)
+    assert run(line) == 0
+    (tmp_path / "stim300.toml").write_text(capsys.readouterr().out, encoding="utf-8")
+    assert "gyro_z" in NoiseModel.read(tmp_path / "stim300.toml").channels
+    monkeypatch.chdir(tmp_path)
+    assert run("sigmatau simulate stim300.toml --hours 0.01 --rate 10 -o out.csv -q") == 0
+    assert run("sigmatau plan stim300.toml --term rate_random_walk --rate 100 --hours 1 -q") == 0
+
+
+def test_one_unit_is_told_in_full(folder, capsys):
+    assert run("sigmatau compare bad.json --datasheet spec.toml") == 3
+    out = capsys.readouterr().out
+    assert out.startswith("bad.json against Unit 7: out\n")
+    line = next(row for row in out.splitlines() if row.startswith("  gyro_x"))
+    assert re.search(
+        r"angle random walk +0\.79\d* \[.*\] deg/√h +typical 0\.3: above by .* σ; maximum 0\.45: above by", line
+    )
+    assert line.endswith("out")
+
+
+def test_several_units_are_a_line_each_and_a_count(folder, capsys):
+    assert run("sigmatau compare good.json bad.json short.json --datasheet spec.toml") == 3
+    good, bad, short, total = capsys.readouterr().out.splitlines()
+    assert good == "good.json: within"
+    assert bad.startswith("bad.json: out: gyro_x angle random walk (above by")
+    assert short.startswith("short.json: undecided: ")
+    assert total == "3 units against Unit 7: 1 within, 1 undecided, 1 out; 1 failed"
+
+
+def test_undecided_is_said_when_it_passes(folder, capsys):
+    assert run("sigmatau compare short.json --datasheet spec.toml") == 0
+    assert "1 of 1 undecided, and passed" in capsys.readouterr().err
+    assert run("sigmatau compare short.json --datasheet spec.toml -q") == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_json_is_the_verdicts(folder, capsys):
+    assert run("sigmatau compare good.json bad.json --datasheet spec.toml --json") == 3
+    content = json.loads(capsys.readouterr().out)
+    assert content["failed"] == 1
+    assert content["datasheet"]["name"] == "Unit 7"
+    assert [unit["status"] for unit in content["units"]] == ["within", "out"]
+    (walk,) = [
+        c for c in content["units"][1]["claims"] if c["channel"] == "gyro_y" and c["claim"]["key"] == "random_walk"
+    ]
+    assert walk["readings"][0]["maximum"]["side"] == "above"
+
+
+def test_options_reach_the_comparison(folder, capsys):
+    (folder / "open.toml").write_text(
+        'name = "open"\nmaker = "M"\nsource = "S"\n'
+        '[gyro]\nnoise_density = { typical = "2.76e-5 rad/s/sqrt(Hz)", sided = "unknown" }\n'
+    )
+    base = "sigmatau compare good.json --datasheet open.toml -q"
+    assert run(f"{base} --factor 1") == 0
+    assert "one-sided or two-sided" in capsys.readouterr().out
+    assert run(f"{base} --factor 1 --sided one") == 3
+    assert run(f"{base} --factor 1 --sided two") == 0
+    assert run(f"{base} --factor 1.5 --sided one") == 0
+    assert run(base) == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "words"),
+    [
+        ("compare --datasheet spec.toml", 2, "no result"),
+        ("compare good.json", 2, "datasheet"),
+        ("compare good.json --datasheet nonesuch", 2, "no datasheet 'nonesuch'; there are adis16405"),
+        ("compare good.json --datasheet none.toml", 1, "none.toml: No such file"),
+        ("compare good.json --datasheet motionpak2", 1, "MotionPak II-3g: the datasheet states nothing of the noise"),
+        ("compare good.json --datasheet spec.toml --level 1.5", 2, "`level`"),
+        ("compare good.json --datasheet spec.toml --factor 0.5", 2, "`factor`"),
+        ("compare cut.json --datasheet spec.toml", 1, "cut.json: no JSON"),
+        ("compare good.json list.json --datasheet spec.toml", 1, "list.json: this is no result"),
+        ("compare deep.json --datasheet spec.toml", 1, "deep.json: "),
+        ("compare spec.toml --datasheet spec.toml", 1, "spec.toml: unknown key"),
+        ("datasheet show", 2, "which?"),
+        ("datasheet show nonesuch", 2, "no datasheet"),
+        ("datasheet list cimu", 2, "sigmatau datasheet show cimu"),
+        ("datasheet list --model", 2, "--model is of one sheet"),
+        ("datasheet show cimu --model --json", 2, "not both"),
+        ("datasheet show cimu --sided one", 2, "give --model too"),
+        ("datasheet show icm42688p --model", 2, "--sided one or two"),
+        ("datasheet show motionpak2 --model", 1, "nothing of the noise"),
+    ],
+)
+def test_refusals(line, code, words, folder, capsys):
+    (folder / "cut.json").write_text('{"channels": ')
+    (folder / "list.json").write_text("[]")
+    (folder / "deep.json").write_text("[" * 100_000)
+    assert run(f"sigmatau {line}") == code
+    captured = capsys.readouterr()
+    assert words in captured.err
+    assert captured.out == ""
+
+
+def test_list_and_show(capsys):
+    assert run("sigmatau datasheet list") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(datasheets())
+    assert run("sigmatau datasheet list --json") == 0
+    assert set(json.loads(capsys.readouterr().out)) == set(datasheets())
+    assert run("sigmatau datasheet show ISM330DHCX") == 0
+    out = capsys.readouterr().out
+    assert "typical 60 ug/sqrt(Hz), maximum 100 ug/sqrt(Hz) (one- or two-sided: not said)" in out
+    assert run("sigmatau datasheet show ism330dhcx --model --sided one --bias minimum --use maximum") == 0
+    out = capsys.readouterr().out
+    assert out.startswith("# maximum values of ISM330DHCX (STMicroelectronics); ")
+    assert set(tomllib.loads(out)["channels"]) == {f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"}

@@ -144,7 +144,7 @@ def with_fits(
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
-    if any(finding.code in ("dropout", "saturation", "stuck_samples") for finding in found):
+    if any(finding.code in ("dropout", "saturation", "stuck_samples", "interpolated") for finding in found):
         stream = without_runs(stream)  # their spectrum is not the sensor's
     spectra = _spectra(stream)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}

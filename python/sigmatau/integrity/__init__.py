@@ -54,7 +54,7 @@ CHECKS = (
 _EQUAL = (dropouts, saturation, stuck_samples, repeated_samples)
 """Checks that ask which samples are equal."""
 
-_RUNS = (dropouts, saturation, stuck_samples)
+_RUNS = (dropouts, saturation, stuck_samples, interpolated)
 
 
 def check(stream: Stream) -> list[Finding]:

@@ -80,6 +80,8 @@ class LevelChange:
         Samples in the windows that show it most clearly.
     times : float
         How many standard deviations of what the noise does between such windows.
+    around : int
+        Samples on either side by which the place may be wrong, or in which the level goes from one to the other.
     """
 
     channel: str
@@ -87,6 +89,7 @@ class LevelChange:
     size: float
     window: int
     times: float
+    around: int
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -252,7 +255,10 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
                 if size * differences[i] > 0 and abs(size) > _HOLDS * abs(differences[i]):
                     times = float(far[i]) / spread if spread > 0 else math.inf
                     at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                    seen.append(LevelChange(channel=channel, sample=at, size=size, window=2 * w, times=times))
+                    around = max(2 * shortest, w // 8)
+                    seen.append(
+                        LevelChange(channel=channel, sample=at, size=size, window=2 * w, times=times, around=around)
+                    )
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2

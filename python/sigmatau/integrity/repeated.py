@@ -14,7 +14,7 @@ from sigmatau.integrity.samples import block_rms, full_ends, growing_step
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
-__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal"]
+__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
 
 # Repeated samples must be so large a part of the record, and so many standard errors more than chance makes.
 _LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
@@ -58,6 +58,15 @@ class Repeats:
 def runs_of_equal(x: NDArray[np.float64], *, least: int = 2) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """First samples and lengths of all runs of at least `least` equal samples; NaN equals nothing."""
     return _runs(x[1:] == x[:-1], least)
+
+
+def runs_of_places(at: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First places and lengths of the runs of places that follow each other; `at` in order."""
+    if len(at) == 0:
+        return at, at
+    breaks = np.flatnonzero(np.diff(at) > 1)
+    first = at[np.concatenate(([0], breaks + 1))]
+    return first, at[np.concatenate((breaks, [len(at) - 1]))] - first + 1
 
 
 def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.integrity.motion import Burst, LevelChange, bursts, level_changes, summary
-from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, octaves, place, present, when
+from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, place, present, when
+from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
@@ -23,10 +24,8 @@ _KNOCK = 3
 # From here on a coefficient changes noticeably.
 _MATTERS = 1.02
 
-
-# A walk rules the long times if 3σ²/τ is the same over so many octaves, to this factor: bias instability makes 8 of it, and
-# the last variance of some 16 pairs has an error of a third.
-_RULED_OCTAVES, _SAME = 3, 2.0
+# So many changes of level are told with their times, the largest.
+_TOLD = 8
 
 
 def not_static(stream: Stream) -> list[Finding]:
@@ -163,23 +162,22 @@ def _without(stream: Stream, channel: str, moved: list[Burst]) -> tuple[float, f
 
 def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
     largest = max(changes, key=lambda change: abs(change.size))
-    duration = stream.grid.duration
+    tau0 = stream.grid.tau0
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
-    added = sum(change.size**2 for change in changes) / duration
-    own, rules = _walk(stream, channel, changes)
-    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
-    # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
-    said = ""
-    if math.isfinite(factor):
-        said = affected(factor, term="rate random walk")
-        if not rules:
-            said = (
-                f"{factor:.3g} times the sensor's own rate random walk or more, of which the record shows a limit only"
-            )
+    added = sum(change.size**2 for change in changes) / stream.grid.duration
+    around = [
+        (max(change.sample - change.around, 0), min(change.sample + change.around, stream.grid.n)) for change in changes
+    ]
+    between = parts_without(stream.grid.n, [a for a, _ in around], [b for _, b in around])
+    own, rules = own_walk(stream.column(channel), tau0, between)
+    effect, factors = walk_effect(stream, added, own, rules=rules)
     tilt = ""
     if stream.quantity == "acceleration":
         tilt = f" ({math.degrees(abs(largest.size) / 9.80665):.2g} deg, if it is a tilt from level)"
+    shown = sorted(sorted(changes, key=lambda change: -abs(change.size))[:_TOLD], key=lambda change: change.sample)
+    others = ", ".join(f"{change.size:+.3g} at {when(change.sample, stream)}" for change in shown if change != largest)
     many = f", the largest of {len(changes)}" if len(changes) > 1 else ""
+    start, stop = max(between, key=lambda part: part[1] - part[0], default=(0, 0))
     return Finding(
         code="not_static",
         severity="warning",
@@ -187,29 +185,15 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
         message=(
             f"the level changes by {largest.size:+.3g} {stream.unit}{tilt} at {when(largest.sample, stream)}{many}:"
             f" {largest.times:.3g} standard deviations of what its noise does in {length(largest.window, stream)}"
+            + (f"; also by {others}{'' if len(shown) == len(changes) else ' and more'}" if others else "")
         ),
-        where=place(largest.sample, stream),
+        where=", ".join(place(change.sample, stream) for change in shown).replace(", t = ", ", "),
         size=abs(largest.size),
         unit=stream.unit,
-        effect=(
-            f"as much as a rate random walk of {math.sqrt(added):.3g} {stream.unit}/√s adds to σ at long τ"
-            + (f": {said}" if said else "")
+        effect=effect,
+        changes=factors,
+        remedy=(
+            f"analyse a window without {'it' if len(changes) == 1 else 'them'}: the longest is"
+            f" --window {math.ceil(start * tau0)}s:{math.floor(stop * tau0)}s"
         ),
-        changes=(("rate_random_walk", factor),) if rules and math.isfinite(factor) else (),
-        remedy="analyse a window that ends before it or begins after it (--window)",
     )
-
-
-def _walk(stream: Stream, channel: str, changes: list[LevelChange]) -> tuple[float, bool]:
-    """The channel's own K² with its changes of level taken out, or a bound on it; and whether a walk rules the long times.
-
-    3σ²(τ)/τ is K² where a walk rules, and more elsewhere: other terms only add to it. It then stays the same over octaves;
-    bias instability makes it fall by 2 an octave, white noise by 4.
-    """
-    x = stream.column(channel).copy()
-    for change in changes:
-        x[change.sample :] -= change.size
-    bounds = [3 * avar / (m * stream.grid.tau0) for m, avar, pairs in octaves(x) if pairs >= 16]
-    last = bounds[-1 - _RULED_OCTAVES :]
-    rules = len(last) > _RULED_OCTAVES and last[0] < _SAME * last[-1]
-    return min(bounds, default=0.0), rules

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sigmatau.integrity.motion import Burst, LevelChange, bursts, level_changes, summary
+from sigmatau.integrity.motion import Burst, LevelChange, bursts, excursions, level_changes, summary
 from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, place, present, when
 from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
-__all__ = ["not_static"]
+__all__ = ["Movements", "movements", "not_static"]
 
 # A mean rate that no bias reaches: 20 deg/s is twice the largest zero-rate offset of consumer sensors' datasheets.
 _ROTATION = math.radians(20)
@@ -28,13 +29,17 @@ _MATTERS = 1.02
 _TOLD = 8
 
 
-def not_static(stream: Stream) -> list[Finding]:
+def not_static(stream: Stream, *, judged: Stream | None = None, knocks: Sequence[Burst] = ()) -> list[Finding]:
     """Motion of a sensor that should rest: rotation, knocks and other bursts, changes of level (tilt).
 
     Parameters
     ----------
     stream : Stream
         Angular rates or accelerations; of other signals nothing is said.
+    judged : Stream, optional
+        The same without spikes, in which motion is looked for; effects are those on the stream itself.
+    knocks : sequence of Burst
+        That are known already, see `sigmatau.integrity.knocks`.
 
     Returns
     -------
@@ -43,11 +48,66 @@ def not_static(stream: Stream) -> list[Finding]:
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
+    seen = movements(stream if judged is None else judged)
+    findings = []
+    rotating = _rotation(stream, seen.rates)
+    if rotating is not None:
+        return [rotating]
+    moved, changed = [*seen.moved, *_apart(knocks, seen.moved)], seen.changed
+    if moved:
+        findings.append(_moved(stream, moved, seen.window, light=not seen.moved))
+    alone = findings[0].channel if findings else None
+    for channel, changes in changed.items():
+        finding = _level(stream, channel, changes)
+        if channel == alone:  # one finding a channel
+            knock = findings[0]
+            findings[0] = replace(
+                knock,
+                message=f"{knock.message}; {finding.message}",
+                effect=f"{knock.effect}; {finding.effect}",
+                changes=(*knock.changes, *finding.changes),
+            )
+        else:
+            findings.append(finding)
+    return findings
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Movements:
+    """Where the channels of a stream move.
+
+    Attributes
+    ----------
+    moved : list of Burst
+    changed : dict of str to list of LevelChange
+        By channel, of those that have any.
+    rates : dict of str to float
+        Size of the mean, by channel.
+    window : int
+        Samples in a window.
+    """
+
+    moved: list[Burst]
+    changed: dict[str, list[LevelChange]]
+    rates: dict[str, float]
+    window: int
+
+
+def _apart(knocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
+    """Knocks that are not found as motion of their axis already."""
+    return [
+        knock
+        for knock in knocks
+        if not any(m.channel == knock.channel and m.start < knock.stop and knock.start < m.stop for m in moved)
+    ]
+
+
+def movements(stream: Stream) -> Movements:
+    """Bursts, excursions and changes of level of each channel."""
     moved: list[Burst] = []
     changed: dict[str, list[LevelChange]] = {}
     rates: dict[str, float] = {}
     window = 0
-    findings = []
     for channel in stream.channels:
         seen = summary(stream, channel)
         window = seen.window
@@ -66,25 +126,8 @@ def not_static(stream: Stream) -> list[Finding]:
         changes = level_changes(stream, seen)
         if changes:
             changed[channel] = changes
-    rotating = _rotation(stream, rates)
-    if rotating is not None:
-        return [rotating]
-    if moved:
-        findings.append(_moved(stream, moved, window))
-    alone = findings[0].channel if findings else None
-    for channel, changes in changed.items():
-        finding = _level(stream, channel, changes)
-        if channel == alone:  # one finding a channel
-            knock = findings[0]
-            findings[0] = replace(
-                knock,
-                message=f"{knock.message}; {finding.message}",
-                effect=f"{knock.effect}; {finding.effect}",
-                changes=(*knock.changes, *finding.changes),
-            )
-        else:
-            findings.append(finding)
-    return findings
+        moved += excursions(stream, seen, changes)
+    return Movements(moved=moved, changed=changed, rates=rates, window=window)
 
 
 def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
@@ -109,7 +152,7 @@ def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
     )
 
 
-def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
+def _moved(stream: Stream, moved: list[Burst], w: int, *, light: bool) -> Finding:
     """All bursts of a stream in one finding: when, how long, on which axes."""
     tau0 = stream.grid.tau0
     spans: list[list[Burst]] = []
@@ -120,7 +163,9 @@ def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
             spans.append([burst])
     strongest = max(spans, key=lambda span: max(b.ratio for b in span))
     start, stop = min(b.start for b in strongest), max(b.stop for b in strongest)
-    knocks = all(max(b.stop for b in s) - min(b.start for b in s) <= _KNOCK * w for s in spans)
+    knocks = all(
+        max(b.stop for b in s) - min(b.start for b in s) <= _KNOCK * w and not all(b.away for b in s) for s in spans
+    )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
     changes = {c: _without(stream, c, [b for b in moved if b.channel == c]) for c in axes}
     worst = max(axes, key=lambda c: changes[c][0])
@@ -132,13 +177,20 @@ def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
         what = f"motion {len(spans)} times"
     on = f" on {axes_text(axes)}" if len(axes) > 1 else ""
     times = max(b.ratio for b in strongest)
+    shown = f"samples change {times:.3g} times as much as usual"
+    farthest = max(strongest, key=lambda b: b.ratio)
+    if farthest.away:
+        shown = (
+            f"the mean goes away by {farthest.away:.3g} {stream.unit} and comes back, {times:.3g} standard deviations of"
+            " what the noise does"
+        )
     message = (
         f"{what}{on}, {length(total, stream)} in all: {'the strongest ' if several else ''}at {when(start, stream)} for"
-        f" {length(stop - start, stream)}, samples change {times:.3g} times as much as usual"
+        f" {length(stop - start, stream)}, {shown}"
     )
     return Finding(
         code="not_static",
-        severity="warning",
+        severity="info" if light and factor < _MATTERS else "warning",
         channel=axes[0] if len(axes) == 1 else None,
         message=message,
         where=place(start, stream),
@@ -183,7 +235,8 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
         severity="warning",
         channel=channel,
         message=(
-            f"the level changes by {largest.size:+.3g} {stream.unit}{tilt} at {when(largest.sample, stream)}{many}:"
+            f"the level {'drifts' if largest.gradual else 'changes'} by {largest.size:+.3g} {stream.unit}{tilt}"
+            f" {'about' if largest.gradual else 'at'} {when(largest.sample, stream)}{many}:"
             f" {largest.times:.3g} standard deviations of what its noise does in {length(largest.window, stream)}"
             + (f"; also by {others}{'' if len(shown) == len(changes) else ' and more'}" if others else "")
         ),

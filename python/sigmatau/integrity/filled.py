@@ -62,6 +62,8 @@ class Filled(Printed):
         First sample and length of each run of them.
     n : int
         Samples of the channel.
+    singles : float
+        Part of the samples that is in shorter runs, less what chance puts on lines.
     random_walk : float
         N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted.
     short : float
@@ -71,13 +73,9 @@ class Filled(Printed):
     first: NDArray[np.int64]
     lengths: NDArray[np.int64]
     n: int
+    singles: float
     random_walk: float
     short: float
-
-    @property
-    def share(self) -> float:
-        """Part of the samples."""
-        return float(self.lengths.sum()) / self.n
 
     @property
     def stretches(self) -> NDArray[np.int64]:
@@ -169,7 +167,16 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     if not kept.any():
         return None
     random_walk, short = _of_singles(first[single], lengths[single], n)
-    return Filled(first=first[kept], lengths=lengths[kept], n=n, random_walk=random_walk, short=short)
+    part = float(lengths[single].sum()) / n
+    true = max(1 - chance / part, 0.0) if part else 0.0
+    return Filled(
+        first=first[kept],
+        lengths=lengths[kept],
+        n=n,
+        singles=part * true,
+        random_walk=1 + (random_walk - 1) * true,
+        short=1 + (short - 1) * true,
+    )
 
 
 def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:

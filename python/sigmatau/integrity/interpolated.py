@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigmatau.integrity.filled import STRETCH, Filled, filled
+from sigmatau.integrity.filled import Filled, filled
 from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import affected, axes_text, block_rms, length, place, sample_of, when
 from sigmatau.integrity.walk import added_by_stretches, own_walk, parts_without, walk_effect
@@ -157,7 +157,9 @@ def _of_fewer(stream: Stream, found: dict[str, Upsampling]) -> Finding:
 def _of_lost(stream: Stream, gaps: dict[str, Filled]) -> Finding:
     tau0 = stream.grid.tau0
     channels = tuple(gaps)
-    worst = max(channels, key=lambda c: (float(gaps[c].lengths.max()) if len(gaps[c].stretches) else 0, gaps[c].share))
+    worst = max(
+        channels, key=lambda c: (float(gaps[c].lengths.max()) if len(gaps[c].stretches) else 0, gaps[c].singles)
+    )
     one = gaps[worst]
     longest = int(np.argmax(one.lengths))
     start, size = int(one.first[longest]), int(one.lengths[longest])
@@ -174,7 +176,7 @@ def _of_lost(stream: Stream, gaps: dict[str, Filled]) -> Finding:
             if channel == worst or larger > changes.get("rate_random_walk", 0.0):
                 effects = [f"{channel}: {effect}" if len(channels) > 1 else effect]
                 changes |= dict(factors)
-    singles = float(one.lengths[one.lengths < STRETCH].sum()) / one.n
+    singles = one.singles
     if singles:
         texts.append(
             f"{100 * singles:.2g} % of the samples, here and there, lie on the line through their neighbours: lost samples"

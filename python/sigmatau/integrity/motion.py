@@ -293,6 +293,13 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
     return sorted(kept, key=lambda change: change.sample)
 
 
+def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
+    """How far the mean of a window is from a level without the four samples that are farthest, which spikes may be."""
+    x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
+    kept = x[np.argsort(np.abs(x))][:-_PEAKS]
+    return abs(float(kept.mean())) if len(kept) else 0.0
+
+
 def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
     """Whether a line about a place leaves less than two levels do."""
     start = max(at - around, 0)
@@ -345,12 +352,15 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
                 step = 0.0 if resolved is None else resolved.step
             # Beside what goes away half of it shows with the other sign.
             at = np.flatnonzero(far > max(limit, _STEPS * step, _BESIDE * float(np.nanmax(far))))
-            for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
+            for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
                 k = int(group[np.argmax(far[group])])
                 times = float(far[k]) / spread if spread > 0 else math.inf
                 start, stop = (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w
                 near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
-                if not any(near):
+                base = found.first + float((mean[k] + mean[k + 4]) / 2)
+                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _HOLDS * float(
+                    far[k]
+                ):
                     seen.append(Burst(channel=found.channel, start=start, stop=stop, ratio=times, away=float(far[k])))
         even = len(mean) // 2 * 2
         mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sigmatau.integrity.motion import Burst, LevelChange, bursts, excursions, level_changes, summary
+from sigmatau.integrity.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, place, present, when
 from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
@@ -24,6 +24,9 @@ _KNOCK = 3
 
 # From here on a coefficient changes noticeably.
 _MATTERS = 1.02
+
+# A level that changes by less than this part of what it went away by has come back.
+_STAYS = 0.5
 
 # So many changes of level are told with their times, the largest.
 _TOLD = 8
@@ -124,10 +127,26 @@ def movements(stream: Stream) -> Movements:
                 mean[middle:last] = mean[last] if short else np.nan
             seen = replace(seen, mean=mean)
         changes = level_changes(stream, seen)
+        if changes:  # the way out and back of a rotation of some seconds is no change that holds
+            gone = excursions(stream, seen)
+            changes = [change for change in changes if not any(_comes_back(seen, change, one) for one in gone)]
         if changes:
             changed[channel] = changes
         moved += excursions(stream, seen, changes)
     return Movements(moved=moved, changed=changed, rates=rates, window=window)
+
+
+def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
+    """Whether a change of level is part of an excursion after which the level is what it was before."""
+    size = one.stop - one.start
+    if not one.start - 2 * size <= change.sample <= one.stop + 2 * size:
+        return False
+    w = seen.window
+    before = present(seen.mean[max(one.start - 6 * size, 0) // w : max(one.start - 2 * size, 0) // w])
+    after = present(seen.mean[(one.stop + 2 * size) // w : (one.stop + 6 * size) // w])
+    if not (len(before) and len(after)):
+        return False
+    return abs(float(np.median(after) - np.median(before))) < _STAYS * abs(change.size)
 
 
 def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:

@@ -142,7 +142,8 @@ def dropouts(stream: Stream) -> list[Finding]:
         x = stream.column(channel)
         first, lengths = zero_runs(stream, channel, x)
         if len(first):
-            findings.append(_stuck(stream, channel, x, first, lengths, zero=True))
+            added, finding = _stuck(stream, channel, x, first, lengths, zero=True)
+            findings.append((added, replace(finding, code="dropout")))
     return _one_for_all(findings)
 
 
@@ -217,7 +218,7 @@ def _stuck(
         walk, factors = walk_effect(stream, added, own, rules=rules)
     matters = share > _SHARE or size * tau0 >= _LONG_S or abs(factor - 1) > 0.02
     return added, Finding(
-        code="dropout" if zero else "stuck_samples",
+        code="stuck_samples",
         severity="warning" if matters else "info",
         channel=channel,
         message=(

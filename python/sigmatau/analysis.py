@@ -280,7 +280,7 @@ def analyze(
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
         findings = with_fits(record, fits, findings, looked_at=looked_at)
-        findings += check_fits(record, fits, looked_at=looked_at)
+        findings += check_fits(record, fits, looked_at=looked_at, found=findings)
         if window is not None:
             findings += bias_finding(whole, window, fits)
     findings = one_cause(findings, list(curves), max(stream.grid.duration for stream in record.streams))

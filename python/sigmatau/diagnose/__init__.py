@@ -19,8 +19,8 @@ from sigmatau.diagnose.resampled import upsampled
 from sigmatau.diagnose.stationarity import non_stationary
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit
+from sigmatau.integrity import DISTURBANCES, quantization_mismatch, undisturbed, without_runs
 from sigmatau.integrity import check as check_samples
-from sigmatau.integrity import quantization_mismatch, without_runs
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text
 from sigmatau.spectrum import Spectrum, psd
@@ -30,6 +30,8 @@ __all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "wi
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
+
+_RUNS = ("dropout", "saturation", "stuck_samples", "interpolated")
 
 _LARGEST, _SMALLEST = 1e60, 1e-60
 
@@ -77,7 +79,13 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     return tuple(found)
 
 
-def check_fits(record: Record, fits: Mapping[str, NoiseFit], *, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
+def check_fits(
+    record: Record,
+    fits: Mapping[str, NoiseFit],
+    *,
+    looked_at: int = LOOKED_AT,
+    found: Sequence[Finding] | None = None,
+) -> tuple[Finding, ...]:
     """What is wrong with a record, as far as it shows against the noise that was fitted.
 
     Drifts with the time since the start and with temperature, noise that does not stay the same, and quantization larger
@@ -90,12 +98,16 @@ def check_fits(record: Record, fits: Mapping[str, NoiseFit], *, looked_at: int =
         By channel.
     looked_at : int
         See `check`.
+    found : sequence of Finding, optional
+        What `check` found: whether the noise stays the same is asked of the stretches without a disturbance. Default: they
+        are looked for.
 
     Returns
     -------
     tuple of Finding
     """
-    found: list[Finding] = []
+    disturbed = found is None or any(finding.code in DISTURBANCES for finding in found)
+    said: list[Finding] = []
     thermometer = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
     for stream in record.streams:
         if stream is thermometer or stream.grid.n < LEAST_SAMPLES:
@@ -107,12 +119,12 @@ def check_fits(record: Record, fits: Mapping[str, NoiseFit], *, looked_at: int =
         for channel, fitted in of_stream.items():
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
-                found += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
-        found += warm_up(stream, of_stream)
+                said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
+        said += warm_up(stream, of_stream)
         if thermometer is not None:
-            found += temperature(stream, thermometer, of_stream)
-        found += non_stationary(stream, of_stream)
-    return tuple(found)
+            said += temperature(stream, thermometer, of_stream)
+        said += non_stationary(undisturbed(stream) if disturbed else stream, of_stream)
+    return tuple(said)
 
 
 def with_fits(
@@ -144,22 +156,23 @@ def with_fits(
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
-    if any(finding.code in ("dropout", "saturation", "stuck_samples") for finding in found):
+    at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
+    if any(finding.code in _RUNS for finding in found):
         stream = without_runs(stream)  # their spectrum is not the sensor's
-    spectra = _spectra(stream)
+    spectra = _spectra(at_rest)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once
-        found += [finding for finding in upsampled(stream, spectra=spectra) if finding.channel not in told]
+        found += [finding for finding in upsampled(at_rest, spectra=spectra) if finding.channel not in told]
     between = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
-    filters = {} if None in between else low_passes(stream, spectra=spectra)
+    filters = {} if None in between else low_passes(at_rest, spectra=spectra)
     filters = {channel: fitted for channel, fitted in filters.items() if channel not in between}
-    found += low_pass(stream, fits=filters)
+    found += low_pass(at_rest, fits=filters)
     if bandwidth is None:
         found += aliasing(stream, fits=filters)
     for name, stated in (bandwidth or {}).items():
         found += aliasing(stream if name == stream.name else replace(stream.only(name), name=name), bandwidth=stated)
     found += lines(stream)
-    found += cross_axis(stream)
+    found += cross_axis(at_rest)
     return found
 
 

@@ -9,8 +9,23 @@ from sigmatau.results import Finding
 
 __all__ = ["one_cause"]
 
-_LOCAL = ("dropout", "saturation", "stuck_samples", "not_static", "spikes")
-"""Faults of samples at a time, the plainest first."""
+_LOCAL = (
+    "dropout",
+    "saturation",
+    "stuck_samples",
+    "interpolated",
+    "start_transient",
+    "not_static",
+    "spikes",
+    "warm_up",
+    "late_drift",
+)
+"""Faults at a time, the plainest first."""
+
+_SETTLING = ("warm_up", "late_drift")
+
+_LEVEL = "the level "
+"""How a finding about nothing but changes of level begins."""
 
 _SEGMENTS = 8
 
@@ -18,7 +33,11 @@ _WORDS = {
     "dropout": "dropout",
     "saturation": "saturation",
     "stuck_samples": "stuck samples",
+    "interpolated": "made-up samples",
+    "start_transient": "start",
     "not_static": "disturbance",
+    "warm_up": "warm-up",
+    "late_drift": "drift",
     "spikes": "spikes",
 }
 
@@ -38,10 +57,11 @@ def one_cause(findings: Sequence[Finding], channels: Sequence[str], duration: fl
     duration : float
         Of the record. [s]
     """
+    findings = _without_steps_of_drifts(findings)
     causes: dict[str, Finding] = {}
     for code in _LOCAL:
         for finding in findings:
-            if finding.code != code or finding.severity != "warning":
+            if finding.code != code or finding.severity != "warning" or not finding.where:
                 continue
             for channel in [finding.channel] if finding.channel else [c for c in channels if c in finding.message]:
                 causes.setdefault(channel, finding)
@@ -66,13 +86,33 @@ def _follows(finding: Finding, cause: Finding, duration: float) -> bool:
         return finding.message.count(" Hz wide") == finding.message.count("amplitude")
     if finding.code != "non_stationary":
         return False
-    begins, at = _seconds(finding.where), _seconds(cause.where)
-    if begins is None or at is None:
+    begins = _spans(finding.where)
+    if not begins:
         return False
-    return begins - 1e-3 * duration <= at <= begins + duration * (1 / _SEGMENTS + 1e-3)
+    first, last = begins[0][0] - 1e-3 * duration, begins[0][0] + duration * (1 / _SEGMENTS + 1e-3)
+    return any(start <= last and stop >= first for start, stop in _spans(cause.where))
 
 
-def _seconds(where: str | None) -> float | None:
-    if not where or not where.startswith("t = "):
-        return None
-    return float(where[4:].split()[0])
+def _without_steps_of_drifts(findings: Sequence[Finding]) -> list[Finding]:
+    """Without the changes of level that are part of a warm-up or a late drift of the same channel: it is told once."""
+    drifts = {f.channel: _spans(f.where)[0] for f in findings if f.code in _SETTLING and _spans(f.where)}
+
+    def part_of_drift(finding: Finding) -> bool:
+        if finding.code != "not_static" or finding.channel not in drifts or not finding.message.startswith(_LEVEL):
+            return False
+        start, stop = drifts[finding.channel]
+        return all(start <= a and b <= stop for a, b in _spans(finding.where))
+
+    return [finding for finding in findings if not part_of_drift(finding)]
+
+
+def _spans(where: str) -> list[tuple[float, float]]:
+    """Beginnings and ends in a place: ``"t = 600 s, 1200 s"`` or ``"t = 800 s to 860 s"``."""
+    if not where.startswith("t = "):
+        return []
+    spans = []
+    for text in where[4:].split(","):
+        start, _, stop = text.partition(" to ")
+        begins = float(start.split()[0])
+        spans.append((begins, float(stop.split()[0]) if stop else begins))
+    return spans

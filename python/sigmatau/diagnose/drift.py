@@ -147,7 +147,7 @@ def _warm_up_finding(
             f"the rate settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the beginning"
             " on, beside ramp and noise"
         ),
-        where="t = 0 s",
+        where=f"t = 0 s to {min(settled, stream.grid.duration):.0f} s",
         size=abs(regression.value),
         unit=stream.unit,
         effect=effect_text(changes, stream.quantity, "a warm-up is no noise"),
@@ -169,7 +169,7 @@ def _late_finding(stream: Stream, channel: str, time: float, regression: Regress
             f"the rate moves by {size} ± {error} {unit} towards the end of the record, with a time constant of"
             f" {duration_text(time)}, beside ramp and noise"
         ),
-        where=f"t = {begins:.0f} s",
+        where=f"t = {begins:.0f} s to {stream.grid.duration:.0f} s",
         size=abs(regression.value),
         unit=stream.unit,
         effect=effect_text(changes, stream.quantity, "such a drift is no noise"),

@@ -7,12 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sigmatau.integrity.filled import Filled, filled
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import axes_text, block_rms, sample_of
+from sigmatau.integrity.samples import affected, axes_text, block_rms, length, place, sample_of, when
+from sigmatau.integrity.walk import added_by_stretches, own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
 __all__ = ["Upsampling", "interpolated", "upsampling"]
+
+# From here on a coefficient changes noticeably.
+_MATTERS = 1.02
 
 _LOOKED_AT = 1 << 15
 _LEAST = 64
@@ -104,7 +109,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
 
 
 def interpolated(stream: Stream) -> list[Finding]:
-    """Channels whose samples were interpolated linearly from fewer.
+    """Channels whose samples were interpolated linearly: all from fewer, or some where others were lost.
 
     Parameters
     ----------
@@ -113,29 +118,93 @@ def interpolated(stream: Stream) -> list[Finding]:
     Returns
     -------
     list of Finding
-        One for all channels concerned. The random walk at long τ is the sensor's own: ``changes`` is empty.
+        One for all channels concerned. Where all were made from fewer, the random walk at long τ is the sensor's own:
+        ``changes`` is empty.
     """
-    found = {c: u for c in stream.channels if (u := upsampling(stream, c)) is not None}
-    if not found:
-        return []
+    gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
+    found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
+    said = []
+    if found:
+        said.append(_of_fewer(stream, found))
+    if gaps:
+        told = _of_lost(stream, gaps)
+        # One finding a channel: what is wrong everywhere counts for more than what is wrong here and there.
+        said = [told] if not found else said
+    return said
+
+
+def _of_fewer(stream: Stream, found: dict[str, Upsampling]) -> Finding:
     channels = tuple(found)
     first = found[channels[0]]
     rate = stream.grid.rate / first.factor
-    on = "" if channels == stream.channels else f" on {axes_text(channels)}"
-    return [
-        Finding(
-            code="interpolated",
-            severity="warning",
-            channel=channels[0] if len(stream.channels) == 1 else None,
-            message=(
-                f"{100 * first.share:.3g} % of the samples{on} lie on the line through their neighbours: interpolated from"
-                f" {rate:.4g} to {stream.grid.rate:.6g} Hz"
-            ),
-            size=first.factor,
-            effect=(
-                f"σ at one sample is {first.shortest:.2g} × that of the sensor's white noise, and right only from some"
-                f" {math.ceil(8 * first.factor)} samples ({8 / rate:.2g} s) on; a random walk read below that is too small"
-            ),
-            remedy="log the sensor's own samples with their own stamps (a driver's interpolation can be switched off)",
+    return Finding(
+        code="interpolated",
+        severity="warning",
+        channel=channels[0] if len(stream.channels) == 1 else None,
+        message=(
+            f"{axes_text(channels)}: {100 * first.share:.3g} % of the samples lie on the line through their neighbours:"
+            f" interpolated from {rate:.4g} to {stream.grid.rate:.6g} Hz"
+        ),
+        size=first.factor,
+        effect=(
+            f"σ at one sample is {first.shortest:.2g} × that of the sensor's white noise, and right only from some"
+            f" {math.ceil(8 * first.factor)} samples ({8 / rate:.2g} s) on; a random walk read below that is too small"
+        ),
+        remedy="log the sensor's own samples with their own stamps (a driver's interpolation can be switched off)",
+    )
+
+
+def _of_lost(stream: Stream, gaps: dict[str, Filled]) -> Finding:
+    tau0 = stream.grid.tau0
+    channels = tuple(gaps)
+    worst = max(
+        channels, key=lambda c: (float(gaps[c].lengths.max()) if len(gaps[c].stretches) else 0, gaps[c].singles)
+    )
+    one = gaps[worst]
+    longest = int(np.argmax(one.lengths))
+    start, size = int(one.first[longest]), int(one.lengths[longest])
+    texts, effects = [], []
+    changes: dict[str, float] = {}
+    if (stretches := one.stretches).size:
+        many = f"{len(stretches)} stretches, the longest of " if len(stretches) > 1 else ""
+        texts.append(
+            f"{many}{length(size, stream)} from {when(start, stream)} on, are a straight line between two samples"
         )
-    ]
+        for channel in channels:
+            effect, factors = _of_stretches(stream, channel, gaps[channel])
+            larger = dict(factors).get("rate_random_walk", 0.0)
+            if channel == worst or larger > changes.get("rate_random_walk", 0.0):
+                effects = [f"{channel}: {effect}" if len(channels) > 1 else effect]
+                changes |= dict(factors)
+    singles = one.singles
+    if singles:
+        texts.append(
+            f"{100 * singles:.2g} % of the samples, here and there, lie on the line through their neighbours: lost samples"
+            " that were filled in"
+        )
+        changes["random_walk"] = one.random_walk
+        effects.append(
+            f"{affected(one.random_walk)} at all averaging times of more than some samples, for those beside a loss count"
+            f" for it too; σ at one sample is {one.short:.2f} × the sensor's own"
+        )
+    end = f" to {(start + size) * tau0:.6g} s" if stretches.size else ""
+    return Finding(
+        code="interpolated",
+        severity="warning" if stretches.size or max(one.random_walk, 1 / one.short) > _MATTERS else "info",
+        channel=channels[0] if len(channels) == 1 else None,
+        message=f"{axes_text(channels)}: {'; '.join(texts)}",
+        where=place(start, stream) + end,
+        size=size * tau0 if stretches.size else singles,
+        unit="s" if stretches.size else "",
+        effect="; ".join(effects),
+        changes=tuple(changes.items()),
+        remedy="leave lost samples empty in the log, or their rows out: what is missing is never filled in here",
+    )
+
+
+def _of_stretches(stream: Stream, channel: str, gaps: Filled) -> tuple[str, tuple[tuple[str, float], ...]]:
+    first, lengths = gaps.first[gaps.stretches], gaps.lengths[gaps.stretches]
+    x, tau0 = stream.column(channel), stream.grid.tau0
+    added = added_by_stretches(x, tau0, first, lengths)
+    own, rules = own_walk(x, tau0, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
+    return walk_effect(stream, added, own, rules=rules)

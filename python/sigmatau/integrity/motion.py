@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import present
 from sigmatau.streams import CHUNK, Stream
 
-__all__ = ["Burst", "LevelChange", "Summary", "bursts", "level_changes", "summary"]
+__all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
 
 # Length of a window, in seconds and in samples at least.
 _WINDOW_S, _WINDOW = 1.0, 16
@@ -32,6 +33,13 @@ _PEAKS = 4
 # Differences of neighbouring windows' means are Gaussian for each of the five terms, whatever the window; a term only
 # chooses their variance. Robust z of n of them passes this a·(1 + b/n) in less than 1e-5 of records (measured, n ≥ 24).
 _FAR_LEVEL, _FEW = 7.0, 12.0
+
+# An excursion of up to so many doublings of the window, beyond which it shows as two changes of level; and what counts
+# beside the farthest.
+_EXCURSIONS, _BESIDE = 4, 0.6
+
+# Windows of a second on either side, to tell a line from two levels.
+_LEAST_OF_LEVEL = 4
 
 # So many changes of level are looked at for each length of windows.
 _MOST = 256
@@ -56,13 +64,17 @@ class Burst:
     start, stop : int
         Samples, stop not included.
     ratio : float
-        Largest root mean square of the samples' changes in a window, over the usual one.
+        Largest root mean square of the samples' changes in a window, over the usual one; of an excursion, standard
+        deviations of what the noise does.
+    away : float
+        How far the mean of a window goes, if that is what shows, and not the changes. [unit of the stream]
     """
 
     channel: str
     start: int
     stop: int
     ratio: float
+    away: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +92,10 @@ class LevelChange:
         Samples in the windows that show it most clearly.
     times : float
         How many standard deviations of what the noise does between such windows.
+    around : int
+        Samples on either side by which the place may be wrong, or in which the level goes from one to the other.
+    gradual : bool
+        Whether a line is nearer to it than two levels, as in a warm-up.
     """
 
     channel: str
@@ -87,6 +103,8 @@ class LevelChange:
     size: float
     window: int
     times: float
+    around: int
+    gradual: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -252,7 +270,19 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
                 if size * differences[i] > 0 and abs(size) > _HOLDS * abs(differences[i]):
                     times = float(far[i]) / spread if spread > 0 else math.inf
                     at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                    seen.append(LevelChange(channel=channel, sample=at, size=size, window=2 * w, times=times))
+                    gradual = _gradual(mean, at // shortest, 2 * w // shortest)
+                    around = 2 * w if gradual else max(2 * shortest, w // 8)
+                    seen.append(
+                        LevelChange(
+                            channel=channel,
+                            sample=at,
+                            size=size,
+                            window=2 * w,
+                            times=times,
+                            around=around,
+                            gradual=gradual,
+                        )
+                    )
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
@@ -261,6 +291,85 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
         if all(abs(change.sample - other.sample) > 3 * max(change.window, other.window) for other in kept):
             kept.append(change)
     return sorted(kept, key=lambda change: change.sample)
+
+
+def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
+    """How far the mean of a window is from a level without the four samples that are farthest, which spikes may be."""
+    x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
+    kept = x[np.argsort(np.abs(x))][:-_PEAKS]
+    return abs(float(kept.mean())) if len(kept) else 0.0
+
+
+def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
+    """Whether a line about a place leaves less than two levels do."""
+    start = max(at - around, 0)
+    x = mean[start : at + around]
+    there = np.isfinite(x)
+    k = at - start
+    if np.count_nonzero(there[:k]) < _LEAST_OF_LEVEL or np.count_nonzero(there[k:]) < _LEAST_OF_LEVEL:
+        return False
+    levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
+    t = np.flatnonzero(there).astype(float)
+    line = np.polynomial.Polynomial.fit(t, x[there], 1)(t)
+    return float(np.sum((x[there] - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
+
+
+def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = ()) -> list[Burst]:
+    """Stretches in which a channel leaves its level and comes back, too slowly for the changes of samples to show it.
+
+    A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
+    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold.
+
+    Parameters
+    ----------
+    stream : Stream
+    found : Summary
+        Of the channel, see `summary`.
+    changes : sequence of LevelChange
+        Of the channel; where one is, nothing is said.
+
+    Returns
+    -------
+    list of Burst
+        In order of time; none for fewer than 48 windows.
+    """
+    mean, w = found.mean, found.window
+    step: float | None = None
+    seen: list[Burst] = []
+    for _ in range(_EXCURSIONS):
+        if len(mean) < 2 * _LEAST_WINDOWS:
+            break
+        away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
+        known = int(np.count_nonzero(np.isfinite(away)))
+        if known < _LEAST_WINDOWS:
+            break
+        centre, spread = _centre_and_spread(away)
+        far = np.abs(away - centre)
+        limit = _FAR_LEVEL * (1 + _FEW / known) * spread
+        if np.any(far > limit):
+            if step is None:
+                resolved = resolution(stream, found.channel)
+                step = 0.0 if resolved is None else resolved.step
+            # Beside what goes away half of it shows with the other sign.
+            at = np.flatnonzero(far > max(limit, _STEPS * step, _BESIDE * float(np.nanmax(far))))
+            for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
+                k = int(group[np.argmax(far[group])])
+                times = float(far[k]) / spread if spread > 0 else math.inf
+                start, stop = (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w
+                near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
+                base = found.first + float((mean[k] + mean[k + 4]) / 2)
+                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _HOLDS * float(
+                    far[k]
+                ):
+                    seen.append(Burst(channel=found.channel, start=start, stop=stop, ratio=times, away=float(far[k])))
+        even = len(mean) // 2 * 2
+        mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w
+    kept: list[Burst] = []
+    for one in sorted(seen, key=lambda one: -one.ratio):
+        apart = 4 * (one.stop - one.start)
+        if all(one.start > other.stop + apart or other.start > one.stop + apart for other in kept):
+            kept.append(one)
+    return sorted(kept, key=lambda one: one.start)
 
 
 def _where(mean: NDArray[np.float64], about: int, around: int) -> int:

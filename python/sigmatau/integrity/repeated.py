@@ -14,7 +14,7 @@ from sigmatau.integrity.samples import block_rms, full_ends, growing_step
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
-__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal"]
+__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
 
 # Repeated samples must be so large a part of the record, and so many standard errors more than chance makes.
 _LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
@@ -23,11 +23,17 @@ _LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
 # or two: then chance and repetition look alike.
 _TOO_COARSE, _STEPS = 0.5, 3.0
 
+# Copies are counted in stretches with about so many; with fewer stretches nothing is said of how they come.
+_COPIES, _LEAST_STRETCHES, _EVEN = 20, 20, 0.5
+
 # Parts of the record, of which more than half must say so.
 _PARTS = 8
 
 # The mean is a whole number to this, and no sample is there less often: each is there so many times.
 _WHOLE = 0.01
+
+# From here on it is said that some samples count more often.
+_SHOWS = 1.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,12 +48,19 @@ class Repeats:
         Part of the samples that are copies of the one before.
     shortest, longest : int
         How often a sample is there, but for the rarest 2.5 % at either end.
+    squares : float
+        Mean over the rows of how often the sample of a row is there: N² of the rows, taken at their rate, over that of a
+        sensor at this rate.
+    regular : bool
+        Whether copies come as evenly as from a sensor at a lower rate, and not at random.
     """
 
     channels: tuple[str, ...]
     share: float
     shortest: int
     longest: int
+    squares: float
+    regular: bool
 
     @property
     def times(self) -> float:
@@ -58,6 +71,15 @@ class Repeats:
 def runs_of_equal(x: NDArray[np.float64], *, least: int = 2) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """First samples and lengths of all runs of at least `least` equal samples; NaN equals nothing."""
     return _runs(x[1:] == x[:-1], least)
+
+
+def runs_of_places(at: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First places and lengths of the runs of places that follow each other; `at` in order."""
+    if len(at) == 0:
+        return at, at
+    breaks = np.flatnonzero(np.diff(at) > 1)
+    first = at[np.concatenate(([0], breaks + 1))]
+    return first, at[np.concatenate((breaks, [len(at) - 1]))] - first + 1
 
 
 def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -160,7 +182,31 @@ def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) 
     whole = round(1 / (1 - share))
     if shortest == whole and abs((1 - share) * whole - 1) < _WHOLE:
         longest = whole  # what is longer is equal by chance
-    return Repeats(channels=channels, share=share, shortest=shortest, longest=longest)
+    rows = single + int(lengths.sum())
+    squares = (single + float(lengths.astype(float) @ lengths)) / rows
+    if whole == longest and shortest == longest:
+        squares = float(whole)
+    return Repeats(
+        channels=channels,
+        share=share,
+        shortest=shortest,
+        longest=longest,
+        squares=squares,
+        regular=_evenly(equal, share),
+    )
+
+
+def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
+    """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
+    size = max(math.ceil(_COPIES / min(share, 1 - share)), 1)
+    count = len(equal) // size
+    if count < _LEAST_STRETCHES:
+        return True
+    copies = equal[: count * size].reshape(count, size).sum(axis=1)
+    # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
+    low, high = np.quantile(copies, [0.25, 0.75])
+    spread = float(high - low) / 1.349
+    return spread < _EVEN * math.sqrt(size * share * (1 - share))
 
 
 def _share_alone(
@@ -236,19 +282,33 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     whole = len(found.channels) == len(stream.channels)
     on = f" on {', '.join(found.channels)}" if not whole else ", on all axes at once" if len(found.channels) > 1 else ""
     given = stream.grid.source == "given"
+    lost = not found.regular
+    # Some samples count more often: N² of the rows is Σw²/n of that of a sensor at their rate, Σw²/(n·k) of a slower one.
+    as_rows, as_slower = math.sqrt(found.squares), math.sqrt(found.squares / k)
+    right = f"from some {max(8, math.ceil(4 * k))} samples on " + (
+        "right" if as_slower < _SHOWS else f"{100 * (as_slower - 1):.2g} % too large, for some samples count more often"
+    )
     effect = (
-        f"if {rate:.6g} Hz is right for the rows, σ at one sample is {1 / k:.2g} × that of white noise, and from some"
-        f" {max(8, math.ceil(4 * k))} samples on right"
+        f"if {rate:.6g} Hz is right for the rows, σ at one sample is {1 / k:.2g} × that of white noise, and {right}"
     )
     changes: tuple[tuple[str, float], ...] = ()
-    if given:
+    if lost:
+        effect = (
+            f"if a sensor of {rate:.6g} Hz lost samples and the last one was put in their place, or rows came twice: random"
+            f" walk {100 * (as_rows - 1):.2g} % larger than the sensor's own, at all averaging times; if the sensor gives"
+            f" {rate / k:.4g} Hz unevenly: {100 * (as_slower - 1):.2g} %"
+        )
+        changes = (("random_walk", as_rows),)
+    elif as_slower > _SHOWS:
+        changes = (("random_walk", as_slower),)
+    if given and not lost:
         effect += (
-            f"; if it is the sensor's own rate, times are stretched by {k:.3g}: random walk {math.sqrt(k):.3g} ×,"
+            f"; if it is the sensor's own rate, times are stretched by {k:.3g}: random walk {as_rows:.3g} ×,"
             f" quantization {k:.3g} ×, rate random walk {1 / math.sqrt(k):.2g} ×, ramp {1 / k:.2g} × the sensor's own"
         )
         changes = (
             ("quantization", k),
-            ("random_walk", math.sqrt(k)),
+            ("random_walk", as_rows),
             ("rate_random_walk", 1 / math.sqrt(k)),
             ("rate_ramp", 1 / k),
         )
@@ -257,13 +317,18 @@ def repeated_samples(stream: Stream) -> list[Finding]:
             code="repeated_samples",
             severity="warning",
             channel=found.channels[0] if len(stream.channels) == 1 else None,
-            message=(f"{pattern}{on}: {100 * found.share:.3g} % are copies, the sensor gives {rate / k:.4g} Hz"),
+            message=(
+                f"{pattern}{on}: {100 * found.share:.3g} % are copies, "
+                + ("at irregular places" if lost else f"the sensor gives {rate / k:.4g} Hz")
+            ),
             size=k,
             effect=effect,
             changes=changes,
             remedy=(
                 f"keep one of each group of equal samples and give --rate {rate / k:.4g}"
                 if found.shortest == found.longest
+                else "leave lost samples empty in the log, or their rows out: what is missing is never filled in here"
+                if lost
                 else "log at the sensor's rate, on its data-ready signal; else trust long averaging times alone"
             ),
         )

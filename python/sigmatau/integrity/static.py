@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sigmatau.integrity.motion import Burst, LevelChange, bursts, level_changes, summary
-from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, octaves, place, present, when
+from sigmatau.integrity.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
+from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, place, present, when
+from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
-__all__ = ["not_static"]
+__all__ = ["Movements", "movements", "not_static"]
 
 # A mean rate that no bias reaches: 20 deg/s is twice the largest zero-rate offset of consumer sensors' datasheets.
 _ROTATION = math.radians(20)
@@ -23,19 +25,24 @@ _KNOCK = 3
 # From here on a coefficient changes noticeably.
 _MATTERS = 1.02
 
+# A level that changes by less than this part of what it went away by has come back.
+_STAYS = 0.5
 
-# A walk rules the long times if 3σ²/τ is the same over so many octaves, to this factor: bias instability makes 8 of it, and
-# the last variance of some 16 pairs has an error of a third.
-_RULED_OCTAVES, _SAME = 3, 2.0
+# So many changes of level are told with their times, the largest.
+_TOLD = 8
 
 
-def not_static(stream: Stream) -> list[Finding]:
+def not_static(stream: Stream, *, judged: Stream | None = None, knocks: Sequence[Burst] = ()) -> list[Finding]:
     """Motion of a sensor that should rest: rotation, knocks and other bursts, changes of level (tilt).
 
     Parameters
     ----------
     stream : Stream
         Angular rates or accelerations; of other signals nothing is said.
+    judged : Stream, optional
+        The same without spikes, in which motion is looked for; effects are those on the stream itself.
+    knocks : sequence of Burst
+        That are known already, see `sigmatau.integrity.knocks`.
 
     Returns
     -------
@@ -44,11 +51,66 @@ def not_static(stream: Stream) -> list[Finding]:
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
+    seen = movements(stream if judged is None else judged)
+    findings = []
+    rotating = _rotation(stream, seen.rates)
+    if rotating is not None:
+        return [rotating]
+    moved, changed = [*seen.moved, *_apart(knocks, seen.moved)], seen.changed
+    if moved:
+        findings.append(_moved(stream, moved, seen.window, light=not seen.moved))
+    alone = findings[0].channel if findings else None
+    for channel, changes in changed.items():
+        finding = _level(stream, channel, changes)
+        if channel == alone:  # one finding a channel
+            knock = findings[0]
+            findings[0] = replace(
+                knock,
+                message=f"{knock.message}; {finding.message}",
+                effect=f"{knock.effect}; {finding.effect}",
+                changes=(*knock.changes, *finding.changes),
+            )
+        else:
+            findings.append(finding)
+    return findings
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Movements:
+    """Where the channels of a stream move.
+
+    Attributes
+    ----------
+    moved : list of Burst
+    changed : dict of str to list of LevelChange
+        By channel, of those that have any.
+    rates : dict of str to float
+        Size of the mean, by channel.
+    window : int
+        Samples in a window.
+    """
+
+    moved: list[Burst]
+    changed: dict[str, list[LevelChange]]
+    rates: dict[str, float]
+    window: int
+
+
+def _apart(knocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
+    """Knocks that are not found as motion of their axis already."""
+    return [
+        knock
+        for knock in knocks
+        if not any(m.channel == knock.channel and m.start < knock.stop and knock.start < m.stop for m in moved)
+    ]
+
+
+def movements(stream: Stream) -> Movements:
+    """Bursts, excursions and changes of level of each channel."""
     moved: list[Burst] = []
     changed: dict[str, list[LevelChange]] = {}
     rates: dict[str, float] = {}
     window = 0
-    findings = []
     for channel in stream.channels:
         seen = summary(stream, channel)
         window = seen.window
@@ -65,27 +127,26 @@ def not_static(stream: Stream) -> list[Finding]:
                 mean[middle:last] = mean[last] if short else np.nan
             seen = replace(seen, mean=mean)
         changes = level_changes(stream, seen)
+        if changes:  # the way out and back of a rotation of some seconds is no change that holds
+            gone = excursions(stream, seen)
+            changes = [change for change in changes if not any(_comes_back(seen, change, one) for one in gone)]
         if changes:
             changed[channel] = changes
-    rotating = _rotation(stream, rates)
-    if rotating is not None:
-        return [rotating]
-    if moved:
-        findings.append(_moved(stream, moved, window))
-    alone = findings[0].channel if findings else None
-    for channel, changes in changed.items():
-        finding = _level(stream, channel, changes)
-        if channel == alone:  # one finding a channel
-            knock = findings[0]
-            findings[0] = replace(
-                knock,
-                message=f"{knock.message}; {finding.message}",
-                effect=f"{knock.effect}; {finding.effect}",
-                changes=(*knock.changes, *finding.changes),
-            )
-        else:
-            findings.append(finding)
-    return findings
+        moved += excursions(stream, seen, changes)
+    return Movements(moved=moved, changed=changed, rates=rates, window=window)
+
+
+def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
+    """Whether a change of level is part of an excursion after which the level is what it was before."""
+    size = one.stop - one.start
+    if not one.start - 2 * size <= change.sample <= one.stop + 2 * size:
+        return False
+    w = seen.window
+    before = present(seen.mean[max(one.start - 6 * size, 0) // w : max(one.start - 2 * size, 0) // w])
+    after = present(seen.mean[(one.stop + 2 * size) // w : (one.stop + 6 * size) // w])
+    if not (len(before) and len(after)):
+        return False
+    return abs(float(np.median(after) - np.median(before))) < _STAYS * abs(change.size)
 
 
 def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
@@ -110,7 +171,7 @@ def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
     )
 
 
-def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
+def _moved(stream: Stream, moved: list[Burst], w: int, *, light: bool) -> Finding:
     """All bursts of a stream in one finding: when, how long, on which axes."""
     tau0 = stream.grid.tau0
     spans: list[list[Burst]] = []
@@ -121,7 +182,9 @@ def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
             spans.append([burst])
     strongest = max(spans, key=lambda span: max(b.ratio for b in span))
     start, stop = min(b.start for b in strongest), max(b.stop for b in strongest)
-    knocks = all(max(b.stop for b in s) - min(b.start for b in s) <= _KNOCK * w for s in spans)
+    knocks = all(
+        max(b.stop for b in s) - min(b.start for b in s) <= _KNOCK * w and not all(b.away for b in s) for s in spans
+    )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
     changes = {c: _without(stream, c, [b for b in moved if b.channel == c]) for c in axes}
     worst = max(axes, key=lambda c: changes[c][0])
@@ -133,13 +196,20 @@ def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
         what = f"motion {len(spans)} times"
     on = f" on {axes_text(axes)}" if len(axes) > 1 else ""
     times = max(b.ratio for b in strongest)
+    shown = f"samples change {times:.3g} times as much as usual"
+    farthest = max(strongest, key=lambda b: b.ratio)
+    if farthest.away:
+        shown = (
+            f"the mean goes away by {farthest.away:.3g} {stream.unit} and comes back, {times:.3g} standard deviations of"
+            " what the noise does"
+        )
     message = (
         f"{what}{on}, {length(total, stream)} in all: {'the strongest ' if several else ''}at {when(start, stream)} for"
-        f" {length(stop - start, stream)}, samples change {times:.3g} times as much as usual"
+        f" {length(stop - start, stream)}, {shown}"
     )
     return Finding(
         code="not_static",
-        severity="warning",
+        severity="info" if light and factor < _MATTERS else "warning",
         channel=axes[0] if len(axes) == 1 else None,
         message=message,
         where=place(start, stream),
@@ -163,53 +233,39 @@ def _without(stream: Stream, channel: str, moved: list[Burst]) -> tuple[float, f
 
 def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
     largest = max(changes, key=lambda change: abs(change.size))
-    duration = stream.grid.duration
+    tau0 = stream.grid.tau0
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
-    added = sum(change.size**2 for change in changes) / duration
-    own, rules = _walk(stream, channel, changes)
-    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
-    # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
-    said = ""
-    if math.isfinite(factor):
-        said = affected(factor, term="rate random walk")
-        if not rules:
-            said = (
-                f"{factor:.3g} times the sensor's own rate random walk or more, of which the record shows a limit only"
-            )
+    added = sum(change.size**2 for change in changes) / stream.grid.duration
+    around = [
+        (max(change.sample - change.around, 0), min(change.sample + change.around, stream.grid.n)) for change in changes
+    ]
+    between = parts_without(stream.grid.n, [a for a, _ in around], [b for _, b in around])
+    own, rules = own_walk(stream.column(channel), tau0, between)
+    effect, factors = walk_effect(stream, added, own, rules=rules)
     tilt = ""
     if stream.quantity == "acceleration":
         tilt = f" ({math.degrees(abs(largest.size) / 9.80665):.2g} deg, if it is a tilt from level)"
+    shown = sorted(sorted(changes, key=lambda change: -abs(change.size))[:_TOLD], key=lambda change: change.sample)
+    others = ", ".join(f"{change.size:+.3g} at {when(change.sample, stream)}" for change in shown if change != largest)
     many = f", the largest of {len(changes)}" if len(changes) > 1 else ""
+    start, stop = max(between, key=lambda part: part[1] - part[0], default=(0, 0))
     return Finding(
         code="not_static",
         severity="warning",
         channel=channel,
         message=(
-            f"the level changes by {largest.size:+.3g} {stream.unit}{tilt} at {when(largest.sample, stream)}{many}:"
+            f"the level {'drifts' if largest.gradual else 'changes'} by {largest.size:+.3g} {stream.unit}{tilt}"
+            f" {'about' if largest.gradual else 'at'} {when(largest.sample, stream)}{many}:"
             f" {largest.times:.3g} standard deviations of what its noise does in {length(largest.window, stream)}"
+            + (f"; also by {others}{'' if len(shown) == len(changes) else ' and more'}" if others else "")
         ),
-        where=place(largest.sample, stream),
+        where=", ".join(place(change.sample, stream) for change in shown).replace(", t = ", ", "),
         size=abs(largest.size),
         unit=stream.unit,
-        effect=(
-            f"as much as a rate random walk of {math.sqrt(added):.3g} {stream.unit}/√s adds to σ at long τ"
-            + (f": {said}" if said else "")
+        effect=effect,
+        changes=factors,
+        remedy=(
+            f"analyse a window without {'it' if len(changes) == 1 else 'them'}: the longest is"
+            f" --window {math.ceil(start * tau0)}s:{math.floor(stop * tau0)}s"
         ),
-        changes=(("rate_random_walk", factor),) if rules and math.isfinite(factor) else (),
-        remedy="analyse a window that ends before it or begins after it (--window)",
     )
-
-
-def _walk(stream: Stream, channel: str, changes: list[LevelChange]) -> tuple[float, bool]:
-    """The channel's own K² with its changes of level taken out, or a bound on it; and whether a walk rules the long times.
-
-    3σ²(τ)/τ is K² where a walk rules, and more elsewhere: other terms only add to it. It then stays the same over octaves;
-    bias instability makes it fall by 2 an octave, white noise by 4.
-    """
-    x = stream.column(channel).copy()
-    for change in changes:
-        x[change.sample :] -= change.size
-    bounds = [3 * avar / (m * stream.grid.tau0) for m, avar, pairs in octaves(x) if pairs >= 16]
-    last = bounds[-1 - _RULED_OCTAVES :]
-    rules = len(last) > _RULED_OCTAVES and last[0] < _SAME * last[-1]
-    return min(bounds, default=0.0), rules

@@ -9,18 +9,20 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.integrity.filled import STRETCH, filled
 from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import (
     affected,
+    axes_text,
     change_of_white,
     growing_step,
     length,
-    one_for_all,
     place,
     present,
     when,
 )
+from sigmatau.integrity.walk import added_by_stretches, own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream, Transform
 
@@ -105,12 +107,16 @@ def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDA
 
 
 def without_runs(stream: Stream) -> Stream:
-    """The stream with the runs that noise does not make taken for missing."""
+    """The stream with the runs that noise does not make, equal samples and straight lines, taken for missing."""
     columns, mask = {}, np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
     for k, channel in enumerate(stream.channels):
         x = stream.column(channel)
         for start, size in zip(*(found.tolist() for found in stuck_runs(stream, channel, x)), strict=True):
             mask[start : start + size, k] = True
+        lines = filled(stream, channel)
+        if lines is not None:
+            for at in lines.stretches.tolist():
+                mask[lines.first[at] : lines.first[at] + lines.lengths[at], k] = True
         columns[channel] = x
     if not mask.any():
         return stream
@@ -136,8 +142,9 @@ def dropouts(stream: Stream) -> list[Finding]:
         x = stream.column(channel)
         first, lengths = zero_runs(stream, channel, x)
         if len(first):
-            findings.append(_stuck(stream, channel, x, first, lengths, zero=True))
-    return one_for_all(findings, stream)
+            added, finding = _stuck(stream, channel, x, first, lengths, zero=True)
+            findings.append((added, replace(finding, code="dropout")))
+    return _one_for_all(findings)
 
 
 def stuck_samples(stream: Stream) -> list[Finding]:
@@ -164,7 +171,18 @@ def stuck_samples(stream: Stream) -> list[Finding]:
         kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, gone)
         if kept.any():
             findings.append(_stuck(stream, channel, x, first[kept], lengths[kept]))
-    return one_for_all(findings, stream)
+    return _one_for_all(findings)
+
+
+def _one_for_all(findings: list[tuple[float, Finding]]) -> list[Finding]:
+    """One finding for several axes: the one of the axis on which the level held is farthest from its own speaks for all."""
+    if len(findings) < 2:
+        return [finding for _, finding in findings]
+    _, worst = max(findings, key=lambda one: one[0])
+    channels = axes_text([finding.channel for _, finding in findings if finding.channel])
+    matters = any(finding.severity == "warning" for _, finding in findings)
+    told = f"{channels}; most on {worst.channel}: {worst.message}"
+    return [replace(worst, channel=None, message=told, severity="warning" if matters else "info")]
 
 
 def _stuck(
@@ -175,33 +193,42 @@ def _stuck(
     lengths: NDArray[np.int64],
     *,
     zero: bool = False,
-) -> Finding:
+) -> tuple[float, Finding]:
+    """The finding, and what the levels held add to K²."""
     tau0 = stream.grid.tau0
     longest = int(np.argmax(lengths))
     bad = np.zeros(len(x), dtype=bool)
-    for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
-        bad[start + 1 : start + size] = True
+    for run, count in zip(first.tolist(), lengths.tolist(), strict=True):
+        bad[run + 1 : run + count] = True
     share = float(bad.mean())
     factor, tau = change_of_white(x, bad, tau0)
     equal = "0" if zero else "equal"
+    start, size = int(first[longest]), int(lengths[longest])
     many = (
-        f"{len(first)} runs of samples that are {equal}, the longest {lengths[longest]}"
+        f"{len(first)} runs of samples that are {equal}, the longest {size}"
         if len(first) > 1
-        else f"{lengths[longest]} samples are {equal}"
+        else f"{size} samples are {equal}"
     )
-    matters = share > _SHARE or lengths[longest] * tau0 >= _LONG_S or abs(factor - 1) > 0.02
-    return Finding(
-        code="dropout" if zero else "stuck_samples",
+    first, lengths = first[lengths >= STRETCH], lengths[lengths >= STRETCH]
+    walk, added = "", 0.0
+    factors: tuple[tuple[str, float], ...] = ()
+    if len(first):
+        added = added_by_stretches(x, tau0, first, lengths)
+        own, rules = own_walk(x, tau0, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
+        walk, factors = walk_effect(stream, added, own, rules=rules)
+    matters = share > _SHARE or size * tau0 >= _LONG_S or abs(factor - 1) > 0.02
+    return added, Finding(
+        code="stuck_samples",
         severity="warning" if matters else "info",
         channel=channel,
         message=(
-            f"{many} ({length(int(lengths[longest]), stream)}) from {when(int(first[longest]), stream)} on, which its"
+            f"{many} ({length(size, stream)}) from {when(start, stream)} on, which its"
             f" noise does not make; {100 * share:.2g} % of the record is {'lost so' if zero else 'stuck'}"
         ),
-        where=place(int(first[longest]), stream),
-        size=float(lengths[longest]) * tau0,
+        where=place(start, stream),
+        size=size * tau0,
         unit="s",
-        effect=(f"{affected(factor)} (at τ = {tau:.3g} s), and a level held there that no term describes"),
-        changes=(("random_walk", factor),),
+        effect=f"{affected(factor)} (at τ = {tau:.3g} s){f'; the level held there is {walk}' if walk else ''}",
+        changes=(("random_walk", factor), *factors),
         remedy="leave these samples out (as missing), or analyse a window without them",
     )

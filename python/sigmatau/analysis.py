@@ -37,7 +37,8 @@ from sigmatau.stability import DynamicAllan, dynamic_allan
 from sigmatau.streams import Stream
 from sigmatau.tables import fit_table, read_off_table
 from sigmatau.terms import avar
-from sigmatau.window import bias_finding, choose
+from sigmatau.window import bias_finding, choose, from_the_start
+from sigmatau.window import leave_out as leave_out_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -154,6 +155,7 @@ def analyze(
     method: Method = "gls",
     long: Long = "auto",
     window: str | None = None,
+    leave_out: str | Sequence[str] | None = None,
     spikes: Spikes = "keep",
     bandwidth: Bandwidth | None = None,
     stability: bool = False,
@@ -176,6 +178,9 @@ def analyze(
         less often, see `sigmatau.Accumulator`. "auto" takes every pair if memory is enough, and says so if it is not.
     window : str, optional
         Which part of the record: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
+    leave_out : str or sequence of str, optional
+        Stretches to take for missing, ``"720s:722s,1080s:1083s"`` from the beginning of the record (of all of it, if there
+        is a window too), see `sigmatau.window.leave_out`.
     spikes : {"keep", "mask"}
         Take single samples that no noise makes for missing.
     bandwidth : mapping, optional
@@ -213,6 +218,10 @@ def analyze(
     if spikes not in get_args(Spikes):
         raise OptionError(f"`spikes` must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
     findings: list[Finding] = list(record.findings)
+    record = from_the_start(record)
+    if leave_out is not None:
+        record, left = leave_out_of(record, leave_out)
+        findings += left
     whole = record
     if window is not None:
         record, chosen = choose(record, window)

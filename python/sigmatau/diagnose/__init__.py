@@ -20,7 +20,7 @@ from sigmatau.diagnose.stationarity import non_stationary
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit
 from sigmatau.integrity import check as check_samples
-from sigmatau.integrity import quantization_mismatch, without_runs
+from sigmatau.integrity import lost_rows, quantization_mismatch, without_runs
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text
 from sigmatau.spectrum import Spectrum, psd
@@ -145,7 +145,7 @@ def with_fits(
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
     if any(finding.code in ("dropout", "saturation", "stuck_samples") for finding in found):
-        stream = without_runs(stream)  # their spectrum is not the sensor's
+        stream = without_runs(lost_rows(stream)[1])  # their spectrum is not the sensor's
     spectra = _spectra(stream)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once

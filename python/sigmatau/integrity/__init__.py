@@ -4,6 +4,7 @@ One module a kind of fault; each takes a stream and returns findings. `check` ru
 """
 
 from sigmatau.integrity.interpolated import interpolated
+from sigmatau.integrity.masking import leave_out_option, masked
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
 from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
@@ -12,6 +13,7 @@ from sigmatau.integrity.saturation import saturation
 from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
 from sigmatau.integrity.static import not_static
 from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
+from sigmatau.integrity.zeros import dropout_masks, lost_rows, stuck_masks
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
@@ -20,19 +22,24 @@ __all__ = [
     "CHECKS",
     "check",
     "coarse_resolution",
+    "dropout_masks",
     "dropouts",
     "earth_rate",
     "find_spikes",
     "gravity",
     "implausible_unit",
     "interpolated",
+    "leave_out_option",
+    "lost_rows",
     "mask_spikes",
+    "masked",
     "not_static",
     "quantization_mismatch",
     "quantization_step",
     "repeated_samples",
     "saturation",
     "spikes",
+    "stuck_masks",
     "stuck_samples",
     "without_runs",
 ]
@@ -70,6 +77,7 @@ def check(stream: Stream) -> list[Finding]:
     list of Finding
         At most one a kind and channel, or one for several channels of the stream.
     """
+    lost, stream = lost_rows(stream)  # which are no samples of the sensor, whatever else would be said of them
     even = without_dust(stream)
     found = {one: one(even if one in _EQUAL else stream) for one in CHECKS}
     if found[spikes] and found[not_static]:  # a single sample may move the mean of a window: that is no motion
@@ -77,4 +85,4 @@ def check(stream: Stream) -> list[Finding]:
         found[not_static] = not_static(masked.streams[0])
     if found[not_static] and any(found[one] for one in _RUNS):  # and a level that is held is none of the sensor
         found[not_static] = not_static(without_runs(stream))
-    return [finding for findings in found.values() for finding in findings]
+    return [*lost, *(finding for findings in found.values() for finding in findings)]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sigmatau.integrity.masking import leave_out_option, without_steps
 from sigmatau.integrity.motion import Burst, LevelChange, bursts, level_changes, summary
 from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, octaves, place, present, when
 from sigmatau.results import Finding
@@ -112,7 +113,6 @@ def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
 
 def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
     """All bursts of a stream in one finding: when, how long, on which axes."""
-    tau0 = stream.grid.tau0
     spans: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
         if spans and burst.start <= max(b.stop for b in spans[-1]):
@@ -147,8 +147,8 @@ def _moved(stream: Stream, moved: list[Burst], w: int) -> Finding:
         effect=f"{f'{worst}: ' if len(axes) > 1 else ''}{affected(factor)} (at τ = {tau:.3g} s)",
         changes=(("random_walk", factor),) if factor > _MATTERS or factor < 1 / _MATTERS else (),
         remedy=(
-            f"analyse a window without {'them' if several else 'it'} (--window), or record again where nothing moves;"
-            f" {start * tau0:.6g} s to {stop * tau0:.6g} s is the strongest"
+            f"{leave_out_option(stream, [(min(b.start for b in s), max(b.stop for b in s)) for s in spans])} takes"
+            f" {'them' if several else 'it'} for missing; or record again where nothing moves"
         ),
     )
 
@@ -196,7 +196,7 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
             + (f": {said}" if said else "")
         ),
         changes=(("rate_random_walk", factor),) if rules and math.isfinite(factor) else (),
-        remedy="analyse a window that ends before it or begins after it (--window)",
+        remedy=without_steps(stream, [(c.sample, c.window, c.size) for c in changes]),
     )
 
 

@@ -9,6 +9,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.integrity.masking import leave_out_option
 from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import (
@@ -184,6 +185,7 @@ def _stuck(
     share = float(bad.mean())
     factor, tau = change_of_white(x, bad, tau0)
     equal = "0" if zero else "equal"
+    kind = "dropouts" if zero else "stuck"
     many = (
         f"{len(first)} runs of samples that are {equal}, the longest {lengths[longest]}"
         if len(first) > 1
@@ -203,5 +205,10 @@ def _stuck(
         unit="s",
         effect=(f"{affected(factor)} (at τ = {tau:.3g} s), and a level held there that no term describes"),
         changes=(("random_walk", factor),),
-        remedy="leave these samples out (as missing), or analyse a window without them",
+        remedy=(
+            leave_out_option(
+                stream, [(a, a + m) for a, m in zip(first.tolist(), lengths.tolist(), strict=True)], kind=kind
+            )
+            + " takes these samples for missing"
+        ),
     )

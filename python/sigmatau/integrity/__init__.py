@@ -85,4 +85,8 @@ def check(stream: Stream) -> list[Finding]:
         found[not_static] = not_static(masked.streams[0])
     if found[not_static] and any(found[one] for one in _RUNS):  # and a level that is held is none of the sensor
         found[not_static] = not_static(without_runs(stream))
+    if any(
+        not finding.channel for finding in found[implausible_unit]
+    ):  # then the mean is no rotation, but the unit's fault
+        found[not_static] = [finding for finding in found[not_static] if finding.where]
     return [*lost, *(finding for findings in found.values() for finding in findings)]

@@ -106,7 +106,8 @@ def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
         unit=stream.unit,
         effect="errors of scale and of the turning itself are in every coefficient",
         remedy=(
-            f"record at rest; if these are {mean:.3g} deg/s or counts rather than rad/s, say so with --unit or --scale"
+            f"record at rest; if the numbers are in deg/s and not in rad/s, give --unit {stream.name}=deg/s, if they are"
+            " counts, --scale"
         ),
     )
 

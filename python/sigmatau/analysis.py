@@ -29,7 +29,7 @@ from sigmatau.diagnose import curves as curve_findings
 from sigmatau.diagnose.causes import one_cause
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.fitting import NoiseFit, fit
-from sigmatau.integrity import mask_spikes
+from sigmatau.integrity import mask_spikes, too_coarse
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
 from sigmatau.results import Finding, Printed, by_severity, two_digits
@@ -58,6 +58,8 @@ SCHEMA = 1
 _AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
 
 _LEFT_OUT = ("out_of_range", "constant_channel", "too_few_samples")  # findings of channels that have no curve
+
+_TOO_COARSE = "the step of the numbers is too coarse against the noise: what rounding adds is not known"
 
 _LOOKED_AT_BOUNDED = 1 << 20  # samples, of a record that does not fit in memory
 
@@ -262,11 +264,15 @@ def analyze(
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
+        doubtful = {finding.channel for finding in findings if too_coarse(finding)}
         for channel, curve in curves.items():
             fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
+            if channel in doubtful:  # a finding says so, and what the curve says of its fit is no other fault
+                fits[channel] = fits[channel].doubted(_TOO_COARSE)
+            else:
+                findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
         findings = with_fits(record, fits, findings, looked_at=looked_at)

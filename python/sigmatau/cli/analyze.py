@@ -75,8 +75,8 @@ def analyze_command(
     window
         Which part of the record: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
     leave_out
-        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, or stuck: what the
-        findings of that name tell of.
+        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies:
+        what the findings of these names tell of.
     spikes
         Take single samples that no noise makes for missing (mask), or as they are (keep).
     bandwidth

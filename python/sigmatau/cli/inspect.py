@@ -38,7 +38,7 @@ def inspect_command(
     bandwidth
         The sensor's own bandwidth by its data sheet: gyro=30Hz, or gyro=30Hz/2 for a filter of second order.
     leave_out
-        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, or stuck.
+        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies.
     json
         Write it as JSON; - for standard output, in place of the list.
     quiet

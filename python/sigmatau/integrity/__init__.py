@@ -3,11 +3,14 @@
 One module a kind of fault; each takes a stream and returns findings. `check` runs them all.
 """
 
+from dataclasses import replace
+
+from sigmatau.integrity.copies import copies, copy_masks
 from sigmatau.integrity.interpolated import interpolated
 from sigmatau.integrity.masking import leave_out_option, masked
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
 from sigmatau.integrity.repeated import repeated_samples
-from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
+from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
 from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
 from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
@@ -22,6 +25,8 @@ __all__ = [
     "CHECKS",
     "check",
     "coarse_resolution",
+    "copies",
+    "copy_masks",
     "dropout_masks",
     "dropouts",
     "earth_rate",
@@ -41,6 +46,7 @@ __all__ = [
     "spikes",
     "stuck_masks",
     "stuck_samples",
+    "too_coarse",
     "without_runs",
 ]
 
@@ -53,12 +59,13 @@ CHECKS = (
     saturation,
     stuck_samples,
     repeated_samples,
+    copies,
     interpolated,
     coarse_resolution,
 )
 """All checks of samples, in the order in which their findings are told: the gravest mistakes first."""
 
-_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples)
+_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)
 """Checks that ask which samples are equal."""
 
 _RUNS = (dropouts, saturation, stuck_samples)
@@ -89,4 +96,11 @@ def check(stream: Stream) -> list[Finding]:
         not finding.channel for finding in found[implausible_unit]
     ):  # then the mean is no rotation, but the unit's fault
         found[not_static] = [finding for finding in found[not_static] if finding.where]
-    return [*lost, *(finding for findings in found.values() for finding in findings)]
+    return [_named(finding, stream) for finding in (*lost, *(one for several in found.values() for one in several))]
+
+
+def _named(finding: Finding, stream: Stream) -> Finding:
+    """A finding of several axes says which sensor's: gyros and accelerometers may have the same to be told."""
+    if finding.channel is not None or any(name in finding.message for name in (stream.name, *stream.channels)):
+        return finding
+    return replace(finding, message=f"{stream.name}: {finding.message}")

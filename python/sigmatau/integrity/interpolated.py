@@ -113,7 +113,8 @@ def interpolated(stream: Stream) -> list[Finding]:
     Returns
     -------
     list of Finding
-        One for all channels concerned. The random walk at long τ is the sensor's own: ``changes`` is empty.
+        One for all channels concerned. ``changes`` holds the random walk read at one sample over the sensor's own; at long
+        τ it is right.
     """
     found = {c: u for c in stream.channels if (u := upsampling(stream, c)) is not None}
     if not found:
@@ -136,6 +137,7 @@ def interpolated(stream: Stream) -> list[Finding]:
                 f"σ at one sample is {first.shortest:.2g} × that of the sensor's white noise, and right only from some"
                 f" {math.ceil(8 * first.factor)} samples ({8 / rate:.2g} s) on; a random walk read below that is too small"
             ),
+            changes=(("random_walk", first.shortest),),
             remedy="log the sensor's own samples with their own stamps (a driver's interpolation can be switched off)",
         )
     ]

@@ -12,6 +12,7 @@ from sigmatau.integrity.motion import Burst, LevelChange, bursts, level_changes,
 from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, octaves, place, present, when
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
+from sigmatau.terms import TERMS
 
 __all__ = ["not_static"]
 
@@ -170,13 +171,11 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
     own, rules = _walk(stream, channel, changes)
     factor = math.sqrt(1 + added / own) if own > 0 else math.inf
     # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
-    said = ""
+    said, walk = "", TERMS["rate_random_walk"].label(stream.quantity)
     if math.isfinite(factor):
-        said = affected(factor, term="rate random walk")
+        said = affected(factor, term=walk)
         if not rules:
-            said = (
-                f"{factor:.3g} times the sensor's own rate random walk or more, of which the record shows a limit only"
-            )
+            said = f"{factor:.3g} times the sensor's own {walk} or more, of which the record shows a limit only"
     tilt = ""
     if stream.quantity == "acceleration":
         tilt = f" ({math.degrees(abs(largest.size) / 9.80665):.2g} deg, if it is a tilt from level)"
@@ -193,8 +192,8 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
         size=abs(largest.size),
         unit=stream.unit,
         effect=(
-            f"as much as a rate random walk of {math.sqrt(added):.3g} {stream.unit}/√s adds to σ at long τ"
-            + (f": {said}" if said else "")
+            f"as much as {'an' if walk[0] == 'a' else 'a'} {walk} of {math.sqrt(added):.3g} {stream.unit}/√s adds to σ at"
+            " long τ" + (f": {said}" if said else "")
         ),
         changes=(("rate_random_walk", factor),) if rules and math.isfinite(factor) else (),
         remedy=without_steps(stream, [(c.sample, c.window, c.size) for c in changes]),

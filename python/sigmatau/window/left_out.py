@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
-from sigmatau.integrity import dropout_masks, masked, stuck_masks
+from sigmatau.integrity import copy_masks, dropout_masks, masked, stuck_masks
 from sigmatau.record import MIN_SAMPLES, Record
 from sigmatau.results import Finding, duration_text, seconds
 from sigmatau.streams import Stream
@@ -22,8 +22,9 @@ from sigmatau.window.times import time_of
 
 __all__ = ["KINDS", "from_the_start", "leave_out"]
 
-KINDS = {"dropouts": dropout_masks, "stuck": stuck_masks}
-"""What can be left out by name in place of times: what the findings ``dropout`` and ``stuck_samples`` are about."""
+KINDS = {"dropouts": dropout_masks, "stuck": stuck_masks, "copies": copy_masks}
+"""What can be left out by name in place of times: what the findings ``dropout``, ``stuck_samples`` and, of single rows,
+``repeated_samples`` are about."""
 
 _FORMS = f"give stretches such as 720s:722s,1080s:1083s, :10s or 2h:, or one of {', '.join(KINDS)}"
 _TO_ROUNDING = 1e-6  # of a sample
@@ -47,8 +48,8 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     record : Record
     stretches : str or sequence of str
         ``"720s:722s"``, ``"720s:722s,1080s:1083s"``, ``":10s"``, ``"2h:"``: times from the beginning of the record, the end
-        not included; units ms, s, min, h, d. ``"dropouts"`` and ``"stuck"``: the samples of which the findings ``dropout``
-        and ``stuck_samples`` tell, each on its own channels.
+        not included; units ms, s, min, h, d. ``"dropouts"``, ``"stuck"`` and ``"copies"``: the samples of which the
+        findings ``dropout``, ``stuck_samples`` and, of single rows, ``repeated_samples`` tell, each on its own channels.
 
     Returns
     -------

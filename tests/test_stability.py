@@ -101,10 +101,42 @@ def test_map(tmp_path):
     axes = dynamic.plot(unit="deg/s")
     (mesh,) = axes.collections
     assert mesh.get_array().shape == dynamic.adev.T.shape
-    assert np.asarray(mesh.get_array()) == pytest.approx(np.rad2deg(dynamic.adev.T))
+    medians = np.median(dynamic.adev, axis=0)
+    assert np.asarray(mesh.get_array()) == pytest.approx((dynamic.adev / medians).T)
+    assert mesh.norm.vmin * mesh.norm.vmax == pytest.approx(1.0)  # the median is in the middle of the colours
     assert axes.get_yscale() == "log"
     assert type(mesh.norm).__name__ == "LogNorm"
     assert "[min]" in axes.get_xlabel()
+    assert "hatched" not in axes.get_xlabel()
     colour_bar = axes.figure.axes[1]
-    assert "[deg/s]" in colour_bar.get_ylabel()
+    assert colour_bar.get_ylabel() == "σ(τ) over its median at that τ"
     axes.figure.savefig(tmp_path / "map.png")
+    (beside,) = axes.child_axes
+    assert "[deg/s]" in beside.get_ylabel()
+    shown = [float(label.get_text()) for label in beside.get_yticklabels()]
+    at = [int(np.argmin(np.abs(dynamic.tau - place))) for place in beside.get_yticks()]
+    assert shown == pytest.approx(np.rad2deg(medians[at]), rel=5e-3)  # three digits
+
+
+def test_a_small_change_of_the_noise_shows_in_the_map():
+    """1.3 times from the middle on: half a third of the colours' range on either side; it was 6 % of one scale for all τ."""
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(seed_of("small change"))
+    x = rng.standard_normal(60_000)
+    x[30_000:] *= 1.3
+    axes = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x").plot()
+    mesh = axes.collections[0]
+    first = mesh.norm(np.asarray(mesh.get_array())[0])  # the shortest τ, 0 to 1 over the colours
+    assert first[-5:].mean() - first[:5].mean() > 0.2
+
+
+def test_windows_without_a_deviation_are_hatched_and_said_to_be():
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(seed_of("hatched"))
+    x = rng.standard_normal(60_000)
+    x[30_000:33_000] = np.nan
+    axes = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x").plot()
+    (span,) = axes.patches
+    assert span.get_hatch()
+    assert span.get_x() <= 300 <= span.get_x() + span.get_width()
+    assert "hatched: a tenth" in axes.get_xlabel()

@@ -32,7 +32,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.export import Choices, export, target
 from sigmatau.export.source import one_rate
 from sigmatau.fitting import NoiseFit, fit
-from sigmatau.integrity import mask_spikes
+from sigmatau.integrity import mask_spikes, too_coarse
 from sigmatau.model import NoiseModel
 from sigmatau.readoff import ReadOff, read_off
 from sigmatau.record import Provenance, Record
@@ -41,7 +41,8 @@ from sigmatau.stability import DynamicAllan, dynamic_allan
 from sigmatau.streams import Stream, grid_text
 from sigmatau.tables import fit_table, read_off_table
 from sigmatau.terms import avar
-from sigmatau.window import bias_finding, choose
+from sigmatau.window import bias_finding, choose, from_the_start
+from sigmatau.window import leave_out as leave_out_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,6 +62,8 @@ SCHEMA = 1
 _AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
 
 _LEFT_OUT = ("out_of_range", "constant_channel", "too_few_samples")  # findings of channels that have no curve
+
+_TOO_COARSE = "the step of the numbers is too coarse against the noise: what rounding adds is not known"
 
 _LOOKED_AT_BOUNDED = 1 << 20  # samples, of a record that does not fit in memory
 
@@ -173,6 +176,7 @@ def analyze(
     method: Method = "gls",
     long: Long = "auto",
     window: str | None = None,
+    leave_out: str | Sequence[str] | None = None,
     spikes: Spikes = "keep",
     bandwidth: Bandwidth | None = None,
     stability: bool = False,
@@ -195,6 +199,9 @@ def analyze(
         less often, see `sigmatau.Accumulator`. "auto" takes every pair if memory is enough, and says so if it is not.
     window : str, optional
         Which part of the record: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
+    leave_out : str or sequence of str, optional
+        Stretches to take for missing, ``"720s:722s,1080s:1083s"`` from the beginning of the record (of all of it, if there
+        is a window too), see `sigmatau.window.leave_out`.
     spikes : {"keep", "mask"}
         Take single samples that no noise makes for missing.
     bandwidth : mapping, optional
@@ -232,6 +239,10 @@ def analyze(
     if spikes not in get_args(Spikes):
         raise OptionError(f"`spikes` must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
     findings: list[Finding] = list(record.findings)
+    record = from_the_start(record)
+    if leave_out is not None:
+        record, left = leave_out_of(record, leave_out)
+        findings += left
     whole = record
     if window is not None:
         record, chosen = choose(record, window)
@@ -272,11 +283,15 @@ def analyze(
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
+        doubtful = {finding.channel for finding in findings if too_coarse(finding)}
         for channel, curve in curves.items():
             fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
+            if channel in doubtful:  # a finding says so, and what the curve says of its fit is no other fault
+                fits[channel] = fits[channel].doubted(_TOO_COARSE)
+            else:
+                findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
         findings = with_fits(record, fits, findings, looked_at=looked_at)

@@ -37,6 +37,8 @@ class Grid:
         Time of the first sample in the log's own clock, after whole-second epochs have been taken off. [s]
     source : str
         How `tau0` was found, in words for the reader of a report.
+    lead : float
+        Time of the first sample from the beginning of the record that it is a part of; 0 if it is all of it. [s]
     jitter : float or None
         Standard deviation of the time stamps about the grid; None without time stamps. [s]
     """
@@ -46,6 +48,7 @@ class Grid:
     start: float = 0.0
     source: str = "given"
     jitter: float | None = None
+    lead: float = 0.0
 
     @property
     def rate(self) -> float:
@@ -164,7 +167,8 @@ class Stream:
         """Samples `start` to `stop` as a stream of its own."""
         more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
         raw = tuple(r[start : stop + more] for r in self.samples.raw)
-        grid = replace(self.grid, n=stop - start, start=self.grid.start + start * self.grid.tau0)
+        before = start * self.grid.tau0
+        grid = replace(self.grid, n=stop - start, start=self.grid.start + before, lead=self.grid.lead + before)
         mask = None if self.mask is None else self.mask[start:stop]
         return replace(
             self,

@@ -49,7 +49,7 @@ def test_the_finding():
     assert (finding.code, finding.severity, finding.channel) == ("interpolated", "warning", None)
     assert "to 200 Hz" in finding.message
     assert "σ at one sample is 0.16 ×" in finding.effect
-    assert finding.changes == ()
+    assert dict(finding.changes) == {"random_walk": pytest.approx(0.16, abs=0.005)}
 
 
 @pytest.mark.parametrize("ratio", [0.7, 1.0, 2.0, 5.0])

@@ -102,12 +102,12 @@ def test_a_known_step_tells_the_unit(sensitivity, truth, stated):
 @pytest.mark.parametrize("decimals", [1, 2, 3, 4, 5, 6])
 def test_decimals_are_no_known_step(decimals):
     x = np.round(triad(f"decimals {decimals}", 0.0, 0.3), decimals)
-    assert implausible_unit(Record.from_arrays(rate=100, gyro=x).streams[0]) == []
+    assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=x).streams[0]) == []
 
 
 def test_a_step_one_percent_off_is_not_known():
     x = np.round(triad("one percent", 3.0, 12.0)) / 131 * 1.01
-    assert implausible_unit(Record.from_arrays(rate=100, gyro=x).streams[0]) == []
+    assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=x).streams[0]) == []
 
 
 def test_earth_rate_where_it_can_be_resolved():

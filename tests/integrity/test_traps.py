@@ -13,9 +13,9 @@ from known import seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau.integrity import check
 
-N = 0.005  # rad/√s
+N = 0.0005  # rad/√s
 RATE = 100.0
-TERMS = {"random_walk": N, "bias_instability": 2e-4}
+TERMS = {"random_walk": N, "bias_instability": 2e-5}
 
 
 def sensor(name, *, rate=RATE, n=100_000):

@@ -81,7 +81,7 @@ class TestValues:
     def test_one_empty_channel_costs_no_other(self, tmp_path, share, stamps):
         rng = np.random.default_rng(seed_of(f"empty channel {share} {stamps}"))
         n = 20_000
-        x, y, z = rng.normal(size=(3, n))
+        x, y, z = 1e-3 * rng.normal(size=(3, n))
         y[rng.random(n) < share] = np.nan
         data = {"wx": x, "wy": y, "wz": z} | ({"t": np.arange(n) / 100} if stamps else {})
         unit = {"gyro": "rad/s"} | ({"time": "s"} if stamps else {})
@@ -101,7 +101,7 @@ class TestValues:
 
     def test_inspect_tells_of_channels_with_nothing_in_them(self, tmp_path):
         rng = np.random.default_rng(seed_of("nothing in them"))
-        lines = [f"{k / 100:.2f},{a!r},,3.5" for k, a in enumerate(rng.normal(size=2000).tolist())]
+        lines = [f"{k / 100:.2f},{a!r},,3.5" for k, a in enumerate((1e-3 * rng.normal(size=2000)).tolist())]
         path = log(tmp_path, "time [s],wx [rad/s],wy [rad/s],wz [rad/s]\n" + "\n".join(lines) + "\n")
         found = sigmatau.inspect(path)
         told = {(f.code, f.channel) for f in (*found.record.findings, *found.checks)}
@@ -111,7 +111,7 @@ class TestValues:
         assert list(analysis.curves) == ["gyro_x"]
 
     def test_an_array_without_a_sample(self):
-        x = np.random.default_rng(seed_of("array without")).normal(size=2000)
+        x = np.random.default_rng(seed_of("array without")).normal(size=2000) * 1e-3
         analysis = analyze(Record.from_arrays(rate=100, gyro_x=x, gyro_y=np.full(2000, np.nan), gyro_z=np.ones(2000)))
         assert list(analysis.curves) == ["gyro_x"]
         told = {(f.code, f.channel) for f in analysis.findings}

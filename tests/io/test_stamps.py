@@ -115,7 +115,8 @@ class TestPlaces:
         one = found(np.delete(np.arange(1001) / 100.0, 500))
         (finding,) = one.findings
         assert (finding.code, finding.severity, finding.size, finding.where) == ("gaps", "info", 1, "t = 5 s")
-        assert "1 of 1001 samples (0.1 %) are missing in 1 gap of the time stamps; before line 501" in finding.message
+        assert "1 of 1001 samples (0.1 %) are missing in 1 gap of the time stamps: 1 sample" in finding.message
+        assert "1 sample (0.01 s) from t = 5 s on, before line 501" in finding.message
 
     def test_one_gap_of_a_minute_in_two_hours(self):
         t = np.arange(720_000) / 100.0

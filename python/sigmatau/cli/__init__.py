@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CycloptsError as error:
         return _fail(str(error), 2)
     except OptionError as error:
-        return _fail(str(error), 2)
+        return _fail(_as_typed(str(error), error.option), 2)
     except (DataError, ImportError) as error:
         return _fail(str(error), 1)
     except MemoryError:
@@ -54,6 +54,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
+
+
+def _as_typed(message: str, option: str | None) -> str:
+    """With the option as it is typed here, where a function names its argument."""
+    return message if option is None else message.replace(f"`{option}`", f"--{option.replace('_', '-')}")
 
 
 def _fail(message: str, code: int) -> int:

@@ -47,6 +47,7 @@ def analyze_command(
     counting: Literal["standard", "paper"] = "standard",
     long: Literal["auto", "exact", "strided"] = "auto",
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
     spikes: Literal["keep", "mask"] = "keep",
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
@@ -77,6 +78,9 @@ def analyze_command(
         less often (strided); auto does that, and says so, if the record does not fit in memory.
     window
         Which part of the record: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
+    leave_out
+        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies:
+        what the findings of these names tell of.
     spikes
         Take single samples that no noise makes for missing (mask), or as they are (keep).
     bandwidth
@@ -108,6 +112,7 @@ def analyze_command(
         "method": method,
         "long": long,
         "window": window,
+        "leave_out": leave_out or None,
         "spikes": spikes,
         "bandwidth": bandwidths(bandwidth or []),
         "stability": stability is not None,

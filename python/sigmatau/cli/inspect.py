@@ -25,6 +25,7 @@ def inspect_command(
     *,
     reading: Reading | None = None,
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
+    leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -36,6 +37,8 @@ def inspect_command(
         Any file that is read.
     bandwidth
         The sensor's own bandwidth by its data sheet: gyro=30Hz, or gyro=30Hz/2 for a filter of second order.
+    leave_out
+        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies.
     json
         Write it as JSON; - for standard output, in place of the list.
     quiet
@@ -46,7 +49,7 @@ def inspect_command(
     refuse_same(log, json=None if as_text else json)
     options = (reading or Reading()).options()
     with showing(log, quiet=quiet):
-        found = inspect(log, bandwidth=bandwidths(bandwidth or []), **options)
+        found = inspect(log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, **options)
     text = json_module.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     if as_text:
         sys.stdout.write(text)

@@ -138,7 +138,7 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
-    """Findings for a terminal, those of one kind together, with what to do said once for all of them."""
+    """Findings for a terminal, those of one kind together, with what to do said once for all for whom it is the same."""
     lines = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
@@ -146,7 +146,7 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
     for alike in kinds.values():
         lines += [str(replace(finding, remedy="")) for finding in alike]
         remedies = list(dict.fromkeys(finding.remedy for finding in alike if finding.remedy))
-        lines += [f"  -> {remedies[0]}"] if remedies else []
+        lines += [f"  -> {remedy}" for remedy in remedies]
     return lines
 
 

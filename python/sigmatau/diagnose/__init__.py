@@ -19,7 +19,7 @@ from sigmatau.diagnose.resampled import upsampled
 from sigmatau.diagnose.stationarity import non_stationary
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit
-from sigmatau.integrity import DISTURBANCES, quantization_mismatch, undisturbed, without_runs
+from sigmatau.integrity import DISTURBANCES, lost_rows, quantization_mismatch, undisturbed, without_runs
 from sigmatau.integrity import check as check_samples
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text
@@ -158,7 +158,7 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
     at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
     if any(finding.code in _RUNS for finding in found):
-        stream = without_runs(stream)  # their spectrum is not the sensor's
+        stream = without_runs(lost_rows(stream)[1])  # their spectrum is not the sensor's
     spectra = _spectra(at_rest)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once

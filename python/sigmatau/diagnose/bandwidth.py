@@ -58,7 +58,10 @@ def low_pass(
         info. `changes` holds the random walk read at one sample over the sensor's own.
     """
     found = []
-    for channel, fitted in (low_passes(stream, spectra=spectra) if fits is None else fits).items():
+    filters = low_passes(stream, spectra=spectra) if fits is None else fits
+    # What is to be done is said once for all axes, so by the slowest of them.
+    latest = max((fitted.right_from for fitted in filters.values()), default=0.0)
+    for channel, fitted in filters.items():
         low = fitted.short < NOTICEABLE
         tau = fitted.right_from
         found.append(
@@ -75,7 +78,10 @@ def low_pass(
                     f" makes, and so is a random walk read there; within 1 % from τ = {seconds(tau)} s on"
                 ),
                 changes=(("random_walk", fitted.short),),
-                remedy=f"read or fit the random walk from τ = {seconds(tau)} s on, and model the filter if that is too late",
+                remedy=(
+                    f"read or fit the random walk of {stream.name} from τ = {seconds(latest)} s on, and model the filter if"
+                    " that is too late"
+                ),
             )
         )
     return found

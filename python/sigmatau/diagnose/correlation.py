@@ -95,7 +95,7 @@ def _finding(stream: Stream, found: list[tuple[float, str, tuple[str, str]]]) ->
     return Finding(
         code="correlated_axes",
         severity="warning" if abs(largest) >= _STRONG else "info",
-        message=f"{stream.name}: changes of the rate are correlated beyond chance: {listed}{part}",
+        message=f"{stream.name}: changes are correlated beyond chance: {listed}{part}",
         size=abs(largest),
         effect=(
             f"up to {two_digits(100 * abs(largest))} % of the variance of these changes is common: coefficients and their"

@@ -144,8 +144,8 @@ def _warm_up_finding(
         severity=severity(changes),
         channel=channel,
         message=(
-            f"the rate settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the beginning"
-            " on, beside ramp and noise"
+            f"the {_what(stream)} settles by {size} ± {error} {unit} with a time constant of {duration_text(time)} from the"
+            " beginning on, beside ramp and noise"
         ),
         where=f"t = 0 s to {min(settled, stream.grid.duration):.0f} s",
         size=abs(regression.value),
@@ -154,6 +154,10 @@ def _warm_up_finding(
         changes=tuple((change.term, change.factor) for change in changes),
         remedy=after,
     )
+
+
+def _what(stream: Stream) -> str:
+    return {"angular_rate": "rate", "acceleration": "acceleration"}.get(stream.quantity, "signal")
 
 
 def _late_finding(stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change]) -> Finding:
@@ -166,7 +170,7 @@ def _late_finding(stream: Stream, channel: str, time: float, regression: Regress
         severity=severity(changes),
         channel=channel,
         message=(
-            f"the rate moves by {size} ± {error} {unit} towards the end of the record, with a time constant of"
+            f"the {_what(stream)} moves by {size} ± {error} {unit} towards the end of the record, with a time constant of"
             f" {duration_text(time)}, beside ramp and noise"
         ),
         where=f"t = {begins:.0f} s to {stream.grid.duration:.0f} s",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -269,6 +269,35 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             factor = display_units(term, self.quantity, self.rate_unit)[0][1]
             text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
         return text
+
+    def doubted(self, reason: str) -> NoiseFit:
+        """The same values without intervals or limits, because of a fault of the samples that no covariance knows.
+
+        Parameters
+        ----------
+        reason : str
+            What makes them doubtful, in words.
+        """
+
+        def bare(value: Interval) -> Interval:
+            return replace(value, low=None, high=None)
+
+        terms_ = {
+            name: replace(
+                term, observed=None, low=None, high=None, upper_limit=None, p_value=None, shows_in=None, shows=None
+            )
+            for name, term in self.terms.items()
+        }
+        return replace(
+            self,
+            terms=terms_,
+            gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
+            sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
+            verdict="descriptive" if self.verdict == "adequate" else self.verdict,
+            reason=reason if self.verdict == "adequate" else "; ".join(filter(None, [self.reason, reason])),
+            unclear=(),
+            covariance=((), np.empty((0, 0))),
+        )
 
     def headline(self) -> str:
         """Method, averaging times and verdict in a line."""

@@ -3,12 +3,16 @@
 One module a kind of fault; each takes a stream and returns findings. `check` runs them all.
 """
 
+from dataclasses import replace
+
 from sigmatau.integrity.blank import blanked, rows
+from sigmatau.integrity.copies import copies, copy_masks
 from sigmatau.integrity.interpolated import interpolated
 from sigmatau.integrity.knocks import light_knocks
+from sigmatau.integrity.masking import leave_out_option, masked
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
 from sigmatau.integrity.repeated import repeated_samples
-from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
+from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
 from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
 from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
@@ -16,6 +20,7 @@ from sigmatau.integrity.start import start_transient
 from sigmatau.integrity.static import not_static
 from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
 from sigmatau.integrity.undisturbed import DISTURBANCES, undisturbed
+from sigmatau.integrity.zeros import dropout_masks, lost_rows, stuck_masks
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
@@ -25,13 +30,19 @@ __all__ = [
     "DISTURBANCES",
     "check",
     "coarse_resolution",
+    "copies",
+    "copy_masks",
+    "dropout_masks",
     "dropouts",
     "earth_rate",
     "find_spikes",
     "gravity",
     "implausible_unit",
     "interpolated",
+    "leave_out_option",
+    "lost_rows",
     "mask_spikes",
+    "masked",
     "not_static",
     "quantization_mismatch",
     "quantization_step",
@@ -39,7 +50,9 @@ __all__ = [
     "saturation",
     "spikes",
     "start_transient",
+    "stuck_masks",
     "stuck_samples",
+    "too_coarse",
     "undisturbed",
     "without_runs",
 ]
@@ -54,12 +67,13 @@ CHECKS = (
     saturation,
     stuck_samples,
     repeated_samples,
+    copies,
     interpolated,
     coarse_resolution,
 )
 """All checks of samples, in the order in which their findings are told: the gravest mistakes first."""
 
-_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples)
+_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)
 """Checks that ask which samples are equal."""
 
 _RUNS = (dropouts, saturation, stuck_samples, interpolated)
@@ -78,6 +92,7 @@ def check(stream: Stream) -> list[Finding]:
     list of Finding
         At most one a kind and channel, or one for several channels of the stream.
     """
+    lost, stream = lost_rows(stream)  # which are no samples of the sensor, whatever else would be said of them
     begun = start_transient(stream)
     start = round(begun[0].size / stream.grid.tau0) if begun and begun[0].size else 0
     whole, stream = stream, blanked(stream, rows(stream, [(0, start)]))
@@ -85,12 +100,24 @@ def check(stream: Stream) -> list[Finding]:
     found = {one: one(even if one in _EQUAL else stream) for one in CHECKS if one is not start_transient}
     if found[spikes]:
         knocks = light_knocks(stream)
-        masked = mask_spikes(Record(streams=(stream,)))[0].streams[0]
+        alone = mask_spikes(Record(streams=(stream,)))[0].streams[0]
         if knocks:  # the largest samples of a knock are no spikes
             found[spikes] = spikes(blanked(stream, rows(stream, [(knock.start, knock.stop) for knock in knocks])))
         if found[not_static] or knocks:  # a single sample may move the mean of a window: that is no motion
-            found[not_static] = not_static(stream, judged=masked, knocks=knocks)
+            found[not_static] = not_static(stream, judged=alone, knocks=knocks)
     if found[not_static] and any(found[one] for one in _RUNS):  # and a level that is held is none of the sensor
         found[not_static] = not_static(without_runs(stream))
     found[start_transient] = begun if whole is not stream else []
-    return [finding for one in CHECKS for finding in found[one]]
+    if any(
+        not finding.channel for finding in found[implausible_unit]
+    ):  # then the mean is no rotation, but the unit's fault
+        found[not_static] = [finding for finding in found[not_static] if finding.where]
+    told = (finding for one in CHECKS for finding in found[one])
+    return [_named(finding, stream) for finding in (*lost, *told)]
+
+
+def _named(finding: Finding, stream: Stream) -> Finding:
+    """A finding of several axes says which sensor's: gyros and accelerometers may have the same to be told."""
+    if finding.channel is not None or any(name in finding.message for name in (stream.name, *stream.channels)):
+        return finding
+    return replace(finding, message=f"{stream.name}: {finding.message}")

@@ -118,8 +118,8 @@ def interpolated(stream: Stream) -> list[Finding]:
     Returns
     -------
     list of Finding
-        One for all channels concerned. Where all were made from fewer, the random walk at long τ is the sensor's own:
-        ``changes`` is empty.
+        One for all channels concerned. Where all were made from fewer, ``changes`` holds the random walk read at one sample
+        over the sensor's own; at long τ it is right.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
     found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
@@ -137,12 +137,13 @@ def _of_fewer(stream: Stream, found: dict[str, Upsampling]) -> Finding:
     channels = tuple(found)
     first = found[channels[0]]
     rate = stream.grid.rate / first.factor
+    on = "" if channels == stream.channels else f" on {axes_text(channels)}"
     return Finding(
         code="interpolated",
         severity="warning",
         channel=channels[0] if len(stream.channels) == 1 else None,
         message=(
-            f"{axes_text(channels)}: {100 * first.share:.3g} % of the samples lie on the line through their neighbours:"
+            f"{100 * first.share:.3g} % of the samples{on} lie on the line through their neighbours:"
             f" interpolated from {rate:.4g} to {stream.grid.rate:.6g} Hz"
         ),
         size=first.factor,
@@ -150,6 +151,7 @@ def _of_fewer(stream: Stream, found: dict[str, Upsampling]) -> Finding:
             f"σ at one sample is {first.shortest:.2g} × that of the sensor's white noise, and right only from some"
             f" {math.ceil(8 * first.factor)} samples ({8 / rate:.2g} s) on; a random walk read below that is too small"
         ),
+        changes=(("random_walk", first.shortest),),
         remedy="log the sensor's own samples with their own stamps (a driver's interpolation can be switched off)",
     )
 

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from sigmatau.integrity.grades import grade, mean_of, mixed_units
 from sigmatau.integrity.resolution import resolution
-from sigmatau.integrity.samples import axes_text, octaves, pieces, present, sample_of, white_level
+from sigmatau.integrity.samples import axes_text, octaves, present, sample_of, white_level
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 from sigmatau.terms import TERMS
@@ -64,9 +65,10 @@ _LOOKED_AT = 1 << 17
 def implausible_unit(stream: Stream) -> list[Finding]:
     """Signs that the samples are in another unit than stated.
 
-    An accelerometer triad at rest measures gravity: |mean| near 1 is in g. White noise more than ten times beyond the best
-    and the worst sensors there are, or a step of the numbers that is known from datasheets in the other unit, tells deg/s
-    from rad/s.
+    An accelerometer triad at rest measures gravity: |mean| near 1 is in g. One axis with 57.3 or 9.8 times the noise of the
+    other two, see `mixed_units`; gyros noisier than any, or with a bias that gyros so quiet have not, see `grade`; white
+    noise more than ten times beyond the best and the worst sensors there are, or a step of the numbers that is known from
+    datasheets in the other unit, tells deg/s from rad/s.
 
     Parameters
     ----------
@@ -78,6 +80,8 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     list of Finding
         At most one; ``changes`` names all terms with the factor of the unit.
     """
+    if mixed := mixed_units(stream):
+        return mixed
     if stream.quantity == "acceleration" and len(stream.channels) == 3:
         level = _mean_length(stream)
         near = [(abs(level / value - 1), value, words, option) for value, words, option in _MISTAKEN]
@@ -89,6 +93,9 @@ def implausible_unit(stream: Stream) -> list[Finding]:
         return []
     if stream.quantity == "angular_rate" and (said := _by_step(stream)):
         return [said]
+    if (found := grade(stream)) is not None:
+        message, noise, factor, option = found
+        return [_unit(stream, message, factor, f"give {option}", noise)]
     said = _by_noise(stream)
     return [said] if said else []
 
@@ -201,18 +208,7 @@ def earth_rate(stream: Stream, *, bias: float) -> list[Finding]:
 
 
 def _mean_length(stream: Stream) -> float:
-    squares = 0.0
-    for channel in stream.channels:
-        total, count = 0.0, 0
-        for _, x in pieces(stream, channel):
-            part = float(x.sum())
-            if math.isfinite(part):
-                total, count = total + part, count + len(x)
-            else:
-                there = present(x)
-                total, count = total + float(there.sum()), count + len(there)
-        squares += (total / count) ** 2 if count else math.nan
-    return math.sqrt(squares)
+    return math.sqrt(math.fsum(mean_of(stream, channel) ** 2 for channel in stream.channels))
 
 
 def _unit(stream: Stream, message: str, factor: float, remedy: str, size: float) -> Finding:

@@ -13,7 +13,15 @@ from sigmatau.integrity.samples import affected, block_rms, present, sample_of, 
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import Stream
 
-__all__ = ["Resolution", "coarse_resolution", "common_step", "quantization_mismatch", "quantization_step", "resolution"]
+__all__ = [
+    "Resolution",
+    "coarse_resolution",
+    "common_step",
+    "quantization_mismatch",
+    "quantization_step",
+    "resolution",
+    "too_coarse",
+]
 
 # Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
 _LOOKED_AT = 16384
@@ -188,6 +196,11 @@ def quantization_mismatch(stream: Stream, channel: str, quantization: float, *, 
             remedy="do not change the log's resolution to cure it",
         )
     ]
+
+
+def too_coarse(finding: Finding) -> bool:
+    """Whether a finding says that the step is so coarse that no coefficient can be trusted."""
+    return finding.code == "coarse_resolution" and finding.severity == "warning" and not finding.changes
 
 
 def coarse_resolution(stream: Stream) -> list[Finding]:

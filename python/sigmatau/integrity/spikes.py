@@ -9,6 +9,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.integrity.masking import masked
 from sigmatau.integrity.samples import affected, block_rms, place, when, white_level
 from sigmatau.record import Record
 from sigmatau.results import Finding
@@ -137,30 +138,10 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
                         size=float(count),
                     )
                 )
-        streams.append(_masked(stream, masks) if any(mask.any() for mask in masks) else stream)
+        streams.append(masked(stream, masks) if any(mask.any() for mask in masks) else stream)
     if not findings:
         return record, []
     return replace(record, streams=tuple(streams)), findings
-
-
-def _masked(stream: Stream, masks: list[NDArray[np.bool_]]) -> Stream:
-    """The stream without some samples; accumulated values become increments, for one of them is part of two rates."""
-    raw, transforms = list(stream.samples.raw), list(stream.samples.transforms)
-    for k, mask in enumerate(masks):
-        if transforms[k].kind == "accumulated":
-            raw[k] = np.diff(np.asarray(raw[k], dtype=np.float64))
-            transforms[k] = replace(transforms[k], kind="increments", offset=0.0)
-        elif mask.any():
-            raw[k] = np.array(raw[k], dtype=np.float64)
-        if mask.any():
-            raw[k][mask] = np.nan
-            raw[k].setflags(write=False)
-    missing = np.stack(masks, axis=1)
-    return replace(
-        stream,
-        samples=replace(stream.samples, raw=tuple(raw), transforms=tuple(transforms)),
-        mask=missing if stream.mask is None else stream.mask | missing,
-    )
 
 
 def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_]) -> Finding:

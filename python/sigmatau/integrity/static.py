@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sigmatau.integrity.masking import leave_out_option, without_steps
 from sigmatau.integrity.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, place, present, when
 from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
@@ -166,14 +167,14 @@ def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
         unit=stream.unit,
         effect="errors of scale and of the turning itself are in every coefficient",
         remedy=(
-            f"record at rest; if these are {mean:.3g} deg/s or counts rather than rad/s, say so with --unit or --scale"
+            f"record at rest; if the numbers are in deg/s and not in rad/s, give --unit {stream.name}=deg/s, if they are"
+            " counts, --scale"
         ),
     )
 
 
 def _moved(stream: Stream, moved: list[Burst], w: int, *, light: bool) -> Finding:
     """All bursts of a stream in one finding: when, how long, on which axes."""
-    tau0 = stream.grid.tau0
     spans: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
         if spans and burst.start <= max(b.stop for b in spans[-1]):
@@ -217,8 +218,8 @@ def _moved(stream: Stream, moved: list[Burst], w: int, *, light: bool) -> Findin
         effect=f"{f'{worst}: ' if len(axes) > 1 else ''}{affected(factor)} (at τ = {tau:.3g} s)",
         changes=(("random_walk", factor),) if factor > _MATTERS or factor < 1 / _MATTERS else (),
         remedy=(
-            f"analyse a window without {'them' if several else 'it'} (--window), or record again where nothing moves;"
-            f" {start * tau0:.6g} s to {stop * tau0:.6g} s is the strongest"
+            f"{leave_out_option(stream, [(min(b.start for b in s), max(b.stop for b in s)) for s in spans])} takes"
+            f" {'them' if several else 'it'} for missing; or record again where nothing moves"
         ),
     )
 
@@ -248,7 +249,6 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
     shown = sorted(sorted(changes, key=lambda change: -abs(change.size))[:_TOLD], key=lambda change: change.sample)
     others = ", ".join(f"{change.size:+.3g} at {when(change.sample, stream)}" for change in shown if change != largest)
     many = f", the largest of {len(changes)}" if len(changes) > 1 else ""
-    start, stop = max(between, key=lambda part: part[1] - part[0], default=(0, 0))
     return Finding(
         code="not_static",
         severity="warning",
@@ -264,8 +264,5 @@ def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
         unit=stream.unit,
         effect=effect,
         changes=factors,
-        remedy=(
-            f"analyse a window without {'it' if len(changes) == 1 else 'them'}: the longest is"
-            f" --window {math.ceil(start * tau0)}s:{math.floor(stop * tau0)}s"
-        ),
+        remedy=without_steps(stream, [(c.sample, c.window, c.size) for c in changes]),
     )

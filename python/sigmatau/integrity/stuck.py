@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.filled import STRETCH, filled
+from sigmatau.integrity.masking import leave_out_option
 from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import (
@@ -204,6 +205,8 @@ def _stuck(
     factor, tau = change_of_white(x, bad, tau0)
     equal = "0" if zero else "equal"
     start, size = int(first[longest]), int(lengths[longest])
+    kind = "dropouts" if zero else "stuck"
+    runs = [(a, a + m) for a, m in zip(first.tolist(), lengths.tolist(), strict=True)]
     many = (
         f"{len(first)} runs of samples that are {equal}, the longest {size}"
         if len(first) > 1
@@ -230,5 +233,5 @@ def _stuck(
         unit="s",
         effect=f"{affected(factor)} (at τ = {tau:.3g} s){f'; the level held there is {walk}' if walk else ''}",
         changes=(("random_walk", factor), *factors),
-        remedy="leave these samples out (as missing), or analyse a window without them",
+        remedy=(f"{leave_out_option(stream, runs, kind=kind)} takes these samples for missing"),
     )

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_all", "draw_dynamic"]
+__all__ = ["draw_all", "draw_dynamic", "relative"]
+
+
+_ENDS = (1.5, 4.0)
+_LABELS = 5
 
 
 class MapLike(Protocol):
@@ -46,7 +50,7 @@ def draw_all(maps: Mapping[str, MapLike]) -> Figure:
 
     across = min(len(maps), 3)
     down = -(-len(maps) // across)
-    figure = Figure(figsize=(1.5 + 5.5 * across, 0.6 + 3.8 * down), layout="constrained")
+    figure = Figure(figsize=(1.5 + 6.2 * across, 0.6 + 3.8 * down), layout="constrained")
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for panel, dynamic in zip(panels, maps.values(), strict=False):
         draw_dynamic(dynamic, ax=panel)
@@ -56,43 +60,105 @@ def draw_all(maps: Mapping[str, MapLike]) -> Figure:
 
 
 def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
-    """A map of σ over time and τ, both the averaging time and the colours on logarithmic scales.
+    """A map of σ over time and τ, as a multiple of the median of all windows at the same τ.
+
+    A record whose noise stays the same is pale all over, whatever the slope of its curve; the scatter by chance grows with
+    τ. Windows without a deviation are hatched. At the right the medians themselves.
 
     Parameters
     ----------
     dynamic : DynamicAllan
     ax : matplotlib axes, optional
     unit : str, optional
-        Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+        Of the medians. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
     """
     if ax is None:
         need_matplotlib()
         from matplotlib.figure import Figure
 
-        ax = Figure(figsize=(7.5, 4.6), layout="constrained").subplots()
+        ax = Figure(figsize=(8.0, 4.6), layout="constrained").subplots()
     from matplotlib.colors import LogNorm
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
     factor, text = curve_unit(cast(Any, dynamic), unit)
-    sigma = np.ma.masked_invalid(dynamic.adev.T / factor)
-    sigma = np.ma.masked_where(sigma <= 0, sigma)
+    ratio, medians = relative(dynamic.adev)
     time, size = _clock(dynamic.times)
     half = dynamic.step / 2
     across = np.concatenate([dynamic.times - half, [dynamic.times[-1] + half]]) / size
-    ratio = np.sqrt(dynamic.tau[1:] / dynamic.tau[:-1]) if len(dynamic.tau) > 1 else np.array([2**0.25])
-    middle = dynamic.tau[:-1] * ratio if len(dynamic.tau) > 1 else np.empty(0)
-    up = np.concatenate([[dynamic.tau[0] / ratio[0]], middle, [dynamic.tau[-1] * ratio[-1]]])
-    if sigma.count() and sigma.min() < sigma.max():
-        norm = LogNorm(sigma.min(), sigma.max())
-    else:  # one level, or nothing: a scale of its own
-        level = float(sigma.min()) if sigma.count() else 1.0
-        norm = LogNorm(level / 2, level * 2)
-    mesh = ax.pcolormesh(across, up, sigma, norm=norm, cmap="cividis", rasterized=True)
+    steps = np.sqrt(dynamic.tau[1:] / dynamic.tau[:-1]) if len(dynamic.tau) > 1 else np.array([2**0.25])
+    middle = dynamic.tau[:-1] * steps if len(dynamic.tau) > 1 else np.empty(0)
+    up = np.concatenate([[dynamic.tau[0] / steps[0]], middle, [dynamic.tau[-1] * steps[-1]]])
+    limit = _limit(ratio)
+    mesh = ax.pcolormesh(
+        across, up, np.ma.masked_invalid(ratio.T), norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True
+    )
+    empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
+    for start, stop in _runs(empty):
+        ax.axvspan(across[start], across[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
+    hatched = "\nhatched: a tenth of the window or more is missing" if empty.any() else ""
+    ax.set_xlabel(f"time in the record, middle of the window [{time}]{hatched}")
     ax.set_yscale("log")
-    ax.set_xlabel(f"time in the record, middle of the window [{time}]")
     ax.set_ylabel("averaging time τ [s]")
     ax.set_title(f"{dynamic.channel}, windows of {duration_text(dynamic.window)}")
-    ax.figure.colorbar(mesh, ax=ax, label=f"Allan deviation σ(τ) [{text}]")
+    ticks = [limit ** (k / 2) for k in range(-2, 3)]
+    bar = ax.figure.colorbar(mesh, ax=ax, extend="both")
+    bar.set_label("σ(τ) over its median at that τ")
+    bar.ax.yaxis.set_major_locator(FixedLocator(ticks))
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g} ×"))
+    bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    bar.ax.minorticks_off()
+    known = np.flatnonzero(np.isfinite(medians) & (medians > 0))
+    chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, _LABELS)).astype(int))] if len(known) else known
+    beside = ax.secondary_yaxis("right")
+    beside.yaxis.set_major_locator(FixedLocator(dynamic.tau[chosen].tolist()))
+    beside.yaxis.set_major_formatter(_at(dynamic.tau[chosen], medians[chosen] / factor))
+    beside.yaxis.set_minor_formatter(NullFormatter())
+    beside.minorticks_off()
+    beside.set_ylabel(f"median σ(τ) [{text}]")
     return ax
+
+
+def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Deviations over the median of all windows at the same averaging time, and these medians.
+
+    Parameters
+    ----------
+    adev : ndarray, shape (n_times, n_tau)
+        NaN where a window has none.
+
+    Returns
+    -------
+    ndarray, shape (n_times, n_tau); ndarray, shape (n_tau,)
+        NaN where no window has one, or the median is 0.
+    """
+    medians = np.full(adev.shape[1], np.nan)
+    there = np.isfinite(adev)
+    some = there.any(axis=0)
+    medians[some] = np.nanmedian(adev[:, some], axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where((medians > 0) & (adev > 0), adev / medians, np.nan)
+    return np.asarray(ratio), medians
+
+
+def _limit(ratio: NDArray[np.float64]) -> float:
+    """End of the colours: what nearly all windows keep within, 1.5 at least and 4 at most; the rest is off the scale."""
+    off = np.abs(np.log(ratio[np.isfinite(ratio)]))
+    return float(np.clip(np.exp(np.quantile(off, 0.9)), *_ENDS)) if len(off) else _ENDS[0]
+
+
+def _runs(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], bad.view(np.int8), [0]))))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _at(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: ANN401  matplotlib has no types for it
+    """Labels of the places τ: the values there."""
+    from matplotlib.ticker import FuncFormatter
+
+    def label(place: float, _: int | None = None) -> str:
+        return f"{values[int(np.argmin(np.abs(np.log(tau / place))))]:.3g}"
+
+    return FuncFormatter(label)
 
 
 def _clock(times: NDArray[np.float64]) -> tuple[str, float]:

@@ -9,7 +9,6 @@ The noise of one kind tells nothing of that of the other, and what disturbs both
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -22,6 +21,7 @@ from sigmatau.errors import OptionError
 from sigmatau.record import MIN_SAMPLES, Record
 from sigmatau.results import Finding, duration_text, seconds
 from sigmatau.streams import Stream
+from sigmatau.window.times import time_of
 
 __all__ = [
     "BLOCK",
@@ -43,8 +43,6 @@ BLOCK = 60.0
 _LEAST_BLOCKS = 10
 _MOST_EMPTY = 0.1
 
-_UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
-_TIME = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(ms|s|min|h|d)\s*")
 _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-stable=2h"
 
 
@@ -295,7 +293,4 @@ def _with_streams(record: Record, streams: Sequence[Stream], said: str) -> Recor
 
 
 def _time(text: str, whole: str) -> float:
-    match = _TIME.fullmatch(text)
-    if match is None:
-        raise OptionError(f"`window` {whole!r}: {text.strip()!r} is no time with a unit; {_FORMS}", option="window")
-    return float(match[1]) * _UNITS[match[2]]
+    return time_of(text, whole, option="window", forms=_FORMS)

@@ -118,7 +118,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
                 finite=timing.places is None and not missing.intersection(columns.values()),
             )
         )
-    said = missing_values(raw, choice.channels, missing, rows_of, table.where)
+    said = missing_values(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
     said = (*said, *scattered(streams, times))
     if choice.temperature is not None:
         index = choice.temperature.index

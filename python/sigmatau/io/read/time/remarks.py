@@ -22,6 +22,7 @@ _NEAR = 0.02  # relative distance from such a rate within which it may have been
 # The largest of ten equal rates less the smallest is 3.1 ± 0.8 standard errors: beyond 8 once in 1e7 records.
 _DRIFT_ERRORS = 8.0
 _DRIFT = (1e-4, 1e-3)  # relative change of the rate that is said, and that is a warning
+_LISTED = 3
 _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
 
 
@@ -63,19 +64,19 @@ def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Fi
         )
         remedy = f"give --rate {rate:.6g} if that is the rate of the sensor, --rate {1 / tau0:.6g} if this one is"
     about = "about " if found.kind == "host" else ""
-    longest_text = (
-        f"before {place(found.start + longest + 1)}"
-        if count == 1
-        else f"the longest, {size} sample{'s' if size > 1 else ''} ({seconds(size * tau0)} s), before"
-        f" {place(found.start + longest + 1)}"
-    )
+    listed = [
+        f"{int(holes[k])} sample{'s' if holes[k] > 1 else ''} ({seconds(float(holes[k]) * tau0)} s) from"
+        f" t = {seconds(float(found.places[k] + 1) * tau0)} s on, before {place(found.start + int(k) + 1)}"
+        for k in at[np.argsort(-holes[at], kind="stable")][:_LISTED]
+    ]
+    longest_text = listed[0] if count == 1 else f"the longest, {'; '.join(listed)}"
     return (
         Finding(
             code="gaps",
             severity="info" if few else "warning",
             message=(
                 f"{about}{lost} of {found.n} samples ({100 * lost / found.n:.2g} %) are missing in {count}"
-                f" gap{'s' if count > 1 else ''} of the time stamps; {longest_text}{even}"
+                f" gap{'s' if count > 1 else ''} of the time stamps: {longest_text}{even}"
             ),
             where=f"t = {seconds(begins)} s",
             size=lost,

@@ -311,7 +311,11 @@ def _without_twins(
         size=len(again),
         effect=(
             "the second of each is left out, so nothing is changed; kept, and taken at the rate of the sensor, they would"
-            f" make a random walk {factor:.3g} times as large"
+            f" make a random walk {_larger(factor)}"
         ),
         remedy="look at the program that writes the log: it writes rows twice",
     )
+
+
+def _larger(factor: float) -> str:
+    return f"{factor:.3g} times as large" if factor >= 1.1 else f"{100 * (factor - 1):.2g} % larger"

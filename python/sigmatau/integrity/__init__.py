@@ -9,7 +9,7 @@ from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step
 from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
-from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
+from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes, without_spikes
 from sigmatau.integrity.static import not_static
 from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
 from sigmatau.record import Record
@@ -35,6 +35,7 @@ __all__ = [
     "spikes",
     "stuck_samples",
     "without_runs",
+    "without_spikes",
 ]
 
 CHECKS = (
@@ -75,6 +76,9 @@ def check(stream: Stream) -> list[Finding]:
     if found[spikes] and found[not_static]:  # a single sample may move the mean of a window: that is no motion
         masked, _ = mask_spikes(Record(streams=(stream,)))
         found[not_static] = not_static(masked.streams[0])
-    if found[not_static] and any(found[one] for one in _RUNS):  # and a level that is held is none of the sensor
-        found[not_static] = not_static(without_runs(stream))
+    if any(found[one] for one in _RUNS):  # a level that is held is none of the sensor, nor are its samples copies
+        if found[not_static]:
+            found[not_static] = not_static(without_runs(stream))
+        if found[repeated_samples]:
+            found[repeated_samples] = repeated_samples(without_runs(even))
     return [finding for findings in found.values() for finding in findings]

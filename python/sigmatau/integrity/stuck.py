@@ -180,9 +180,9 @@ def _stuck(
     longest = int(np.argmax(lengths))
     bad = np.zeros(len(x), dtype=bool)
     for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
-        bad[start + 1 : start + size] = True
+        bad[start + (not zero) : start + size] = True  # the first that is held is the sensor's own
     share = float(bad.mean())
-    factor, tau = change_of_white(x, bad, tau0)
+    factor, tau = change_of_white(x, bad, tau0, beyond=int(lengths.max()))
     equal = "0" if zero else "equal"
     many = (
         f"{len(first)} runs of samples that are {equal}, the longest {lengths[longest]}"
@@ -201,7 +201,7 @@ def _stuck(
         where=place(int(first[longest]), stream),
         size=float(lengths[longest]) * tau0,
         unit="s",
-        effect=(f"{affected(factor)} (at τ = {tau:.3g} s), and a level held there that no term describes"),
+        effect=(f"{affected(factor)} (at τ = {tau:.3g} s, where the runs count most)"),
         changes=(("random_walk", factor),),
         remedy="leave these samples out (as missing), or analyse a window without them",
     )

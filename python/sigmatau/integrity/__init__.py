@@ -77,8 +77,11 @@ def check(stream: Stream) -> list[Finding]:
         masked, _ = mask_spikes(Record(streams=(stream,)))
         found[not_static] = not_static(masked.streams[0])
     if any(found[one] for one in _RUNS):  # a level that is held is none of the sensor, nor are its samples copies
+        left = without_runs(even)
+        if found[spikes]:
+            found[spikes] = spikes(left)
         if found[not_static]:
-            found[not_static] = not_static(without_runs(stream))
+            found[not_static] = not_static(left)
         if found[repeated_samples]:
-            found[repeated_samples] = repeated_samples(without_runs(even))
+            found[repeated_samples] = repeated_samples(left)
     return [finding for findings in found.values() for finding in findings]

@@ -223,14 +223,13 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     Returns
     -------
     list of Finding
-        At most one, without ``changes``: a rate given by hand may be the sensor's and not the log's, and only the effect can
-        say "if".
+        At most one; ``changes`` only where the rate was given by hand, for then it may be the sensor's and not the log's.
     """
     found = repeats(stream)
     if found is None:
         return []
     k, rate = found.times, stream.grid.rate
-    if found.shortest == found.longest > 1:
+    if found.shortest == found.longest:
         pattern = f"each sample is there {found.shortest} times"
     else:
         pattern = f"samples are there {k:.3g} times on average, {found.shortest} to {found.longest} times each"
@@ -241,10 +240,17 @@ def repeated_samples(stream: Stream) -> list[Finding]:
         f"if {rate:.6g} Hz is right for the rows, σ at one sample is {1 / k:.2g} × that of white noise, and from some"
         f" {max(8, math.ceil(4 * k))} samples on right"
     )
+    changes: tuple[tuple[str, float], ...] = ()
     if given:
         effect += (
             f"; if it is the sensor's own rate, times are stretched by {k:.3g}: random walk {math.sqrt(k):.3g} ×,"
             f" quantization {k:.3g} ×, rate random walk {1 / math.sqrt(k):.2g} ×, ramp {1 / k:.2g} × the sensor's own"
+        )
+        changes = (
+            ("quantization", k),
+            ("random_walk", math.sqrt(k)),
+            ("rate_random_walk", 1 / math.sqrt(k)),
+            ("rate_ramp", 1 / k),
         )
     return [
         Finding(
@@ -254,6 +260,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
             message=(f"{pattern}{on}: {100 * found.share:.3g} % are copies, the sensor gives {rate / k:.4g} Hz"),
             size=k,
             effect=effect,
+            changes=changes,
             remedy=(
                 f"keep one of each group of equal samples and give --rate {rate / k:.4g}"
                 if found.shortest == found.longest

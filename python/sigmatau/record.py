@@ -32,6 +32,9 @@ __all__ = [
     "stream_name",
 ]
 
+_SLOWEST, _FASTEST = 1e-15, 1e15
+"""Beyond, powers of the sample interval leave the range of numbers. [Hz]"""
+
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """Quantities with a unit of their own; any other signal keeps the unit it came in."""
 
@@ -196,12 +199,15 @@ class Record(Printed):
         Raises
         ------
         OptionError
-            For a rate that is not positive, or an unknown unit.
+            For a rate that is not positive, or beyond 1e±15 Hz, or an unknown unit.
         DataError
             For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
         """
-        if not (isinstance(rate, int | float | np.integer | np.floating) and np.isfinite(rate) and rate > 0):
-            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+        number = isinstance(rate, int | float | np.integer | np.floating) and not isinstance(rate, bool)
+        if not (number and _SLOWEST <= rate <= _FASTEST):
+            raise OptionError(
+                f"`rate` must be a positive number of hertz, {_SLOWEST:g} to {_FASTEST:g}, not {rate!r}", option="rate"
+            )
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
         if input not in get_args(InputKind):

@@ -10,6 +10,7 @@ import pytest
 import known
 import sigmatau as st
 from sigmatau import _kernels
+from sigmatau.diagnose.curves import of_fit
 from sigmatau.diagnose.lines import find_lines, lines, lines_in_fits
 from sigmatau.results import Finding, seconds
 
@@ -214,6 +215,43 @@ def test_slow_lines(frequency, terms):
     # Of a density 0.85·f·T times that of the noise, 61 and more: amplitude to 1/√61 or so, thrice.
     assert line.amplitude == pytest.approx(amplitude, rel=0.4)
     assert find_lines(stream_of(np.array(clean)))["gyro_x"] == ()
+
+
+@pytest.mark.parametrize("cycles", [5, 6, 8, 12, 18, 30])
+@pytest.mark.parametrize("terms", [{"random_walk": 1e-4}, {"random_walk": 1e-4, "rate_random_walk": 1e-6}])
+def test_few_cycles_that_tower_over_the_noise(cycles, terms):
+    """In 10 min at 100 Hz; of amplitude A the density in a bin is A²·T/6 over that of the noise, 2400 N²/(1 Hz) and more."""
+    name = f"cycles {cycles} {sorted(terms)}"
+    model = st.NoiseModel(channels={"gyro_x": terms})
+    clean = np.array(st.simulate(model, duration=600, rate=RATE, rng=known.seed_of(name)).streams[0].column("gyro_x"))
+    t = np.arange(len(clean)) / RATE
+    line = only_line(clean + 5e-4 * np.sin(2 * np.pi * cycles / 600 * t + 1))
+    assert line.frequency == pytest.approx(cycles / 600, abs=0.5 / 600)
+    assert line.amplitude == pytest.approx(5e-4, rel=0.15)
+    assert find_lines(stream_of(clean))["gyro_x"] == ()
+
+
+def test_slow_noise_has_no_lines():
+    """1e-4 a channel by design, in the lowest bins of walks and mixtures: in 400 none, or once in 25 runs one."""
+    rng = np.random.default_rng(known.seed_of("slow noise"))
+    found = 0
+    for k in range(400):
+        white, walk = rng.standard_normal(8192), np.cumsum(rng.standard_normal(8192))
+        found += bool(find_lines(stream_of(white + walk * 10 ** rng.uniform(-4, 1) * (k % 4 > 0)))["gyro_x"])
+    assert found <= 1
+
+
+def test_a_sinusoid_in_the_model_is_told():
+    """Twelve cycles in 10 min that double the variance at their times."""
+    model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    clean = st.simulate(model, duration=600, rate=RATE, rng=known.seed_of("sixth term")).streams[0].column("gyro_x")
+    y = clean + 1e-4 * np.sin(2 * np.pi * 0.02 * np.arange(len(clean)) / RATE + 1)
+    fitted = fit_of(y)
+    assert fitted.sinusoid
+    (told,) = (f for f in of_fit(fitted) if f.code == "sinusoid_fitted")
+    assert told.size == pytest.approx(1e-4, rel=0.15)
+    assert "0.0" in told.message
+    assert not any(f.code == "sinusoid_fitted" for f in of_fit(fit_of(np.array(clean))))
 
 
 def ringing(seed):

@@ -113,6 +113,36 @@ def test_what_spikes_add_to_the_random_walk():
     assert measured[2] == pytest.approx(stated, rel=3 * error + 3 / np.sqrt(300 * 16))  # products of neighbours
 
 
+@pytest.mark.parametrize("share", [0.005, 0.02, 0.05, 0.2])
+@pytest.mark.parametrize("height", [20.0, 1e3])
+@pytest.mark.parametrize("signs", [1, 2])
+def test_many_spikes(share, height, signs):
+    """Up to a fifth of all samples: found, told as no noise, and what they add is what the curve shows.
+
+    The Allan variance of a spike train at four samples, relative error √(3/(2·N/4)) and that of n_s(1-p) drawn; thrice.
+    """
+    n = 60_000
+    x = white(f"many {share} {height} {signs}", n)
+    rng = np.random.default_rng(seed_of(f"many places {share} {height} {signs}"))
+    planted = rng.random(n) < share
+    y = x.copy()
+    y[planted] += height * rng.choice([-1.0, 1.0][2 - signs :], planted.sum())
+    found = find_spikes(y)
+    assert np.count_nonzero(found & ~planted) <= 1e-3 * planted.sum()  # the last of a few good samples among bad ones
+    assert np.count_nonzero(planted & ~found) <= (0.02 if share > 0.1 else 0.001) * planted.sum()
+    (finding,) = spikes(Record.from_arrays(rate=RATE, signal=y).streams[0])
+    assert finding.severity == "warning"
+    assert ("not the distribution of noise" in finding.message) == (share > 0.01)
+    curves = allan(Record.from_arrays(rate=RATE, with_=y, without=x), taus=[4 / RATE])
+    measured = float(curves["with_"].adev[0] / curves["without"].adev[0])
+    # Of spikes that are a fifth of all, those beside each other are taken for one: a fifth of the variance.
+    error = 3 * np.sqrt(3 / (2 * n / 4) + 2 / planted.sum()) / 2 + 0.02
+    if share < 0.1:
+        assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=error + share)
+    else:
+        assert 0.6 < dict(finding.changes)["random_walk"] / measured < 1.4
+
+
 def test_two_beside_each_other_add_up_first():
     x = white("double")
     at = np.arange(100, N - 100, 2000)

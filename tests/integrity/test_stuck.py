@@ -214,6 +214,31 @@ class TestStuck:
         # Both have 60,000·τ₀/τ clusters; a part of the noise is not shared.
         assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=3 * math.sqrt(tau / 0.01 / N) + 0.01)
 
+    @pytest.mark.parametrize("bias", [10.0, 1e4])
+    def test_jumps_to_zero_count(self, bias):
+        """60 runs of 20 zeros beside a bias: white noise of n_r·(20·b·τ₀)²/T, at all times beyond the runs."""
+        x = white(f"jumps {bias}", N)
+        y = x + bias
+        rng = np.random.default_rng(seed_of(f"jumps at {bias}"))
+        for start in rng.choice(np.arange(10, N - 30, 30), 60, replace=False):
+            y[start : start + 20] = 0
+        (finding,) = dropouts(Record.from_arrays(rate=100, gyro_x=y).streams[0])
+        assert finding.severity == "warning"
+        curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[1.28])
+        measured = float(curves["b"].adev[0] / curves["a"].adev[0])
+        stated = dict(finding.changes)["random_walk"]
+        assert stated == pytest.approx(math.sqrt(1 + 60 * (20 * bias) ** 2 / N), rel=0.2)  # 60 places at random
+        assert stated == pytest.approx(measured, rel=0.15)
+
+    def test_runs_are_no_copies(self):
+        """40 runs of 200 are 13 % of the record, and nothing else repeats."""
+        x = white("no copies", N)
+        for start in range(1000, N - 1000, 1450):
+            x[start : start + 200] = x[start]
+        found = check(Record.from_arrays(rate=100, gyro_x=x).streams[0])
+        assert "stuck_samples" in [finding.code for finding in found]
+        assert "repeated_samples" not in [finding.code for finding in found]
+
     def test_a_channel_that_never_changes_is_for_others_to_tell(self):
         assert stuck_samples(gyro(np.ones((1000, 3)))) == []
 

@@ -16,10 +16,11 @@ from sigmatau.diagnose.correlation import cross_axis
 from sigmatau.diagnose.drift import temperature, warm_up
 from sigmatau.diagnose.lines import lines, lines_in_fits
 from sigmatau.diagnose.resampled import upsampled
+from sigmatau.diagnose.restated import bad_samples_in_fits, filters_in_fits, without_faults
 from sigmatau.diagnose.stationarity import non_stationary
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit
-from sigmatau.integrity import DISTURBANCES, lost_rows, quantization_mismatch, undisturbed, without_runs
+from sigmatau.integrity import DISTURBANCES, lost_rows, quantization_mismatch, undisturbed, without_runs, without_spikes
 from sigmatau.integrity import check as check_samples
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text
@@ -65,8 +66,13 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     Raises
     ------
     OptionError
-        For a bandwidth of a stream that is not there, or that is not positive.
+        For a bandwidth of a stream that is not there, or that is not positive; for a number of samples below 64.
     """
+    if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
+        raise OptionError(
+            f"`looked_at` must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
+            option="looked_at",
+        )
     stated = _by_stream(record, bandwidth or {})
     found: list[Finding] = []
     for stream in record.streams:
@@ -123,14 +129,18 @@ def check_fits(
         said += warm_up(stream, of_stream)
         if thermometer is not None:
             said += temperature(stream, thermometer, of_stream)
-        said += non_stationary(undisturbed(stream) if disturbed else stream, of_stream)
+        still = undisturbed(stream) if disturbed else stream
+        if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
+            # Bad samples here and there are told by themselves: is the rest uneven, too?
+            clean = without_faults(still)
+            said += [finding for finding in non_stationary(clean, of_stream) if finding.channel in uneven]
     return tuple(said)
 
 
 def with_fits(
     record: Record, fits: Mapping[str, NoiseFit], found: Sequence[Finding], *, looked_at: int = LOOKED_AT
 ) -> list[Finding]:
-    """What `check` found, with what it does to the fits that were made then, where that is known only now: lines.
+    """What `check` found, with what it does to the fits that were made then: bad samples, filters, lines.
 
     Parameters
     ----------
@@ -147,10 +157,16 @@ def with_fits(
     list of Finding
     """
     result = list(found)
-    if any(finding.code == "spectral_line" for finding in found):
-        for stream in record.streams:
-            if stream.quantity != "temperature" and LEAST_SAMPLES <= stream.grid.n <= looked_at:
-                result = lines_in_fits(stream, fits, result)
+    for stream in record.streams:
+        if stream.quantity != "temperature" and LEAST_SAMPLES <= stream.grid.n <= looked_at:
+            of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
+            mine = [f for f in result if f.channel is None or f.channel in of_stream]
+            if any(finding.code == "spectral_line" for finding in mine):
+                bad = {
+                    f.channel for f in mine if f.code == "spikes"
+                }  # beside them the fit is not changed by lines alone
+                result = lines_in_fits(stream, {c: f for c, f in of_stream.items() if c not in bad}, result)
+            result = filters_in_fits(stream, of_stream, bad_samples_in_fits(stream, of_stream, result))
     return result
 
 
@@ -159,6 +175,8 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
     if any(finding.code in _RUNS for finding in found):
         stream = without_runs(lost_rows(stream)[1])  # their spectrum is not the sensor's
+    if any(finding.code == "spikes" for finding in found):
+        stream, at_rest = without_spikes(stream), without_spikes(at_rest)
     spectra = _spectra(at_rest)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once

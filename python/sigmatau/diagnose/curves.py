@@ -46,16 +46,35 @@ def of_fit(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
                 code="no_adequate_model", severity="warning", channel=fitted.channel, message=message, effect=effect
             )
         ]
+    sixth = []
+    if fitted.sinusoid:
+        line = fitted.sinusoid[0]
+        sixth.append(
+            Finding(
+                code="sinusoid_fitted",
+                severity="info",
+                channel=fitted.channel,
+                message=(
+                    f"the five terms alone do not make this curve: a sinusoid of {line.amplitude.value:.3g}"
+                    f" {line.amplitude.unit} at {line.frequency.value:.4g} Hz was fitted with them"
+                ),
+                size=line.amplitude.value,
+                unit=line.amplitude.unit,
+                effect="the coefficients are those of the noise beside it",
+                remedy="look for what swings so slowly or shakes there: temperature control, vibration",
+            )
+        )
     if fitted.tau_min is not None and fitted.tau_min > 1.5 * fitted.tau0:
         return [
+            *sixth,
             Finding(
                 code="short_times_left_out",
                 severity="info",
                 channel=fitted.channel,
                 message=f"the model holds from τ = {seconds(fitted.tau_min)} s on: {fitted.reason}",
-            )
+            ),
         ]
-    return []
+    return sixth
 
 
 def rounding(stream: Stream, channel: str) -> float:

@@ -54,6 +54,12 @@ _PASSES = 8
 # A false alarm of 1e-4 more over these bins. The level that is fitted has an error of some 5 %, of 15 % at the lowest bins.
 _LOW_MARGIN = 1.25
 
+# Below the first block, from five cycles in the record on, a bin is held against those from three to fourteen above it, as
+# if the spectrum were that of a walk there: what is flatter has less. Twelve bins that are correlated have twelve degrees of
+# freedom together, their density over that of one bin is Snedecor's F.
+_SLOWEST, _ABOVE, _ABOVE_FREEDOM = 5, (3, 15), 12.0
+_STEEP = 4.0  # a line falls so much within three bins on its lower side; no walk does
+
 _DYNAMIC = 1e-25  # of a spectrum in double precision
 
 
@@ -189,7 +195,7 @@ def _clusters(spectrum: Periodogram) -> list[_Cluster]:
         averaged = sum(averaged[k:rest:_FACTOR] for k in range(1, _FACTOR)) + averaged[:rest:_FACTOR]
         averaged /= _FACTOR
         width *= _FACTOR
-    return _merged([*hits, *_low_hits(spectrum, bins)])
+    return _merged([*hits, *_low_hits(spectrum, bins), *_lowest_hits(spectrum, bins)])
 
 
 def _low_hits(spectrum: Periodogram, bins: int) -> list[tuple[int, int, float, float]]:
@@ -211,6 +217,25 @@ def _low_hits(spectrum: Periodogram, bins: int) -> list[tuple[int, int, float, f
     found = found[found >= blocks[1] - blocks[0]]
     return [
         (k, k, float(level[k] * each[k - blocks[0]]), float(above[k - blocks[0]])) for k in (found + blocks[0]).tolist()
+    ]
+
+
+def _lowest_hits(spectrum: Periodogram, bins: int) -> list[tuple[int, int, float, float]]:
+    """Overwhelming lines below the first block; as hits of `_clusters`."""
+    from scipy.special import fdtri
+
+    low, high = _ABOVE
+    k = np.arange(_SLOWEST, 4 + _BLOCK)
+    if bins < 4 * int(k[-1]):
+        return []
+    density = spectrum.density
+    mean = np.array([density[each + low : each + high].mean() for each in k.tolist()])
+    freedom = _ABOVE_FREEDOM * spectrum.dof / 2
+    threshold = float(fdtri(spectrum.dof, freedom, 1 - FALSE_ALARM / len(k)))
+    slope = ((k + (low + high - 1) / 2) / k) ** 2
+    there = (density[k] > threshold * slope * mean) & (density[k] > _STEEP * density[k - low]) & (mean > 0)
+    return [
+        (j, j, float(noise), float(density[j] / noise)) for j, noise in zip(k[there].tolist(), mean[there], strict=True)
     ]
 
 

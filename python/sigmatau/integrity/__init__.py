@@ -15,7 +15,7 @@ from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
 from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
-from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes
+from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes, without_spikes
 from sigmatau.integrity.start import start_transient
 from sigmatau.integrity.static import not_static
 from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
@@ -55,6 +55,7 @@ __all__ = [
     "too_coarse",
     "undisturbed",
     "without_runs",
+    "without_spikes",
 ]
 
 CHECKS = (
@@ -105,8 +106,14 @@ def check(stream: Stream) -> list[Finding]:
             found[spikes] = spikes(blanked(stream, rows(stream, [(knock.start, knock.stop) for knock in knocks])))
         if found[not_static] or knocks:  # a single sample may move the mean of a window: that is no motion
             found[not_static] = not_static(stream, judged=alone, knocks=knocks)
-    if found[not_static] and any(found[one] for one in _RUNS):  # and a level that is held is none of the sensor
-        found[not_static] = not_static(without_runs(stream))
+    if any(found[one] for one in _RUNS):  # a level that is held is none of the sensor, nor are its samples copies
+        left = without_runs(even)
+        if found[spikes]:
+            found[spikes] = spikes(left)
+        if found[not_static]:
+            found[not_static] = not_static(left)
+        if found[repeated_samples]:
+            found[repeated_samples] = repeated_samples(left)
     found[start_transient] = begun if whole is not stream else []
     if any(
         not finding.channel for finding in found[implausible_unit]

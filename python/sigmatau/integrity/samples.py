@@ -222,16 +222,30 @@ def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
     return level, m
 
 
-def change_of_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:
-    """By which factor some samples change σ where the others show white noise most clearly, and at which τ.
+# From so many runs' lengths on, runs at random count as white noise; and pairs that a variance must have to say so.
+_RUNS, _PAIRS_BEYOND = 4, 48
 
-    1 if there is too little left to tell.
+
+def change_of_white(
+    x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float, *, beyond: int | None = None
+) -> tuple[float, float]:
+    """By which factor bad samples change the random walk, and at which τ; 1 if there is too little left to tell.
+
+    Where the others show white noise most clearly; or, of runs, at four times `beyond`, the longest of them, where jumps to
+    another level count in full. In a record with too few clusters of that length, at the longest that it has.
     """
     clean = np.where(bad, np.nan, x)
-    level, m = white_level(clean, tau0)
-    with_all = next((avar for size, avar, _ in octaves(x) if size == m), math.nan)
-    factor = math.sqrt(with_all * m * tau0 / level) if level > 0 else math.nan
-    return (factor if math.isfinite(factor) else 1.0), m * tau0
+    level, clearest = white_level(clean, tau0)
+    rest = {m: avar for m, avar, _ in octaves(clean)}
+    both = [(m, avar, rest[m]) for m, avar, pairs in octaves(x) if m in rest and (pairs >= _PAIRS_BEYOND or m == 1)]
+    if not both or not level > 0:
+        return 1.0, tau0
+    least = clearest if beyond is None else _RUNS * beyond
+    m, avar, without = next((each for each in both if each[0] >= least), both[-1])
+    changed = level + (avar - without) * m * tau0
+    # Runs that only held the noise back leave less than there was.
+    factor = math.sqrt(changed / level) if changed > 0 else math.sqrt(avar / without) if without > 0 else 1.0
+    return factor, m * tau0
 
 
 def one_for_all(findings: list[Finding], stream: Stream) -> list[Finding]:

@@ -10,15 +10,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.masking import masked
-from sigmatau.integrity.samples import affected, block_rms, place, when, white_level
+from sigmatau.integrity.samples import affected, block_rms, place, present, when, white_level
 from sigmatau.record import Record
 from sigmatau.results import Finding
-from sigmatau.streams import CHUNK, Stream
+from sigmatau.streams import CHUNK, Stream, Transform
 
-__all__ = ["find_spikes", "mask_spikes", "spikes"]
+__all__ = ["find_spikes", "mask_spikes", "spikes", "without_spikes"]
 
 # Neighbours on either side; their median bears one other spike among them.
 _SIDE = 4
+
+# Neighbours on either side where spikes are so many that two of four are often spikes; and how often they are looked for
+# once more among what is left, where they stood beside each other.
+_WIDE, _ROUNDS = 16, 8
+
+# Blocks of 32 residuals hold a spike each from some 2 % on: then their scale is more than twice that of the median.
+_SPOILED = 2.0
+
+# From such a share on, the noise has no distribution to speak of without saying so.
+_MANY = 0.01
+
+# Samples that are looked at together: their neighbours are that many times 16 numbers.
+_TOGETHER = 1 << 16
+
+# Samples that a spike is far from at least, where another sample stands in for it.
+_APART = 7
 
 # Samples that the scale is taken from, in stretches of 1024.
 _STRETCH, _STRETCHES = 1024, 24
@@ -46,6 +62,9 @@ _MATTERS = 1.02
 def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Samples that stand out from the medians of the four before them and of the four after them.
 
+    Where spikes are so many that they rule most blocks of 32 samples, the scale is that of the median residual, and the
+    medians are of 16: up to 20 % are found so. What is found is left out, and the rest is looked at once more.
+
     The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
     less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a
     median over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a
@@ -67,22 +86,37 @@ def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     found = np.zeros(n, dtype=bool)
     if n < _LEAST:
         return found
-    scale, step = _scale(x)
-    threshold = _multiple(n) * max(scale, _UNSEEN * step) + _STEPS * step
-    if not (math.isfinite(threshold) and threshold > 0):
-        return found
-    candidates = _candidates(x, threshold)
-    if len(candidates) == 0:
-        return found
-    residual = _residuals(x, candidates)
-    kept = np.abs(residual) > threshold
-    candidates, residual = candidates[kept], residual[kept]
-    if len(candidates) == 0:
-        return found
-    around = _scatter(x, candidates)
-    kept = np.abs(residual) > _multiple(n) * around + _STEPS * step
-    found[candidates[kept]] = True
+    rest, part = x, 0.5
+    for _ in range(_ROUNDS):
+        scale, step, side = _scale(rest)
+        least = _STEPS * step
+        threshold = _multiple(n) * max(scale, _UNSEEN * step) + least
+        if not (math.isfinite(threshold) and threshold > 0):
+            break
+        more = _found(rest, threshold, least, side, part)
+        if len(more) == 0:
+            break
+        found[more] = True
+        if rest is x:
+            rest = x.copy()
+        rest[more] = np.nan
+        part = 0.25 if side == _WIDE else 0.5  # where half of the changes about a spike may be to others
     return found
+
+
+def _found(x: NDArray[np.float64], threshold: float, least: float, side: int, part: float) -> NDArray[np.int64]:
+    """Places of the samples beyond a threshold, and beyond what their neighbours scatter."""
+    found = [np.empty(0, dtype=np.int64)]
+    candidates = _candidates(x, threshold)
+    for start in range(0, len(candidates), _TOGETHER):
+        some = candidates[start : start + _TOGETHER]
+        residual = _residuals(x, some, side)
+        kept = np.abs(residual) > threshold
+        some, residual = some[kept], residual[kept]
+        if len(some):
+            around = _scatter(x, some, part)
+            found.append(some[np.abs(residual) > _multiple(len(x)) * around + least])
+    return np.concatenate(found)
 
 
 def spikes(stream: Stream) -> list[Finding]:
@@ -144,29 +178,55 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
     return replace(record, streams=tuple(streams)), findings
 
 
+def without_spikes(stream: Stream) -> Stream:
+    """The stream with samples from nearby in place of its spikes: spectra and segments cannot use gaps of one sample."""
+    columns, changed = {}, False
+    for channel in stream.channels:
+        x = stream.column(channel)
+        found = find_spikes(x)
+        if found.any():
+            clean = np.flatnonzero(np.isfinite(x) & ~found)
+            if len(clean) > 2 * _APART:
+                at = np.flatnonzero(found)
+                # The seventh good sample before: no neighbour, so that noise stays as rough as it is.
+                which = np.searchsorted(clean, at)
+                which = np.where(which >= _APART, which - _APART, which + _APART)
+                x = np.array(x)
+                x[at] = x[clean[which]]
+                changed = True
+        columns[channel] = x
+    if not changed:
+        return stream
+    raw = tuple(columns.values())
+    return replace(stream, samples=replace(stream.samples, raw=raw, transforms=(Transform(),) * len(raw)))
+
+
 def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_]) -> Finding:
     tau0 = stream.grid.tau0
     at = np.flatnonzero(found)
-    heights = _residuals(x, at)
+    clean = x.copy()
+    clean[found] = np.nan
+    heights = _heights(x, clean, at)
     largest = int(np.argmax(np.abs(heights)))
     # Neighbouring spikes are one to a cluster that holds them both.
     groups = np.cumsum(np.concatenate(([0], np.diff(at) > 1)))
     areas = np.bincount(groups, weights=heights)
     there = int(np.count_nonzero(np.isfinite(x)))
-    added = float(areas @ areas) * tau0 / there
-    clean = x.copy()
-    clean[found] = np.nan
+    # Less their mean, which is no noise: of many spikes of one sign it counts.
+    added = max(float(areas @ areas) - float(areas.sum()) ** 2 / there, 0.0) * tau0 / there
     level, _ = white_level(clean, tau0)
     factor = math.sqrt(1 + added / level) if level > 0 else math.inf
     first = int(at[0])
     count = len(at)
+    share = count / there
+    many = f", {100 * share:.2g} % of them: not the distribution of noise" if share > _MANY else ""
     span = f"the first at {when(first, stream)}, " if count > 1 else ""
     return Finding(
         code="spikes",
-        severity="warning" if factor > _MATTERS else "info",
+        severity="warning" if factor > _MATTERS or share > _MANY else "info",
         channel=channel,
         message=(
-            f"{_count(count)} in {len(x)} samples: {span}the largest, {heights[largest]:+.3g} {stream.unit}, at"
+            f"{_count(count)} in {len(x)} samples{many}: {span}the largest, {heights[largest]:+.3g} {stream.unit}, at"
             f" {when(int(at[largest]), stream)}"
         ),
         where=place(first, stream),
@@ -191,8 +251,21 @@ def _multiple(n: int) -> float:
     return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / _AROUND))
 
 
-def _scale(x: NDArray[np.float64]) -> tuple[float, float]:
-    """Standard deviation of the residual against one side, and the step of the numbers if they have one worth a thought."""
+def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+    """How far spikes are from the median of the good samples about them; of all good ones where there are none."""
+    heights = np.empty(len(at))
+    for start in range(0, len(at), _TOGETHER):
+        some = at[start : start + _TOGETHER]
+        near = _neighbours(clean, some, -_WIDE, _WIDE)
+        near[~np.isfinite(near).any(axis=1)] = np.nanmedian(clean)
+        heights[start : start + _TOGETHER] = x[some] - np.nanmedian(near, axis=1)
+    return heights
+
+
+def _scale(x: NDArray[np.float64]) -> tuple[float, float, int]:
+    """Standard deviation of the residual against one side, the step of the numbers if they have one worth a thought, and how
+    many neighbours a side takes.
+    """
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
         parts = [x]
@@ -208,9 +281,15 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float]:
     if np.count_nonzero(np.isfinite(residual)) < _FEW:
         residual = _where_two_are(x)
         if len(residual) < _LEAST:
-            return math.nan, 0.0
+            return math.nan, 0.0, _SIDE
     changes = np.concatenate(steps)
-    return block_rms(residual), float(changes.min()) if len(changes) else 0.0
+    step = float(changes.min()) if len(changes) else 0.0
+    scale = block_rms(residual)
+    # A median of |residuals| is a whole number of half steps, so that many may hide in it.
+    usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)
+    if scale > _SPOILED * (usual + step):
+        return usual + step / 2, step, _WIDE
+    return scale, step, _SIDE
 
 
 def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -254,13 +333,13 @@ def _neighbours(x: NDArray[np.float64], at: NDArray[np.int64], first: int, last:
     return np.where(inside, x[np.clip(places, 0, len(x) - 1)], np.nan)
 
 
-def _residuals(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+def _residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArray[np.float64]:
     """How far samples are from the medians of either side: the lesser of the two, 0 if they are between them.
 
     A side with fewer than two samples says nothing; NaN if neither says anything.
     """
     sides = []
-    for first, last in ((-_SIDE, -1), (1, _SIDE)):
+    for first, last in ((-side, -1), (1, side)):
         near = _neighbours(x, at, first, last)
         count = np.isfinite(near).sum(axis=1)
         median = np.full(len(at), np.nan)
@@ -280,16 +359,21 @@ def _residuals(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.floa
     return np.where(np.isfinite(before) & np.isfinite(after), both, one)
 
 
-def _scatter(x: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Standard deviation of the samples before or after a spike, whichever is larger, by the median of their changes.
+def _scatter(x: NDArray[np.float64], at: NDArray[np.int64], part: float) -> NDArray[np.float64]:
+    """Standard deviation of the samples before or after a spike, whichever is larger, by a quantile of their changes.
 
-    Whichever is larger, because a knock has a first sample. 0 if unknown.
+    Whichever is larger, because a knock has a first sample. The median, or a quarter where half may be spikes. 0 if unknown.
     """
     scatter = np.zeros(len(at))
     for first, last in ((-_AROUND, -2), (2, _AROUND)):
         changes = np.abs(np.diff(_neighbours(x, at, first, last), axis=1))
         known = np.isfinite(changes).sum(axis=1) >= _SIDE
         if known.any():
-            deviation = np.nanmedian(changes[known], axis=1) / (math.sqrt(2) * NormalDist().inv_cdf(0.75))
+            ordered = np.sort(changes[known], axis=1)  # NaN last
+            middle = part * (np.isfinite(ordered).sum(axis=1) - 1)
+            row, below = np.arange(len(ordered)), np.floor(middle).astype(int)
+            low, high = ordered[row, below], ordered[row, np.ceil(middle).astype(int)]
+            usual = low + (middle - below) * (high - low)
+            deviation = usual / (math.sqrt(2) * NormalDist().inv_cdf((1 + part) / 2))
             scatter[known] = np.maximum(scatter[known], deviation)
     return scatter

@@ -199,10 +199,10 @@ def _stuck(
     tau0 = stream.grid.tau0
     longest = int(np.argmax(lengths))
     bad = np.zeros(len(x), dtype=bool)
-    for run, count in zip(first.tolist(), lengths.tolist(), strict=True):
-        bad[run + 1 : run + count] = True
+    for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
+        bad[start + (not zero) : start + size] = True  # the first that is held is the sensor's own
     share = float(bad.mean())
-    factor, tau = change_of_white(x, bad, tau0)
+    factor, tau = change_of_white(x, bad, tau0, beyond=int(lengths.max()))
     equal = "0" if zero else "equal"
     start, size = int(first[longest]), int(lengths[longest])
     kind = "dropouts" if zero else "stuck"
@@ -219,6 +219,7 @@ def _stuck(
         added = added_by_stretches(x, tau0, first, lengths)
         own, rules = own_walk(x, tau0, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
         walk, factors = walk_effect(stream, added, own, rules=rules)
+    held = f"; the level held there is {walk}" if walk else ""
     matters = share > _SHARE or size * tau0 >= _LONG_S or abs(factor - 1) > 0.02
     return added, Finding(
         code="stuck_samples",
@@ -231,7 +232,7 @@ def _stuck(
         where=place(start, stream),
         size=size * tau0,
         unit="s",
-        effect=f"{affected(factor)} (at τ = {tau:.3g} s){f'; the level held there is {walk}' if walk else ''}",
+        effect=f"{affected(factor)} (at τ = {tau:.3g} s, where the runs count most){held}",
         changes=(("random_walk", factor), *factors),
         remedy=(f"{leave_out_option(stream, runs, kind=kind)} takes these samples for missing"),
     )

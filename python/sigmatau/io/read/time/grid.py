@@ -38,6 +38,9 @@ _FINEST = 0.15  # quantile of the intervals that is of the finest grid, if one i
 _FITS = 0.5  # mean cosine of the intervals: poor below, good above
 _FINER = 0.8  # times the interval, at most
 _SPLITS = 64
+_EXACT = 0.05  # of the interval, root mean square: stamps of the sensor's own clock
+_LOST = 4  # times as many samples as there are: so many may be lost of stamps that are exact, and lost at random
+_GEOMETRIC, _APART = 0.25, 0.15  # relative error of the share of whole intervals; correlation of neighbouring intervals
 _LEAST_LEFT = 0.1  # of the rows: a longest piece with less than this is no record
 
 
@@ -114,7 +117,8 @@ def fit_grid(
     lost = _places(t, intervals, median)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
-    start, stop, pieces = _longest_piece(lost)
+    random = kind == "grid" and _scattered(lost)  # which only samples lost at random are here
+    start, stop, pieces = (0, n, 1) if random else _longest_piece(lost)
     if not pieces:
         return finished(t, None, "host", median, intervals, pieces=0)
     lost = lost[start:stop] - lost[start]
@@ -157,7 +161,9 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
     own, lost = lost, agreed(lost, late - phase)
     if np.count_nonzero(lost != own) > _MENDED * n:
         return None
-    return None if _scattered(lost) else lost - lost[0]
+    if _scattered(lost) and not _lost_at_random(lost, late - phase - lost):
+        return None
+    return np.asarray(lost - lost[0])
 
 
 def _cosine(intervals: NDArray[np.float64], interval: float) -> float:
@@ -175,6 +181,22 @@ def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
         return 0.0
     interval = _refined(t, float(near.mean()))
     return interval if _cosine(intervals, interval) > _FITS else 0.0
+
+
+def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool:
+    """Whether exact stamps miss samples one by one, up to four in five: a sensor's grid with losses, and no host's bunches.
+
+    Of samples lost at random with probability p, a share 1 - p of the intervals is whole, and neighbours know nothing of
+    each other; those of bunches do, and have far more short intervals than their mean allows.
+    """
+    n = len(lost)
+    holes = np.diff(lost)
+    if n < BLOCK or float(lost[-1] - lost[0]) > 1.1 * _LOST * n or float(np.mean(off * off)) > _EXACT**2:
+        return False
+    whole, there = float(np.mean(holes == 0)), n / (n + float(lost[-1] - lost[0]))
+    some = holes - holes.mean()
+    alike = float(some[1:] @ some[:-1]) / max(float(some @ some), 1e-300)
+    return abs(whole / there - 1) < _GEOMETRIC + 3 / math.sqrt(n * there) and abs(alike) < _APART + 3 / math.sqrt(n)
 
 
 def _scattered(lost: NDArray[np.float64]) -> bool:

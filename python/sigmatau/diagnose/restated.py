@@ -1,0 +1,201 @@
+"""What faults do to the fit that is printed: samples that are none of the sensor's, filters, interpolation.
+
+Bad samples are taken for missing and the rest is fitted from the same averaging time on. What a filter leaves of the short
+times shows against a fit from where the curve is right again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sigmatau.allan import channel_curve
+from sigmatau.diagnose.bandwidth import low_passes
+from sigmatau.diagnose.effects import Change, compared, severity, words
+from sigmatau.diagnose.resampled import resampled
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting import NoiseFit, fit
+from sigmatau.integrity import find_spikes, without_runs, without_spikes
+from sigmatau.integrity.samples import without_dust
+from sigmatau.record import Record
+from sigmatau.results import Finding, seconds
+from sigmatau.spectrum import welch
+from sigmatau.streams import Columns, Stream, Transform
+from sigmatau.terms import TERMS
+
+__all__ = ["bad_samples_in_fits", "filters_in_fits", "without_faults"]
+
+_BAD = ("dropout", "stuck_samples", "spikes")
+_FILTERS = ("low_pass_filter", "interpolated")
+_NAMES = {"dropout": "dropouts", "stuck_samples": "stuck samples", "spikes": "spikes"}
+
+
+def bad_samples_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
+    """Findings of dropouts, stuck samples and spikes once more, with what they do to the fits that are printed.
+
+    Parameters
+    ----------
+    stream : Stream
+        All that was fitted.
+    fits : mapping of str to NoiseFit
+        By channel.
+    found : sequence of Finding
+        Of any kind; all others are returned as they are.
+
+    Returns
+    -------
+    list of Finding
+        `changes` of the first finding of a channel holds by which factor each printed coefficient is larger than without all
+        its bad samples; other findings of such samples have none. A finding of several channels tells of the one that is
+        changed most.
+    """
+    told: set[str] = set()
+    result, good = [], None
+    for finding in found:
+        channels = _channels(finding, stream, fits) if finding.code in _BAD else []
+        if not channels:
+            result.append(finding)
+        elif told.issuperset(channels):
+            result.append(replace(finding, changes=(), effect="counted with the other bad samples of the channel"))
+        else:
+            good = _without_bad(stream) if good is None else good
+            result.append(_refitted(good, [fits[channel] for channel in channels], finding, _beside(found, channels)))
+            told.update(channels)
+    return result
+
+
+def filters_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
+    """Findings of filters and interpolation once more, with what these do to the fits that are printed: often nothing.
+
+    Parameters
+    ----------
+    stream, fits, found
+        See `bad_samples_in_fits`.
+
+    Returns
+    -------
+    list of Finding
+        `changes` is empty where the fit begins where the curve is right again, or is as good as one that does; otherwise it
+        holds the printed coefficients over those of such a fit.
+    """
+    if not any(f.code in _FILTERS and f.changes and f.channel in stream.channels for f in found):
+        return list(found)
+    clean = without_faults(stream)
+    return [
+        _beyond(stream, clean, fits[finding.channel], finding)
+        if finding.code in _FILTERS
+        and finding.changes
+        and finding.channel in stream.channels
+        and finding.channel in fits
+        else finding
+        for finding in found
+    ]
+
+
+def without_faults(stream: Stream) -> Stream:
+    """The stream as its spectrum is looked at: without runs of equal samples, and with others in place of spikes."""
+    return without_spikes(without_runs(stream))
+
+
+def _channels(finding: Finding, stream: Stream, fits: Mapping[str, NoiseFit]) -> list[str]:
+    """Those that a finding is about and that were fitted; of several axes it names them first."""
+    if finding.channel is not None:
+        named = [finding.channel]
+    else:
+        head = finding.message.split(";")[0].replace(",", " ").split()
+        named = [channel for channel in stream.channels if channel in head]
+    return [c for c in named if c in stream.channels and c in fits and fits[c].tau_min is not None]
+
+
+def _beside(found: Sequence[Finding], channels: Sequence[str]) -> str:
+    """All that is left out, in words."""
+    codes = [c for c in _BAD if any(f.code == c and (f.channel is None or f.channel in channels) for f in found)]
+    return " and ".join(_NAMES[code] for code in codes)
+
+
+def _without_bad(stream: Stream) -> Stream:
+    """The stream with all bad samples taken for missing."""
+    bad = without_runs(without_dust(stream))
+    columns = []
+    for channel in stream.channels:
+        x = np.where(np.isnan(bad.column(channel)), np.nan, stream.column(channel))
+        x[find_spikes(x)] = np.nan
+        columns.append(x)
+    mask = np.stack([np.isnan(x) for x in columns], axis=1)
+    samples = Columns(tuple(columns), (Transform(),) * len(columns), stream.grid.tau0)
+    return replace(stream, samples=samples, mask=mask)
+
+
+def _refitted(good: Stream, fits: Sequence[NoiseFit], finding: Finding, what: str) -> Finding:
+    best: tuple[float, list[Change], NoiseFit, NoiseFit] | None = None
+    for fitted in fits:
+        try:
+            curve = channel_curve(Record(streams=(good.only(fitted.channel),)), fitted.channel, taus="half")
+            after = fit(curve, tau_min=fitted.tau_min)
+        except (DataError, OptionError):  # too little is left
+            continue
+        changes = compared(fitted, after)
+        most = max((max(c.factor, 1 / c.factor) for c in changes), default=1.0)
+        if best is None or most > best[0]:
+            best = most, changes, fitted, after
+    if best is None:
+        return replace(finding, effect=f"{finding.effect}; too little is left to fit without it")
+    _, changes, fitted, after = best
+    on = f" on {fitted.channel}" if finding.channel is None else ""
+    texts = words(changes, fitted.quantity)
+    said = " and ".join(texts) if texts else "no coefficient changed by more than 5 %"
+    hidden = [TERMS[t].label(fitted.quantity) for t in after.observed if t not in fitted.observed and fitted.observed]
+    if hidden:
+        said += f", and hides the {' and '.join(hidden)} that shows without them"
+    return replace(
+        finding,
+        severity="warning" if finding.severity == "warning" else severity(changes),
+        effect=f"the fit{on}, from τ = {seconds(fitted.tau_min or fitted.tau0)} s on, against one without the {what}:"
+        f" {said}; read off: {finding.effect}",
+        changes=tuple((change.term, change.factor) for change in changes),
+    )
+
+
+def _beyond(stream: Stream, clean: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
+    reach = _reach(clean.only(fitted.channel), fitted.channel, finding.code)
+    if reach is None or fitted.tau_min is None:
+        return finding
+    begins = seconds(fitted.tau_min)
+    changes: list[Change] = []
+    if fitted.tau_min < reach * (1 - 1e-9):
+        try:
+            curve = channel_curve(Record(streams=(stream.only(fitted.channel),)), fitted.channel, taus="half")
+            after = fit(curve, tau_min=reach)
+        except (DataError, OptionError):  # too few averaging times
+            return replace(finding, changes=())
+        changes = [change for change in compared(fitted, after) if _surely(change, fitted, after)]
+    texts = words(changes, stream.quantity)
+    said = " and ".join(texts) if texts else "is not changed by it"
+    return replace(
+        finding,
+        effect=f"{finding.effect}; the fit, from τ = {begins} s on, {'finds ' if texts else ''}{said}",
+        changes=tuple((change.term, change.factor) for change in changes),
+    )
+
+
+def _surely(change: Change, before: NoiseFit, after: NoiseFit) -> bool:
+    """Whether what a fit to fewer times finds is another value, and not the same with more scatter."""
+    value, there = before[change.term].value, after[change.term]
+    if value is None or change.at_least or there.low is None or there.high is None:
+        return False
+    return not there.low <= value <= there.high
+
+
+def _reach(one: Stream, channel: str, code: str) -> float | None:
+    """From which averaging time the curve is right; None if the fault is not found once more."""
+    if code == "low_pass_filter":
+        found = low_passes(one).get(channel)
+        return None if found is None else found.right_from
+    y = np.ascontiguousarray(one.column(channel))
+    try:
+        what = resampled(y, welch(y, one, channel))
+    except DataError:
+        return None
+    return None if what is None else what.right_from

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.elsewhere import one_channel
 from sigmatau.model.state_space import StateSpace, state_space
 from sigmatau.results import Printed
 
@@ -162,6 +163,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter," 1989, section 2.4, for the reduced form
     of sums of processes; O. Aberth, Math. Comp. 27, 1973, :doi:`10.1090/S0025-5718-1973-0329236-7`, for the roots.
     """
+    one_channel(model, kind=ChannelModel, function="arma")
     if model.sinusoid:
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
     system = state_space(model, dt=dt, tau_max=tau_max, flicker_error=flicker_error)

@@ -261,7 +261,8 @@ class TestNotSeen:
         """By the closed forms: N²t + K²t³/3 of steps, and the ramp's R·t²/2; the last adds to the mean's size."""
         limits = {"rate_random_walk": 1e-5, "rate_ramp": 1e-7, "quantization": 0.0}
         model = gyro({"random_walk": 1e-4}, limits=limits, duration=7200.0)
-        found = predict(model, after=TIMES, rate=RATE)
+        found = predict(model, after=TIMES, rate=RATE, level=0.5)
+        assert "at its 95 % limit" in repr(found)
         error = found["heading"]
         np.testing.assert_allclose(error.rms, 1e-4 * np.sqrt(TIMES), rtol=1e-12)
         dt = 1 / RATE
@@ -330,7 +331,7 @@ def test_beyond_the_record_and_beyond_the_equations():
 
 
 def test_parts_are_called_as_in_an_analysis_and_negative_shares_are_shown():
-    terms = {"gyro_y": {"random_walk": 1e-4}, "accel_x": {"random_walk": 1e-2, "rate_random_walk": 1e-2}}
+    terms = {"gyro_y": {"random_walk": 1e-4}, "accel_x": {"random_walk": 1e-2, "rate_random_walk": 1e-3}}
     model = NoiseModel(channels=terms, correlation={"random_walk": {("gyro_y", "accel_x"): -0.9}})
     row = predict(model, after=10.0, rate=RATE)["velocity_x"].rows()[0][-1]
     for words in ("gyro_y angle random walk", "accel_x velocity random walk", "accel_x acceleration random walk"):

@@ -139,6 +139,7 @@ def predict(
         as_known=tuple(as_known),
         not_seen=tuple(not_seen),
         duration=recorded or None,
+        limit_level=min((model[channel].level for channel, _ in not_seen), default=0.95),
     )
 
 

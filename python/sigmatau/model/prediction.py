@@ -170,6 +170,8 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Channels and terms that the record did not show: 0 in `rms`, at their limits in `at_most`.
     duration : float or None
         Length of the shortest record that the model comes from, None if it comes from none. [s]
+    limit_level : float
+        Probability of the limits in `at_most`.
     """
 
     errors: Mapping[str, PredictedError]
@@ -183,6 +185,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
     as_known: tuple[tuple[str, str], ...] = ()
     not_seen: tuple[tuple[str, str], ...] = ()
     duration: float | None = None
+    limit_level: float = 0.95
 
     def __getitem__(self, error: str) -> PredictedError:
         try:
@@ -255,7 +258,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             lines.append(
                 "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + ";"
             )
-            lines.append(f"at most: with each of them at its {100 * self.level:g} % limit.")
+            lines.append(f"at most: with each of them at its {100 * self.limit_level:g} % limit.")
         if self.duration is not None and self.after[-1] > self.duration:
             lines.append(
                 f"Beyond the {duration_text(self.duration)} of the record nothing was measured of the noise: what is slower"

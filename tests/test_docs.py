@@ -40,7 +40,7 @@ def test_model():
     import tomllib
 
     (text,) = blocks("toml")
-    assert set(NoiseModel.from_dict(tomllib.loads(text)).channels) == {"gyro_x", "accel_x"}
+    assert set(NoiseModel.from_dict(tomllib.loads(text)).channels) == {"gyro_y", "accel_x"}
 
 
 def test_the_table_is_the_demos(tmp_path, capsys):

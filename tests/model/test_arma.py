@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from known import seed_of
 from sigmatau import DataError
 from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid, arma
 from sigmatau.model.flicker import flicker_poles
@@ -107,6 +108,55 @@ def test_innovations_of_the_steady_kalman_filter(gm):
     np.testing.assert_allclose(np.sort(found.ma_roots.real), np.sort(np.linalg.eigvals(closed).real), rtol=1e-8)
 
 
+@pytest.mark.parametrize("case", SPECTRA)
+def test_sections_are_the_process(case):
+    """The gain of the cascade is the spectrum; first-order factors keep 1 − φ to eps/(1 − φ), 1e-10 at 1e6 samples."""
+    from scipy.signal import sosfreqz
+
+    found = arma(SPECTRA[case][0], dt=DT)
+    sections = found.sections
+    f = np.geomspace(1e-4, 49.0, 50)
+    _, gain = sosfreqz(sections, worN=f, fs=1 / DT)
+    np.testing.assert_allclose(DT * found.variance * np.abs(gain) ** 2, found.psd(f), rtol=1e-6)
+    assert sum(np.count_nonzero(row[4:]) for row in sections) == found.p + found.d
+    assert max(np.abs(np.roots(row[3:])).max(initial=0) for row in sections) <= 1
+
+
+def test_flicker_is_filtered_without_end():
+    """Its polynomial has a root outside the unit circle, of which nothing warned; the sections have none."""
+    from scipy.signal import sosfilt
+
+    found = arma(ChannelModel(terms={"random_walk": 8.7e-5, "bias_instability": 2e-5}), dt=DT)
+    assert np.abs(np.roots(np.poly(found.ar_roots).real)).max() > 1  # what would be delivered
+    for name in ("ar", "ma"):
+        with pytest.raises(DataError, match=f"`{name}` has no coefficients.*filter with `sections`"):
+            getattr(found, name)
+    impulse = sosfilt(found.sections, np.eye(1, 720_000)[0])
+    assert np.abs(impulse[360_000:]).max() < np.abs(impulse[1:360_000]).max()
+    total = found.variance * float(impulse @ impulse)
+    # White noise is nearly all of it; the flicker noise's slowest tail is left out.
+    assert total == pytest.approx(8.7e-5**2 / DT, rel=1e-2)
+    text = repr(found)
+    assert "ar = 1" not in text
+    assert "ar = Π(1 − φL), φ = 1 − " in text
+    assert "filter with `sections`" in text
+    content = found.to_dict()
+    assert (content["ar"], content["ma"]) == (None, None)
+    assert [complex(*root) for root in content["ar_roots"]] == found.ar_roots.tolist()
+    assert len(content["sections"]) == found.p
+
+
+def test_sections_are_the_polynomials_where_there_are_any():
+    from scipy.signal import lfilter, sosfilt
+
+    model = ChannelModel(terms={**N_K, "quantization": 1e-5}, bandwidth=LowPass(order=2, corner=30.0))
+    found = arma(model, dt=DT)
+    e = np.random.default_rng(seed_of("arma sections")).standard_normal(300)
+    expected = lfilter(found.ma, np.convolve(found.ar, [1.0, -1.0]), e)
+    np.testing.assert_allclose(sosfilt(found.sections, e), expected, rtol=1e-9, atol=1e-9)
+    assert "filter with" not in repr(found)
+
+
 def test_ramp_is_a_drift():
     found = arma(ChannelModel(terms={"random_walk": 0.005, "rate_ramp": -2.0}), dt=DT)
     assert (found.p, found.d, found.q) == (0, 1, 1)
@@ -127,5 +177,5 @@ def test_dictionary_and_print():
     found = arma(ChannelModel(terms={**N_K, "bias_instability": 1e-4}), dt=DT, tau_max=100.0)
     content = found.to_dict()
     assert (content["p"], content["d"], content["q"]) == (found.p, 1, found.p + 1)
-    assert content["ma"][0] == 1.0
+    assert arma(ChannelModel(terms=N_K), dt=DT).to_dict()["ma"][0] == 1.0
     assert "up to 100 s" in repr(found)

@@ -104,7 +104,32 @@ def test_model_of_an_analysis(tmp_path):
     model = NoiseModel.from_dict({"channels": {"gyro_x": {"random_walk": "5 mdps/√Hz"}}})
     analysis = st.analyze(st.simulate(model, duration=600, rate=100, rng=1))
     found = analysis.model
-    assert found["random_walk"] if hasattr(found, "__getitem__") else found.channels["gyro_x"]["random_walk"] > 0
+    assert found["gyro_x"]["random_walk"] > 0
     path = tmp_path / "r.json"
     path.write_text(json.dumps(analysis.to_dict()))
     assert NoiseModel.read(path) == found
+
+
+class TestMappingOfChannels:
+    MODEL = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}, "accel_x": {"random_walk": 1e-3}})
+
+    def test_subscripts(self):
+        assert self.MODEL["gyro_x"] is self.MODEL.channels["gyro_x"]
+        assert list(self.MODEL) == ["gyro_x", "accel_x"]
+        assert len(self.MODEL) == 2
+        assert "gyro_y" not in self.MODEL
+        with pytest.raises(KeyError, match="no channel 'gyro_y'; channels: gyro_x, accel_x"):
+            self.MODEL["gyro_y"]
+
+    @pytest.mark.parametrize("name", ["state_space", "arma"])
+    def test_functions_of_one_channel_are_pointed_to(self, name):
+        function = getattr(st, name)
+        with pytest.raises(OptionError, match=rf"one of 2 channels.*{name}\(model\['gyro_x'\]"):
+            function(self.MODEL, dt=0.01)
+        with pytest.raises(OptionError, match="must be a ChannelModel, not dict"):
+            function({"random_walk": 1e-4}, dt=0.01)
+        with pytest.raises(AttributeError, match=rf'sigmatau.{name}\(model\["gyro_x"\], dt'):
+            getattr(self.MODEL, name)
+        with pytest.raises(AttributeError, match=rf"sigmatau.{name}\(model, dt"):
+            getattr(self.MODEL["gyro_x"], name)
+        assert not hasattr(self.MODEL, "anything")

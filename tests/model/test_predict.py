@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -240,6 +241,116 @@ def test_interval_is_that_of_the_coefficients():
     assert predict(partly, after=1.0, rate=RATE).as_known == (("gyro_z", "quantization"),)
 
 
+def test_interval_without_covariance():
+    """A ramp, which a fit gives with its interval but outside the covariance: 10 % of it is 10 % of its angle."""
+    limits = {"rate_ramp": (-2e-6 * (1 + 0.1 * 1.959963984540054), -2e-6 * (1 - 0.1 * 1.959963984540054))}
+    found = predict(gyro({"rate_ramp": -2e-6}, intervals=limits), after=60.0, rate=RATE)
+    error = found["heading"]
+    np.testing.assert_allclose(np.log(error.high / error.rms), 1.959963984540054 * 0.1, rtol=1e-9)
+    assert found.as_known == ()
+    terms = {"random_walk": 1e-4, "rate_ramp": -2e-6}
+    both = gyro(terms, intervals=limits, covariance=(("random_walk",), np.array([[(5e-6) ** 2]])))
+    error = predict(both, after=60.0, rate=RATE)["heading"]
+    noise, ramp = (float(error.shares["gyro_z", term][0]) for term in terms)
+    expected = 1.959963984540054 * math.hypot(0.05 * noise, 0.1 * ramp)
+    assert math.log(error.high[0] / error.rms[0]) == pytest.approx(expected, rel=1e-9)
+
+
+class TestNotSeen:
+    def test_terms_at_their_limits(self):
+        """By the closed forms: N²t + K²t³/3 of steps, and the ramp's R·t²/2; the last adds to the mean's size."""
+        limits = {"rate_random_walk": 1e-5, "rate_ramp": 1e-7, "quantization": 0.0}
+        model = gyro({"random_walk": 1e-4}, limits=limits, duration=7200.0)
+        found = predict(model, after=TIMES, rate=RATE, level=0.5)
+        assert "at its 95 % limit" in repr(found)
+        error = found["heading"]
+        np.testing.assert_allclose(error.rms, 1e-4 * np.sqrt(TIMES), rtol=1e-12)
+        dt = 1 / RATE
+        walk = 1e-10 * (TIMES**3 / 3 - TIMES**2 * dt / 2 + TIMES * dt**2 / 6)
+        expected = np.sqrt(1e-8 * TIMES + walk + (0.5e-7 * TIMES**2) ** 2)
+        np.testing.assert_allclose(error.at_most, expected, rtol=1e-9)
+        assert found.not_seen == (("gyro_z", "rate_random_walk"), ("gyro_z", "rate_ramp"))
+        text = repr(found)
+        assert f"at most {math.degrees(expected[-1]):.3g}" in text
+        assert "Not seen in the record, and 0 in the rms: gyro_z rate random walk, gyro_z rate ramp;" in text
+        assert found.to_dict()["errors"]["heading"]["at_most"] == error.at_most.tolist()
+
+    def test_upper_end_and_sign_of_a_ramp(self):
+        """What was seen counts with the upper end of its interval, and two ramps with their sizes added."""
+        covariance = (("rate_ramp",), np.array([[1e-14]]))
+        seen = {"gyro_z": ChannelModel(terms={"rate_ramp": -2e-6}, covariance=covariance, limits={"random_walk": 1e-4})}
+        error = predict(NoiseModel(channels=seen), after=60.0, rate=RATE)["heading"]
+        np.testing.assert_allclose(error.at_most**2, error.high**2 + 1e-8 * 60, rtol=1e-12)
+        tilted = NoiseModel(
+            channels={
+                "gyro_y": ChannelModel(terms={"rate_ramp": -2e-6}),
+                "accel_x": ChannelModel(
+                    terms={"random_walk": 1e-3}, limits={"rate_ramp": 1e-5}, quantity="acceleration", unit="m/s^2"
+                ),
+            }
+        )
+        error = predict(tilted, after=60.0, rate=RATE, earth="flat")["velocity_x"]
+        more = 0.5e-5 * 60.0**2
+        expected = error.rms**2 + 2 * np.abs(error.mean) * more + more**2
+        np.testing.assert_allclose(error.at_most**2, expected, rtol=1e-9)
+
+    def test_nothing_is_said_without_limits(self):
+        found = predict(gyro({"random_walk": 1e-4}), after=60.0, rate=RATE)
+        assert found["heading"].at_most is None
+        assert "at most" not in repr(found)
+
+
+def test_tilt_that_is_left_out():
+    """gyro_x is not across accel_x: the row says so, and the row of an accelerometer with its gyro does not."""
+    channels = {name: {"random_walk": 1e-4} for name in ("gyro_x", "accel_x", "accel_y", "accel_z")}
+    found = predict(NoiseModel(channels=channels), after=60.0, rate=RATE)
+    rows = {line.split()[0]: line for line in repr(found).splitlines()}
+    for name in ("velocity_x", "position_x"):
+        assert rows[name].endswith("tilt left out: no gyro_y")
+        assert found.to_dict()["errors"][name]["tilt_without"] == "gyro_y"
+    for name in ("roll", "velocity_y", "position_y", "velocity_z", "position_z"):
+        assert "tilt" not in rows[name]
+
+
+def test_beyond_the_record_and_beyond_the_equations():
+    """exp(√(2g/R)·t) of a height after a day is no position; 3 h of a record of 2 h are not measured."""
+    channels = {
+        "accel_z": ChannelModel(terms={"random_walk": 1e-4}, quantity="acceleration", unit="m/s^2", duration=7200.0)
+    }
+    text = repr(predict(NoiseModel(channels=channels), after=[60.0, 86400.0], rate=1.0))
+    near, far = text.splitlines()[2:4]  # of velocity_z
+    assert "beyond the record" not in near
+    assert "beyond the record of 2 h, too large for these equations" in far
+    assert "Beyond the 2 h of the record nothing was measured" in text
+    assert "an error upwards grows e-fold every 9.5 min" in text
+    assert "Too large for these equations" in text
+    heading = predict(gyro({"random_walk": 1e-2}), after=86400.0, rate=1.0)
+    assert heading["heading"].rms[0] > 0.2
+    assert "too large" not in repr(heading).lower()
+    assert "Beyond" not in repr(heading)
+
+
+def test_parts_are_called_as_in_an_analysis_and_negative_shares_are_shown():
+    terms = {"gyro_y": {"random_walk": 1e-4}, "accel_x": {"random_walk": 1e-2, "rate_random_walk": 1e-3}}
+    model = NoiseModel(channels=terms, correlation={"random_walk": {("gyro_y", "accel_x"): -0.9}})
+    row = predict(model, after=10.0, rate=RATE)["velocity_x"].rows()[0][-1]
+    for words in ("gyro_y angle random walk", "accel_x velocity random walk", "accel_x acceleration random walk"):
+        assert words in row
+    assert "gyro_y with accel_x random walk -" in row
+    assert sum(int(part) for part in re.findall(r"(-?\d+) %", row)) == pytest.approx(100, abs=2)
+
+
+def test_figure_has_dots_at_the_times_asked_for_and_limits_dashed():
+    model = gyro({"random_walk": 1e-4}, limits={"rate_random_walk": 1e-6})
+    found = predict(model, after=[1.0, 10.0, 60.0], rate=RATE)
+    (ax,) = found.plot(marked=[9.0]).axes
+    assert ax.lines[0].get_markevery() == [1]
+    np.testing.assert_allclose(ax.lines[1].get_ydata(), np.degrees(found["heading"].at_most))
+    (ax,) = predict(model, after=[60.0], rate=RATE).plot().axes
+    low, high = ax.get_xlim()
+    assert high >= 10 * low
+
+
 def test_what_is_printed_and_written():
     model = NoiseModel(
         channels={name: {"random_walk": 1e-4, "bias_instability": 1e-5} for name in ("gyro_x", "gyro_z", "accel_y")}
@@ -251,7 +362,9 @@ def test_what_is_printed_and_written():
     assert "10 min" in text
     assert "The mean rates of the 5 min before the start are subtracted" in text
     assert "turn_on" in repr(predict(model, after=60, rate=RATE))
-    assert "gyro_x 0.001" in repr(predict(model, after=60, rate=RATE, turn_on={"gyro_x": 1e-3}))
+    assert "turn-on: gyro_x 206 deg/h, accel_y 1 mg (" in repr(
+        predict(model, after=60, rate=RATE, turn_on={"gyro_x": 1e-3, "accel_y": 9.80665e-3})
+    )
     content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert content["errors"]["roll"]["unit"] == "rad"
     assert set(content["errors"]["velocity_y"]["shares"]) == {"gyro_x", "accel_y"}

@@ -42,7 +42,7 @@ def test_table(toml, capsys):
     # 0.3 deg/√h over 60 s, and the mean of 300 s before: 0.3·√(1/60 + 1/60·60/300)
     value = 0.3 * math.sqrt((1 / 60) * (1 + 60 / 300))
     assert heading.split()[1:5] == ["60", "s", f"{value:.3g}", "deg"]
-    assert "gyro_z random walk 100 %" in heading
+    assert "gyro_z angle random walk 100 %" in heading
     assert "The mean rates of the 5 min before the start" in out
     names = [line.split()[0] for line in out.splitlines()[2:] if not line.startswith((" ", "The", "roll and", "Fl"))]
     assert names == ["heading", "pitch", "velocity_x", "position_x"]
@@ -82,6 +82,33 @@ def test_result_of_analyze_is_read_with_its_rate_and_its_errors(tmp_path, capsys
     assert "95 % interval by the errors of the coefficients" in out
 
 
+def test_figure_is_a_curve_up_to_the_last_time(toml, tmp_path, capsys, monkeypatch):
+    """Of one time too, from a thousandth of it on, with a dot where it was asked for."""
+    drawn = []
+    monkeypatch.setattr("sigmatau.plot.curves.save", lambda figure, path: drawn.append(figure))
+    assert run("predict", toml, "--after", "60s", "--plot", tmp_path / "x.png", capsys=capsys)[0] == 0
+    line = drawn[0].axes[0].lines[0]
+    times = line.get_xdata()
+    assert len(times) >= 40
+    assert (times[0], times[-1]) == (pytest.approx(0.06), 60.0)
+    assert line.get_markevery() == [len(times) - 1]
+
+
+def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
+    """The interval of what was seen may miss the truth, as K is not in it; with the limits it does not."""
+    model = NoiseModel(channels={"gyro_z": {"random_walk": 1e-3, "rate_random_walk": 1e-6}})
+    analysis = analyze(simulate(model, duration=2000.0, rate=20.0, rng=seed_of("predict limits")))
+    path = tmp_path / "result.json"
+    path.write_text(json.dumps(analysis.to_dict()), encoding="utf-8")
+    code, out, _ = run("predict", path, "--after", "100h", capsys=capsys)
+    assert code == 0
+    assert "gyro_z rate random walk" in next(line for line in out.splitlines() if line.startswith("Not seen"))
+    assert "beyond the record of 33 min" in out
+    found = predict(analysis.model, after=36000.0, rate=20.0)["heading"]
+    truth = predict(model, after=36000.0, rate=20.0)["heading"].rms[0]
+    assert found.high[0] < truth < found.at_most[0]
+
+
 @pytest.mark.parametrize(
     ("argv", "code", "words"),
     [
@@ -91,7 +118,7 @@ def test_result_of_analyze_is_read_with_its_rate_and_its_errors(tmp_path, capsys
         (["--after", "1s", "--channels", "gyro_q"], 2, "--channels gyro_q"),
         (["--after", "1s", "--turn-on", "gyro_q=1 deg/h"], 2, "--turn-on gyro_q"),
         (["--after", "1s", "--turn-on", "accel=1 deg/h"], 2, "--turn-on accel"),
-        (["--after", "1s", "--turn-on", "gyro=1 deg/h", "--calibration", "1s"], 2, "one of the two"),
+        (["--after", "1s", "--turn-on", "gyro=1 deg/h", "--calibration", "1s"], 2, "--turn-on: a calibration"),
         (["--after", "1s", "--rate", "0"], 2, "`rate`"),
         (["--after", "1s", "--plot", "x.doc"], 2, "--plot"),
     ],

@@ -27,6 +27,7 @@ class TestAdequate:
         assert not set(model.limits) & set(model)
         assert model.covariance[0] == fitted.covariance[0]
         np.testing.assert_array_equal(model.covariance[1], fitted.covariance[1])
+        assert (model.tau_min, model.duration) == (fitted.tau_min, 3000.0)
 
     def test_json_and_result_are_the_same_model(self, tmp_path):
         analysis = result_of({"random_walk": 1e-3, "bias_instability": 2e-4})

@@ -118,6 +118,21 @@ def test_linear_models_curve_and_bands():
     assert later.curve.m[later.used][0] == 8
 
 
+def test_misfit_begins_where_the_fit_of_the_model_does():
+    """Averages of four samples, a filter that the model has not: wrong below 0.8 s, right from there on."""
+    white = np.random.default_rng(seed_of("verify tau_min")).standard_normal(20_003)
+    curve = curve_of(np.convolve(white, np.full(4, 0.25), "valid"))
+    terms = {"random_walk": RATE**-0.5}
+    fitted = ChannelModel(terms=terms, tau_min=6.4)
+    found = fitted.verify(curve)
+    assert found.curve.m[found.used][0] == 64
+    assert found.p_value > 1e-3
+    assert "misfit of averaging times from 6.4 s on, where the fit of the model begins" in repr(found)
+    assert NoiseModel(channels={"gyro_x": fitted}).verify({"gyro_x": curve})["gyro_x"].tau_min == 6.4
+    assert fitted.verify(curve, tau_min=0.0).p_value < 1e-12
+    assert ChannelModel(terms=terms).verify(curve).p_value < 1e-12
+
+
 def test_what_is_printed_written_and_drawn():
     model = NoiseModel(channels={"gyro_x": TERMS, "gyro_y": {"random_walk": 1.0}})
     curves = allan(simulate(model, duration=400.0, rate=RATE, rng=seed_of("verify print")))

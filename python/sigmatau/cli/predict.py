@@ -8,17 +8,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from sigmatau.cli.options import check_output, key_values, refuse_same, say, working
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model import NoiseModel, predict, value_in_si
+from sigmatau.model import NoiseModel, Prediction, predict, value_in_si
 from sigmatau.record import stream_name
 
 __all__ = ["predict_command"]
 
 _RATE = 100.0
 """Steps a second where nothing says how many: for all but the velocity of quantization noise, any number does. [Hz]"""
+
+_SPAN, _POINTS = 1000.0, 50
+"""How far back from the last time a figure goes, and how many times it is drawn at besides those asked for."""
 
 
 def predict_command(
@@ -55,7 +59,7 @@ def predict_command(
     channels
         Which channels. Default: all.
     plot
-        Draw the errors against time: .png, .svg or .pdf.
+        Draw the errors against time up to the last of `after`: .png, .svg or .pdf.
     json
         Print JSON in place of text.
     quiet
@@ -72,19 +76,23 @@ def predict_command(
                 raise OptionError(f"--channels {name}: {source} has {', '.join(model.channels)}", option="channels")
         model = model.of(channels)
     found = _of_result(source, quiet=quiet) if source.suffix.lower() == ".json" else None
-    with working("predicting", quiet=quiet):
-        prediction = predict(
-            model,
-            after=times,
-            calibration=average,
-            rate=rate if rate is not None else found or _RATE,
-            earth=earth,
-            turn_on=_turn_on(turn_on or [], model),
-        )
-    if plot is not None:
-        from sigmatau.plot.curves import save
+    steps = rate if rate is not None else found or _RATE
+    biases = _turn_on(turn_on or [], model)
+    if biases and average is not None:
+        raise OptionError("--turn-on: a calibration takes a constant bias away; give one of the two", option="turn_on")
 
-        save(prediction.plot(), str(plot))
+    def predicted(at: Sequence[float]) -> Prediction:
+        return predict(model, after=at, calibration=average, rate=steps, earth=earth, turn_on=biases)
+
+    with working("predicting", quiet=quiet):
+        prediction = predicted(times)
+        if plot is not None:
+            from sigmatau.plot.curves import save
+
+            last = float(prediction.after[-1])
+            first = max(min(float(prediction.after[0]), last / _SPAN), 1 / steps)
+            curve = predicted([*prediction.after.tolist(), *np.geomspace(first, last, _POINTS).tolist()])
+            save(curve.plot(marked=prediction.after), str(plot))
     if json:
         sys.stdout.write(json_module.dumps(prediction.to_dict(), indent=1, allow_nan=False) + "\n")
     else:

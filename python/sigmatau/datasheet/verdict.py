@@ -299,7 +299,7 @@ def _models(result: NoiseModel | _Fitted | Mapping[str, Any]) -> tuple[dict[str,
     if isinstance(result, NoiseModel):
         return dict(result.channels), []
     if isinstance(result, Mapping):
-        channels = result.get("channels")
+        channels: Any = result.get("channels")
         if not isinstance(channels, Mapping) or not channels:
             raise DataError("this is no result of sigmatau analyze: it has no channels")
         fits = {}

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.elsewhere import one_channel
 from sigmatau.model.state_space import StateSpace, state_space
 from sigmatau.results import Printed
 
@@ -30,6 +31,9 @@ _WHITE = 1e-14
 """What is left of a process after one sample, below which it is white."""
 
 _ITERATIONS = 500
+_LOST = 1e-6
+"""What rounded coefficients may change the gain at zero frequency by, relative, roots at 1 left out."""
+
 _TINY = 1e-300
 
 
@@ -37,22 +41,21 @@ _TINY = 1e-300
 class Arma(Printed):
     """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
 
+    To filter with it, take `sections`: of roots close to 1, which flicker noise and long correlation times have, double
+    precision has no coefficients of a polynomial, and a filter made of such coefficients is unstable.
+
     Attributes
     ----------
-    ar : ndarray, shape (p + 1,)
-        1, −φ₁ … as it stands in front of y, the differences taken out.
     d : int
         Differences: 1 with a rate random walk or a ramp, else 0.
-    ma : ndarray, shape (q + 1,)
-        1, θ₁ …; invertible.
     variance : float
         Of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
     drift : float
         Mean of the differenced process before `ar`: a ramp. [unit of the rate]
     ar_roots : ndarray, shape (p,)
-        Factors φ of ar = Π(1 − φL).
+        Factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle.
     ma_roots : ndarray, shape (q,)
-        Factors ϑ of ma = Π(1 − ϑL).
+        Factors ϑ of ma = Π(1 − ϑL); invertible.
     dt : float
         [s]
     unit : str
@@ -63,9 +66,7 @@ class Arma(Printed):
         The longest averaging time for which the flicker noise is right. [s]
     """
 
-    ar: Floats
     d: int
-    ma: Floats
     variance: float
     drift: float
     ar_roots: Complexes
@@ -76,7 +77,7 @@ class Arma(Printed):
     tau_max: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("ar", "ma", "ar_roots", "ma_roots"):
+        for name in ("ar_roots", "ma_roots"):
             array = np.array(getattr(self, name))
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -84,12 +85,37 @@ class Arma(Printed):
     @property
     def p(self) -> int:
         """Order of the autoregressive part."""
-        return len(self.ar) - 1
+        return len(self.ar_roots)
 
     @property
     def q(self) -> int:
         """Order of the moving average."""
-        return len(self.ma) - 1
+        return len(self.ma_roots)
+
+    @property
+    def ar(self) -> Floats:
+        """1, −φ₁ … as it stands in front of y, the differences taken out; shape (p + 1,).
+
+        Raises `DataError` where coefficients in double precision do not have the roots; take `sections`.
+        """
+        return _coefficients("ar", self.ar_roots)
+
+    @property
+    def ma(self) -> Floats:
+        """1, θ₁ …, shape (q + 1,); raises `DataError` as `ar` does."""
+        return _coefficients("ma", self.ma_roots)
+
+    @property
+    def sections(self) -> Floats:
+        """The whole filter from e to y, differences too but for the drift, in factors of first and second order.
+
+        Returns
+        -------
+        ndarray, shape (n_sections, 6)
+            b₀, b₁, b₂, 1, a₁, a₂ of each: what `scipy.signal.sosfilt` takes. Real roots stand alone, so that each is as it
+            is in `ar_roots`.
+        """
+        return _sections(np.append(self.ar_roots, np.ones(self.d)), self.ma_roots)
 
     def psd(self, f: ArrayLike) -> Floats:
         """Two-sided density of the process, without its drift; frequencies in Hz, positive. [(unit of the rate)²/Hz]"""
@@ -104,8 +130,11 @@ class Arma(Printed):
             "p": self.p,
             "d": self.d,
             "q": self.q,
-            "ar": self.ar.tolist(),
-            "ma": self.ma.tolist(),
+            "ar": self.ar.tolist() if _has_coefficients(self.ar_roots) else None,
+            "ma": self.ma.tolist() if _has_coefficients(self.ma_roots) else None,
+            "ar_roots": [[root.real, root.imag] for root in self.ar_roots.tolist()],
+            "ma_roots": [[root.real, root.imag] for root in self.ma_roots.tolist()],
+            "sections": self.sections.tolist(),
             "variance": self.variance,
             "drift": self.drift,
             "dt_s": self.dt,
@@ -121,8 +150,15 @@ class Arma(Printed):
             lines.append(
                 f"flicker noise: Allan deviation within {100 * self.flicker_error:.2g} % up to {self.tau_max:.4g} s"
             )
-        lines.append(f"  ar = {_polynomial(self.ar)}")
-        lines.append(f"  ma = {_polynomial(self.ma)}")
+        lost = False
+        for name, symbol, roots in (("ar", "φ", self.ar_roots), ("ma", "ϑ", self.ma_roots)):
+            if _has_coefficients(roots):
+                lines.append(f"  {name} = {_polynomial(_expanded(roots))}")
+            lost |= not _has_coefficients(roots)
+            if len(roots):
+                lines.append(f"  {name} = Π(1 − {symbol}L), {symbol} = {', '.join(_root(r) for r in roots.tolist())}")
+        if lost:
+            lines.append("  multiplied out, double precision would lose these roots: filter with `sections` (sosfilt)")
         if self.drift:
             lines.append(f"  drift = {self.drift:.9g} {self.unit}")
         return "\n".join(lines)
@@ -162,6 +198,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter," 1989, section 2.4, for the reduced form
     of sums of processes; O. Aberth, Math. Comp. 27, 1973, :doi:`10.1090/S0025-5718-1973-0329236-7`, for the roots.
     """
+    one_channel(model, kind=ChannelModel, function="arma")
     if model.sinusoid:
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
     system = state_space(model, dt=dt, tau_max=tau_max, flicker_error=flicker_error)
@@ -176,15 +213,12 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     ma_roots = _inside(roots)
     at = 2.0
     power = spectrum.at(at) * at**d * float(_gain(spectrum.phi, np.array([at]))[0])
-    ar = _expanded(spectrum.phi)
     return Arma(
-        ar=ar,
         d=d,
-        ma=_expanded(ma_roots),
         variance=power / float(_gain(ma_roots, np.array([at]))[0]),
-        drift=ramp * dt * float(ar.sum()),
-        ar_roots=spectrum.phi,
-        ma_roots=ma_roots,
+        drift=ramp * dt * float(np.prod(1 - spectrum.phi).real),
+        ar_roots=_conjugate(spectrum.phi),
+        ma_roots=_conjugate(ma_roots),
         dt=dt,
         unit=model.unit,
         flicker_error=system.flicker_error,
@@ -291,6 +325,63 @@ def _gain(roots: Complexes, w: Floats) -> Floats:
 def _expanded(roots: Complexes) -> Floats:
     """Coefficients of Π(1 − ϑL), from the lag 0 on."""
     return np.atleast_1d(np.poly(roots)).real if len(roots) else np.ones(1)
+
+
+def _conjugate(roots: Complexes) -> Complexes:
+    """Roots whose pairs are each other's conjugates to the bit, the real ones first, from the one closest to 1 on."""
+    real = roots[roots.imag == 0]
+    upper = roots[roots.imag > 0]
+    return np.concatenate(
+        (real[np.argsort(-real.real, kind="stable")], np.ravel(np.column_stack((upper, upper.conj()))))
+    )
+
+
+def _has_coefficients(roots: Complexes) -> bool:
+    """Whether the product, multiplied out in double precision, still has the roots."""
+    beside = 1 - roots[roots != 1]
+    size = float(np.abs(_expanded(roots)).sum())
+    return size * float(np.finfo(float).eps) <= _LOST * float(np.abs(np.prod(beside)))
+
+
+def _coefficients(name: str, roots: Complexes) -> Floats:
+    if not _has_coefficients(roots):
+        raise DataError(
+            f"`{name}` has no coefficients in double precision: multiplied out, the roots (the closest 1 −"
+            f" {float(np.abs(1 - roots).min()):.3g}) are lost and the filter is unstable; filter with `sections`,"
+            f" scipy.signal.sosfilt, or take `{name}_roots`"
+        )
+    return _expanded(roots)
+
+
+def _factors(roots: Complexes) -> list[tuple[complex, Floats]]:
+    """Real roots alone, complex ones with their conjugates: one of the roots, and 1, c₁, c₂."""
+    found = []
+    for root in roots.tolist():
+        if root.imag == 0:
+            found.append((root, np.array([1.0, -root.real, 0.0])))
+        elif root.imag > 0:
+            found.append((root, np.array([1.0, -2 * root.real, abs(root) ** 2])))
+    return found
+
+
+def _sections(poles: Complexes, zeros: Complexes) -> Floats:
+    """Each pole, the closest to the unit circle first, over the zero nearest to it of its own order."""
+    one = np.array([1.0, 0.0, 0.0])
+    left = _factors(zeros)
+    rows = []
+    for pole, below in sorted(_factors(poles), key=lambda factor: -abs(factor[0])):
+        alike = [k for k, (zero, _) in enumerate(left) if (zero.imag == 0) == (pole.imag == 0)]
+        above = left.pop(min(alike, key=lambda k: abs(left[k][0] - pole)))[1] if alike else one
+        rows.append(np.concatenate((above, below)))
+    rows += [np.concatenate((above, one)) for _, above in left]
+    return np.array(rows or [np.concatenate((one, one))])
+
+
+def _root(root: complex) -> str:
+    if root.imag:
+        return f"{root.real:.9g} {'+' if root.imag > 0 else '−'} {abs(root.imag):.9g}i"
+    # Nine digits of what is missing to 1, which is what matters, where they would be lost behind nines.
+    return f"1 − {1 - root.real:.9g}" if 0 < 1 - root.real < 0.01 else f"{root.real:.9g}"
 
 
 def _polynomial(coefficients: Floats) -> str:

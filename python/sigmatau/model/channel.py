@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _kernels, terms
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import covariance as covariances
+from sigmatau.model.elsewhere import PointsToFunctions
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.results import Printed
 from sigmatau.terms import TERMS, coefficient_unit, display_units
@@ -32,7 +33,7 @@ _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class ChannelModel(Mapping[str, float], Printed):
+class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
     """The noise of one channel in SI and continuous form: a mapping from term to coefficient, and what else is there.
 
     A term that is absent is absent, not zero. Coefficients of 0 are left out.
@@ -55,6 +56,11 @@ class ChannelModel(Mapping[str, float], Printed):
         Names and covariance of coefficients, where the model comes from a fit. [SI]
     level : float
         Probability of the intervals and limits.
+    tau_min : float
+        Shortest averaging time that the fit used, where the model comes from one: below it a filter or interpolation shapes
+        the curve, which the model does not have. [s]
+    duration : float
+        Length of the record, where the model comes from a fit; 0 otherwise. [s]
     """
 
     terms: Mapping[str, float] = field(default_factory=dict)
@@ -67,6 +73,8 @@ class ChannelModel(Mapping[str, float], Printed):
     limits: Mapping[str, float] = field(default_factory=dict)
     covariance: tuple[tuple[str, ...], Floats] = _NO_COVARIANCE
     level: float = 0.95
+    tau_min: float = 0.0
+    duration: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in {**self.terms, **self.limits}.items():
@@ -304,10 +312,11 @@ class ChannelModel(Mapping[str, float], Printed):
             bandwidth=self.bandwidth,
             quantity=self.quantity,
             unit=self.unit,
+            tau_min=self.tau_min,
         )
 
     def verify(
-        self, curve: DeviationCurve, *, tau_min: float = 0.0, flicker_error: float = 0.01, level: float = 0.95
+        self, curve: DeviationCurve, *, tau_min: float | None = None, flicker_error: float = 0.01, level: float = 0.95
     ) -> Verification:
         """Hold the linear model, as `sigmatau.model.state_space` has it, against the curve of a record.
 
@@ -315,8 +324,8 @@ class ChannelModel(Mapping[str, float], Printed):
         ----------
         curve : DeviationCurve
             Overlapped, of a record in which no sample is missing.
-        tau_min : float
-            Shortest averaging time of the misfit. [s]
+        tau_min : float, optional
+            Shortest averaging time of the misfit. Default: the model's own, `tau_min`. [s]
         flicker_error : float
             As in `sigmatau.model.state_space`.
         level : float
@@ -351,6 +360,7 @@ class ChannelModel(Mapping[str, float], Printed):
             content["terms"][term] |= {"low": low, "high": high, "level": self.level}
         if self.limits:
             content["limits"] = {t: {"upper_limit": v, "unit": self.unit_of(t)} for t, v in self.limits.items()}
+        content |= {key: value for key, value in (("tau_min_s", self.tau_min), ("duration_s", self.duration)) if value}
         if self.gauss_markov:
             content["gauss_markov"] = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
         if self.sinusoid:

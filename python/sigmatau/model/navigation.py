@@ -54,6 +54,8 @@ class Mechanisation:
         Errors, and which state each is.
     inputs : tuple of str
         Channels.
+    without : str
+        The gyro across the accelerometer, if there is none to tilt it; empty otherwise.
     A : ndarray, shape (n_states, n_states)
         [1/s]
     B : ndarray, shape (n_states, n_inputs)
@@ -63,6 +65,7 @@ class Mechanisation:
     inputs: tuple[str, ...]
     A: Floats
     B: Floats
+    without: str = ""
 
     def step(self, dt: float) -> tuple[Floats, Floats]:
         """Transition and input of one step with constant rates."""
@@ -202,7 +205,9 @@ def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisa
             )
         else:
             a = np.array([[0.0, 2 * GRAVITY * curvature if axis == "z" else 0.0], [1.0, 0.0]])
-            found.append(Mechanisation(rows={velocity: 0, position: 1}, inputs=(accel,), A=a, B=np.eye(2, 1)))
+            found.append(
+                Mechanisation(rows={velocity: 0, position: 1}, inputs=(accel,), A=a, B=np.eye(2, 1), without=gyro)
+            )
     for gyro in (name for name in channels if name.startswith("gyro_") and name not in used):
         angle = _ANGLES.get(gyro, "angle_" + gyro.removeprefix("gyro_"))
         found.append(Mechanisation(rows={angle: 0}, inputs=(gyro,), A=np.zeros((1, 1)), B=np.eye(1)))

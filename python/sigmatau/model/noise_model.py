@@ -6,7 +6,7 @@ import itertools
 import json
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.write import atomic
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.elsewhere import PointsToFunctions
 from sigmatau.model.file import channels_of, correlation_of, toml
 from sigmatau.model.result import channels_of_result
 from sigmatau.record import stream_name
@@ -37,8 +38,8 @@ _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class NoiseModel(Printed):
-    """The noise of the channels of a sensor, in SI and continuous form.
+class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
+    """The noise of the channels of a sensor, in SI and continuous form: a mapping from channel to `ChannelModel`.
 
     Attributes
     ----------
@@ -61,6 +62,15 @@ class NoiseModel(Printed):
         object.__setattr__(self, "channels", {name: _channel(name, given) for name, given in channels.items()})
         object.__setattr__(self, "correlation", {term: dict(pairs) for term, pairs in (correlation or {}).items()})
         self._check_correlation()
+
+    def __getitem__(self, channel: str) -> ChannelModel:
+        return self._of(channel)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.channels)
+
+    def __len__(self) -> int:
+        return len(self.channels)
 
     def _check_correlation(self) -> None:
         for term, pairs in self.correlation.items():
@@ -170,13 +180,15 @@ class NoiseModel(Printed):
         self,
         curves: Mapping[str, DeviationCurve],
         *,
-        tau_min: float | Mapping[str, float] = 0.0,
+        tau_min: float | Mapping[str, float] | None = None,
         flicker_error: float = 0.01,
         level: float = 0.95,
     ) -> Verifications:
         """Hold the linear models of all channels against curves, by channel; see `ChannelModel.verify`.
 
-        `tau_min` may be given by channel. Raises `OptionError` for a curve of a channel that the model has not.
+        `tau_min` may be given by channel; it is the models' own by default.
+
+        Raises `OptionError` for a curve of a channel that the model has not.
         """
         from sigmatau.model.verify import verify_channels
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.model.channel import ChannelModel
 from sigmatau.model.navigation import Earth, Mechanisation, Source, mechanisations, source
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.prediction import PredictedError, Prediction
@@ -60,6 +62,7 @@ def predict(
     Returns
     -------
     Prediction
+        Terms that the record did not show count as 0, and stand with their limits in `PredictedError.at_most`.
 
     Raises
     ------
@@ -85,22 +88,24 @@ def predict(
     dt = 1 / rate
     found: dict[str, PredictedError] = {}
     as_known: dict[tuple[str, str], None] = {}
+    not_seen: dict[tuple[str, str], None] = {}
+    recorded = min((one.duration for one in model.values() if one.duration), default=0.0)
     reached = 0.0
     for equations in mechanisations(tuple(model.channels), earth=earth):
         sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         made: dict[tuple[str, str], Source] = {}
+        unseen: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         for k, channel in enumerate(equations.inputs):
             gains = np.eye(len(equations.inputs))[k]
+            longest = (average + int(steps[-1])) * dt
             parts = {
-                name: source(
-                    part,
-                    dt=dt,
-                    tau_max=(average + int(steps[-1])) * dt,
-                    flicker_error=flicker_error,
-                    calibrated=average > 0,
-                )
-                for name, part in model.channels[channel].parts().items()
+                name: source(part, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
+                for name, part in model[channel].parts().items()
             }
+            for name, limit in _unseen(model[channel]).items():
+                made_of = source(limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
+                unseen[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
+                reached = max(reached, made_of.flicker_error)
             if turn_on.get(channel):
                 parts["turn_on"] = Source.constant(turn_on[channel])
             for name, part in parts.items():
@@ -110,10 +115,16 @@ def predict(
         for key, variance in _correlated(model, equations, made, sources, dt, average, steps).items():
             sources[key] = np.zeros_like(variance), variance
         for name, row in equations.rows.items():
-            found[name], known = _error(
+            error, known = _error(
                 name, model, {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()}, steps * dt, level
             )
+            found[name] = replace(
+                error,
+                at_most=_at_most(error, [(m[:, row], v[:, row]) for m, v in unseen.values()]),
+                tilt_without=equations.without,
+            )
             as_known |= dict.fromkeys(known)
+        not_seen |= dict.fromkeys(unseen)
     if not found:
         raise DataError("a prediction needs gyros (gyro_x …) or accelerometers (accel_x …), and the model has none")
     return Prediction(
@@ -126,6 +137,9 @@ def predict(
         level=level,
         flicker_error=reached,
         as_known=tuple(as_known),
+        not_seen=tuple(not_seen),
+        duration=recorded or None,
+        limit_level=min((model[channel].level for channel, _ in not_seen), default=0.95),
     )
 
 
@@ -187,6 +201,43 @@ def _correlated(
     return found
 
 
+def _unseen(model: ChannelModel) -> dict[str, ChannelModel]:
+    """Each term that was not seen, at its limit, as a model of its own."""
+    return {
+        term: ChannelModel(terms={term: limit}, quantity=model.quantity, unit=model.unit)
+        for term, limit in model.limits.items()
+        if limit and term not in model
+    }
+
+
+def _at_most(error: PredictedError, unseen: Sequence[tuple[Floats, Floats]]) -> Floats | None:
+    """The root mean square with terms that were not seen at their limits, ramps the way that adds to the mean."""
+    if not unseen:
+        return None
+    size = error.rms if error.high is None else error.high
+    drift = np.asarray(sum(np.abs(m) for m, _ in unseen))
+    variance = np.asarray(sum(v for _, v in unseen))
+    return np.asarray(np.sqrt(size**2 + variance + drift**2 + 2 * np.abs(error.mean) * drift))
+
+
+def _known(model: NoiseModel, channel: str) -> tuple[tuple[str, ...], Floats]:
+    """Terms of a channel whose errors are known, with their covariance; those with an interval alone as independent."""
+    from statistics import NormalDist
+
+    if channel not in model:
+        return (), np.empty((0, 0))
+    one = model[channel]
+    names, covariance = one.covariance
+    alone = [term for term in one.intervals if term not in names and term in one]
+    total = np.zeros((len(names) + len(alone),) * 2)
+    total[: len(names), : len(names)] = covariance
+    to_sd = 1 / (2 * NormalDist().inv_cdf(0.5 + one.level / 2))
+    for k, term in enumerate(alone, len(names)):
+        low, high = one.intervals[term]
+        total[k, k] = ((high - low) * to_sd) ** 2
+    return (*names, *alone), total
+
+
 def _error(
     name: str,
     model: NoiseModel,
@@ -206,10 +257,10 @@ def _error(
     }
     spread, any_known, as_known = np.zeros_like(square), False, []
     for channel in dict.fromkeys(channel for channel, _ in sources):
-        names, covariance = model.channels[channel].covariance if channel in model.channels else ((), None)
+        names, covariance = _known(model, channel)
         parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources]
         as_known += [key for key in sources if key[0] == channel and key[1] not in names and np.any(of_parts[key])]
-        if covariance is None or not parts:
+        if not parts:
             continue
         any_known = True
         # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.

@@ -31,7 +31,12 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
             channel = found[name]
             fit = channel["fit"]
             if fit["model"] or fit["terms"]["gauss_markov"] or fit["terms"]["sinusoid"]:
-                models[name] = channel_of_fit(fit, quantity=channel["quantity"], unit=channel["curve"]["unit"])
+                models[name] = channel_of_fit(
+                    fit,
+                    quantity=channel["quantity"],
+                    unit=channel["curve"]["unit"],
+                    duration=_duration(channel),
+                )
             elif channels is not None:
                 raise DataError(f"channel {name!r} has no model: its fit is {fit['verdict']!r}")
         except DataError:
@@ -45,8 +50,8 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
     return models
 
 
-def channel_of_fit(fit: Mapping[str, Any], *, quantity: str, unit: str) -> ChannelModel:
-    """The model of one channel from a fit's ``to_dict``."""
+def channel_of_fit(fit: Mapping[str, Any], *, quantity: str, unit: str, duration: float = 0.0) -> ChannelModel:
+    """The model of one channel from a fit's ``to_dict``; `duration` of its record in s."""
     terms = fit["terms"]
     five = {name: terms[name] for name in TERMS if name in terms}
     model = {term: float(value) for term, value in fit["model"].items() if term in TERMS}
@@ -70,7 +75,15 @@ def channel_of_fit(fit: Mapping[str, Any], *, quantity: str, unit: str) -> Chann
         limits={name: float(term["upper_limit"]) for name, term in five.items() if "upper_limit" in term},
         covariance=(names, matrix),
         level=next((float(term["level"]) for term in five.values()), 0.95),
+        tau_min=float(fit.get("tau_min_s") or 0.0),
+        duration=duration,
     )
+
+
+def _duration(channel: Mapping[str, Any]) -> float:
+    """Length of the record in s; 0 if the result does not say."""
+    rate = float(channel.get("sample_rate_hz") or 0.0)
+    return float(channel.get("samples") or 0) / rate if rate > 0 else 0.0
 
 
 def _covariance(content: Mapping[str, Any]) -> tuple[tuple[str, ...], NDArray[np.float64]]:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.elsewhere import one_channel
 from sigmatau.model.flicker import flicker_poles
 from sigmatau.model.linear import Steps
 from sigmatau.model.processes import LowPass
@@ -202,13 +203,15 @@ def state_space(
     Raises
     ------
     OptionError
-        For a step or time that is not positive, an unknown output, or a flicker error that cannot be reached.
+        For a model of several channels, a step or time that is not positive, an unknown output, or a flicker error that
+        cannot be reached.
 
     Notes
     -----
     The rate random walk is that of the samples, b' = b + K·√dt·w; a ramp is a slope of variance R². Exact at `dt` for all
     but flicker noise.
     """
+    one_channel(model, kind=ChannelModel, function="state_space")
     if not (math.isfinite(dt) and dt > 0):
         raise OptionError(f"`dt` must be a positive number of seconds, not {dt!r}", option="dt")
     if output not in ("rate", "increments", "integrated"):

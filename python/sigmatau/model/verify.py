@@ -58,6 +58,10 @@ class Verification(Printed):
         How often chance makes a larger one.
     worst : int
         Index of the octave whose ratio is least likely.
+    tau_min : float
+        Shortest averaging time of the misfit. [s]
+    of_fit : bool
+        Whether that is where the fit of the model begins.
     states : int
     flicker_error : float
         Largest relative error of the model's Allan deviation of flicker noise.
@@ -74,6 +78,8 @@ class Verification(Printed):
     freedom: int
     p_value: float
     worst: int
+    tau_min: float
+    of_fit: bool
     states: int
     flicker_error: float
     level: float
@@ -95,6 +101,7 @@ class Verification(Printed):
             "freedom": self.freedom,
             "p_value": self.p_value,
             "worst": {"ratio": float(self.ratio[self.worst]), "tau_s": float(self.curve.tau[self.worst])},
+            "tau_min_s": self.tau_min,
             "states": self.states,
             "flicker_error": self.flicker_error,
             "level": self.level,
@@ -123,6 +130,9 @@ class Verification(Printed):
             f"  least likely: σ of the model is {self.ratio[k]:.3g} times that of the record at {seconds(tau[k])} s"
             f" ({self.low[k]:.3g} to {self.high[k]:.3g} if it is true)",
         ]
+        if not self.used[0]:
+            why = ", where the fit of the model begins" if self.of_fit else ""
+            lines.append(f"  misfit of averaging times from {seconds(self.tau_min)} s on{why}")
         if self.flicker_error:
             lines.append(f"  flicker noise: within {100 * self.flicker_error:.2g} % of its Allan deviation")
         lines.append(f"  {'τ [s]':>10}  model/record  {100 * self.level:g} % band")
@@ -156,7 +166,7 @@ def verify_channel(
     model: ChannelModel,
     curve: DeviationCurve,
     *,
-    tau_min: float = 0.0,
+    tau_min: float | None = None,
     flicker_error: float = 0.01,
     level: float = 0.95,
 ) -> Verification:
@@ -167,8 +177,9 @@ def verify_channel(
     model : ChannelModel
     curve : DeviationCurve
         Overlapped, of a record in which no sample is missing.
-    tau_min : float
-        Shortest averaging time of the misfit, for sensors with a filter: `NoiseFit.tau_min`. [s]
+    tau_min : float, optional
+        Shortest averaging time of the misfit, for sensors with a filter. Default: `ChannelModel.tau_min`, where the fit
+        begins that the model comes from. [s]
     flicker_error : float
         As in `sigmatau.model.state_space`.
     level : float
@@ -210,6 +221,8 @@ def verify_channel(
             f"`curve` of {curve.channel} has gaps, {curve.gaps.missing} of {curve.n} samples missing: what a linear model"
             " shows in it is not known; take the longest run without a gap, `Record.longest_run`"
         )
+    of_fit = tau_min is None
+    tau_min = model.tau_min if tau_min is None else tau_min
     sizes = curve.m[2 * curve.m <= curve.n]
     if len(sizes) > _MOST:
         sizes = sizes[np.unique(np.round(np.geomspace(1, len(sizes), _MOST)).astype(int)) - 1]
@@ -242,6 +255,8 @@ def verify_channel(
         freedom=len(octaves),
         p_value=float(chdtrc(len(octaves), misfit)),
         worst=int(np.flatnonzero(used)[np.argmax(np.abs(u))]),
+        tau_min=tau_min,
+        of_fit=of_fit,
         states=len(system.states),
         flicker_error=system.flicker_error,
         level=level,
@@ -252,7 +267,7 @@ def verify_channels(
     model: NoiseModel,
     curves: Mapping[str, DeviationCurve],
     *,
-    tau_min: float | Mapping[str, float] = 0.0,
+    tau_min: float | Mapping[str, float] | None = None,
     flicker_error: float = 0.01,
     level: float = 0.95,
 ) -> Verifications:
@@ -268,7 +283,7 @@ def verify_channels(
             name: verify_channel(
                 model.channels[name],
                 curve,
-                tau_min=tau_min.get(name, 0.0) if isinstance(tau_min, Mapping) else tau_min,
+                tau_min=tau_min.get(name) if isinstance(tau_min, Mapping) else tau_min,
                 flicker_error=flicker_error,
                 level=level,
             )

@@ -36,10 +36,12 @@ class ErrorLike(Protocol):
     def low(self) -> Floats | None: ...
     @property
     def high(self) -> Floats | None: ...
+    @property
+    def at_most(self) -> Floats | None: ...
 
 
-def draw_prediction(errors: Mapping[str, ErrorLike]) -> Figure:
-    """Errors against time, log-log, a panel a unit."""
+def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats) -> Figure:
+    """Errors against time, log-log, a panel a unit, with dots at the times nearest to those that are marked."""
     need_matplotlib()
     from matplotlib.figure import Figure
 
@@ -47,6 +49,7 @@ def draw_prediction(errors: Mapping[str, ErrorLike]) -> Figure:
     figure = Figure(figsize=(4.6 * len(units), 4.2), layout="constrained")
     for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
         title, text, factor = _TITLES[unit]
+        limited = False
         shown = [(name, error) for name, error in errors.items() if error.unit == unit]
         for k, (name, error) in enumerate(shown):
             colour = _COLOURS[k % len(_COLOURS)]
@@ -54,12 +57,33 @@ def draw_prediction(errors: Mapping[str, ErrorLike]) -> Figure:
                 ax.fill_between(
                     error.after, error.low / factor, error.high / factor, color=colour, alpha=0.2, linewidth=0
                 )
-            ax.loglog(error.after, error.rms / factor, color=colour, marker="o", markersize=3, label=name)
+            dots = sorted({int(np.argmin(np.abs(np.log(error.after / time)))) for time in marked.tolist()})
+            ax.loglog(
+                error.after, error.rms / factor, color=colour, marker="o", markersize=4, markevery=dots, label=name
+            )
+            if error.at_most is not None:
+                ax.loglog(error.after, error.at_most / factor, "--", color=colour, linewidth=1)
+                limited = True
+        if limited:
+            ax.plot([], [], "--", color="0.4", linewidth=1, label="at most, with terms that were not seen")
+        _whole_decades(ax)
         ax.set_xlabel("time since the start [s]")
         ax.set_ylabel(f"error of the {title}, rms [{text}]")
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
         ax.legend(fontsize=8)
     return figure
+
+
+def _whole_decades(ax: Axes) -> None:
+    """Limits a decade apart or more, and labels at the powers of ten alone, so that they do not collide."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    for axis, limits, put in ((ax.xaxis, ax.get_xlim(), ax.set_xlim), (ax.yaxis, ax.get_ylim(), ax.set_ylim)):
+        low, high = sorted(limits)
+        if high < 10 * low:
+            put(10 ** math.floor(math.log10(low)), 10 ** math.ceil(math.log10(high)))
+        axis.set_major_locator(LogLocator(numticks=7))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def draw_verification(

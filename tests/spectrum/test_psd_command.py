@@ -10,6 +10,7 @@ from sigmatau import NoiseModel, psd, read, simulate
 from sigmatau.cli import main
 from sigmatau.io.write import write_record
 from sigmatau.model import Imperfections, Temperature
+from sigmatau.spectrum.bins import bin_starts
 
 MODEL = """\
 [channels.gyro_x]
@@ -107,6 +108,8 @@ def test_ratios_of_bands_are_those_of_the_bands_mean(log):
     there = np.isin(bands.frequency, compared.frequency)
     assert there.sum() == len(compared.frequency) >= 8
     np.testing.assert_allclose(compared.dof, bands.dof[there])
+    first = spectrum.frequency[bin_starts(spectrum.frequency, 3)]
+    np.testing.assert_array_equal(there, first >= spectrum.trusted)
     # Near the ends the slope within a band is taken from other neighbours.
     expected = bands.density[there] / model.channels["accel_x"]["random_walk"] ** 2
     np.testing.assert_allclose(compared.ratio[1:], expected[1:], rtol=1e-9)

@@ -62,6 +62,7 @@ def test_options_are_those_of_psd(log, capsys, argv, options):
 def test_axes(log, capsys):
     assert set(densities(capsys)) == {"gyro_x", "gyro_y", "accel_x"}  # a temperature drifts, and is no noise
     assert set(densities(capsys, "--axes", "gyro")) == {"gyro_x", "gyro_y"}
+    assert set(densities(capsys, "--axes", "gyro_y,accel_x")) == {"gyro_y", "accel_x"}
     assert set(densities(capsys, "--axes", "gyro_y", "--axes", "temperature")) == {"gyro_y", "temperature"}
 
 

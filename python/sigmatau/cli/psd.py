@@ -60,7 +60,7 @@ def psd_command(
     f_max
         Highest frequency of multitaper, e.g. 5Hz.
     axes
-        Which channels of the log: gyro_x, or gyro for all of a sensor. Default: all but temperatures.
+        Which channels of the log: gyro_x,accel_z, or gyro for all of a sensor. Default: all but temperatures.
     model
         A model file (.toml) or the JSON that analyze writes: its density beside, and the ratio to it by band.
     plot
@@ -75,12 +75,13 @@ def psd_command(
     check_output(None if as_text else json, (), "json")
     refuse_same(log, plot=plot, json=None if as_text else json)
     options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
+    named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
     expected = None if model is None else NoiseModel.read(model)
     record = read_log(log, reading, quiet=quiet)
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working("computing densities", quiet=quiet):
-        found = psd(_of(record, axes), method=method, **options)
+        found = psd(_of(record, named), method=method, **options)
     compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
     if plot is not None:
         from sigmatau.plot.curves import save

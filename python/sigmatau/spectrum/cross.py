@@ -113,8 +113,8 @@ class CrossSpectrum(Printed):
     def significance(self, *, level: float = 0.95) -> Floats:
         """What the coherence of independent channels stays below with this probability; shape (n_f,).
 
-        By the law of pairs that are independent. In bins of tapers neighbours share half-bins, and dof/2 is the number of
-        independent pairs with the same variance; then chance is above the level for 95 % in 4.5 to 5.0 % of cases.
+        By the law of independent pairs. In bins neighbours are alike, of tapers by the half-bins that they share: dof/2 is
+        the number of independent pairs with the same variance, whose law keeps the level to half a percent.
         """
         _check(level)
         return law.significance(self.dof / 2, level=level)

@@ -325,7 +325,7 @@ class TestSimulate:
         assert run(*args, tmp_path / "a.csv", capsys=capsys)[0] == 0
         code, out, err = run(*args, tmp_path / "b.csv", capsys=capsys)
         assert (code, out) == (0, "")
-        assert "18000 samples of 1 channels, seed 3" in err
+        assert "18000 samples of 1 channel, seed 3" in err
         assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
         assert (tmp_path / "a.csv").read_text().splitlines()[0] == "time [s],gyro_x [rad/s]"
         code, out, _ = run("analyze", tmp_path / "a.csv", "--json", "-", capsys=capsys)

@@ -111,3 +111,15 @@ def test_wrong_options(model, tmp_path, argv, words, capsys):
 def test_what_was_lost_is_said(model, capsys):
     assert main(["simulate", "m.toml", *ALWAYS[:-1], "--gaps", "10s:2s", "-o", "a.npy"]) == 0
     assert "9000 samples of 2 channels, 100 rows lost, seed 7" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["rate", "increments", "accumulated"])
+def test_no_number_of_an_instrument_is_minus_zero(model, kind):
+    """Steps so coarse that most numbers are 0, of either sign before they are rounded."""
+    lsb = {"rate": "0.1deg/s", "increments": "0.01deg", "accumulated": "0.01deg"}[kind]
+    argv = ["--input", kind, "--lsb", f"gyro={lsb}", "-o", "z.csv"]
+    assert main(["simulate", "m.toml", *ALWAYS, *argv]) == 0
+    column = np.loadtxt("z.csv", delimiter=",", skiprows=1)[:, 1]
+    zeros = column[column == 0]
+    assert len(zeros) > 10
+    assert not np.signbit(zeros).any()

@@ -25,9 +25,45 @@ def commands():
 
 
 def test_python(capsys):
-    (code,) = blocks("python")
+    code, _ = blocks("python")
     exec(compile(code, "README.md", "exec"), {})
     assert "angle random walk" in capsys.readouterr().out
+
+
+def test_python_of_the_model(capsys, tmp_path, monkeypatch):
+    _, code = blocks("python")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "README.md", "exec"), {})
+    out = capsys.readouterr().out
+    for words in (
+        "the model describes it",
+        "coherence γ²",
+        "|H(f)| for a white input",
+        "linear model of",
+        "inertial navigation at rest",
+    ):
+        assert words in out
+    matrices = (tmp_path / "matrices.json").read_text(encoding="utf-8")
+    assert "gyro_x" in matrices
+    assert "gyro_y" in matrices
+
+
+def test_what_the_section_of_the_model_names_exists():
+    """Each function in the table by its name from `sigmatau`, and every page on theory is led to."""
+    import sigmatau
+
+    section = README.split("## The model\n")[1].split("\n## ")[0]
+    rows = [row.split("|")[2] for row in section.splitlines() if row.startswith("| ")][1:]
+    named = [name for row in rows for name in re.findall(r"`([\w.]+)`", row)]
+    assert {"psd", "cross_spectrum", "transfer", "simulate_to", "state_space", "model.arma", "predict"} < set(named)
+    for name in named:
+        found = sigmatau
+        for part in name.split("."):
+            # `spectrum` and `export` are rooms of their own.
+            found = getattr(found, part, None) or getattr(sigmatau.spectrum, part)
+        assert callable(found), name
+    for page in (ROOT / "docs" / "theory").glob("*.md"):
+        assert f"(docs/theory/{page.name})" in README, page.name
 
 
 @pytest.mark.parametrize("page", sorted(ROOT.glob("docs/**/*.md")), ids=lambda page: page.stem)

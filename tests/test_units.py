@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sigmatau import OptionError
-from sigmatau.units import find, known, to_si
+from sigmatau.units import find, known, to_si, usual
 
 DEG = math.pi / 180
 
@@ -75,13 +75,25 @@ SPELLED = {
     "m/s/sqrt(h)": ["m/s/√h", "m/s/√hr", "(m/s)/√h", "(m/s)/√hr", "m/s/rt-hr", "m/sec/√hour", "m/s/hr^0.5"],
     "deg/h/sqrt(Hz)": ["°/h/√Hz", "(°/h)/√Hz", "deg/hr/√Hz", "dph/√Hz"],
     "deg/h": ["°/h", "°/hr", "deg/hr", "deg/hour", "dph", "°·h⁻¹", "deg*h^-1"],
-    "deg/h/sqrt(h)": ["°/h/√h", "(°/h)/√h", "°/hr/√hr", "deg/hr/rt-hr"],
+    "deg/h/sqrt(h)": [
+        "°/h/√h",
+        "(°/h)/√h",
+        "°/hr/√hr",
+        "deg/hr/rt-hr",
+        "deg/h^1.5",
+        "deg/h^(3/2)",
+        "°/h^{3/2}",
+        "deg/hr^3/2",
+        "deg/h**1.5",
+        "deg·h^-1.5",
+        "deg h^(-3/2)",
+    ],
     "rad/s/sqrt(Hz)": ["rad/s/√Hz", "(rad/s)/√Hz", "rad·s⁻¹·Hz⁻½"],
     "rad/sqrt(s)": ["rad/√s", "rad/s^0.5", "rad/s^(1/2)"],
     "m/s/sqrt(s)": ["m/s/√s", "m/s^1.5", "m/s^(3/2)"],
     "rad/s/sqrt(s)": ["rad/s/√s", "rad/s^1.5", "rad/s^(3/2)"],
     "m/s^2/sqrt(s)": ["m/s²/√s", "m/s^2.5", "m/s^(5/2)"],
-    "m/s/h^(3/2)": ["m/s/h^1.5", "m/s/h^{3/2}", "m/s/hr^(3/2)"],
+    "m/s/h^(3/2)": ["m/s/h^1.5", "m/s/h^3/2", "m/s·h^-1.5", "m/s/h^{3/2}", "m/s/hr^(3/2)"],
     "m/s^2": ["m/s²", "m·s⁻²", "m s^-2", "m/sec²", "m/s/s", "mps2"],
     "ft/s/sqrt(h)": ["fps/√hr", "ft/sec/√hr"],
     "mg": ["milli-g", "milli g"],
@@ -139,6 +151,11 @@ def test_one_value_said_in_several_units():
 def test_what_is_no_unit_is_refused(wrong):
     with pytest.raises(OptionError, match="unknown unit"):
         find(wrong)
+
+
+@pytest.mark.parametrize("si", sorted({find(symbol).si for symbol in known()}))
+def test_the_usual_unit_is_of_its_kind(si):
+    assert find(usual(si)).si == si
 
 
 def test_a_unit_of_another_kind_is_refused():

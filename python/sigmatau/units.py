@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
 
-__all__ = ["STANDARD_GRAVITY", "Unit", "find", "integral", "known", "to_si"]
+__all__ = ["STANDARD_GRAVITY", "Unit", "find", "integral", "known", "to_si", "usual"]
 
 STANDARD_GRAVITY = 9.80665
 """Conventional value of the acceleration of free fall, exact (CGPM 1901). [m/s²]"""
@@ -167,6 +167,19 @@ _UNITS = _table()
 # The integral of a rate, kind by kind: what an increment or an accumulated output is measured in.
 _INTEGRAL = {"rad/s": "rad", "m/s^2": "m/s"}
 
+# What the field most often writes, kind by kind: in examples, which are copied.
+_USUAL = {
+    "rad/s": "deg/h",
+    "m/s^2": "ug",
+    "rad": "arcsec",
+    "rad/sqrt(s)": "deg/sqrt(h)",
+    "m/s/sqrt(s)": "m/s/sqrt(h)",
+    "rad/s/sqrt(s)": "deg/h/sqrt(h)",
+    "m/s^2/sqrt(s)": "m/s/h^(3/2)",
+    "rad/s^2": "deg/h^2",
+    "m/s^3": "m/s/h^2",
+}
+
 _WORDS = (
     # Superscripts are letters to a pattern, so that sec² would not end a word.
     (r"⁻([¹²³])", r"^-\1"),
@@ -201,7 +214,10 @@ _WORDS = (
     (r"√\(?(hz|h|s)\)?", r"sqrt(\1)"),
     (r"\b(?:rt|root|sqrt)[ -]?\(?(hz|h|s)\)?(?!\w)", r"sqrt(\1)"),
     (r"\*\*", "^"),
-    (r"\^\{3/2\}|\^1\.5", "^(3/2)"),
+    (r"\^\{3/2\}|\^1\.5|(?<=[sh])\^3/2$", "^(3/2)"),
+    (r"(?<=[sh])\^\(?-(?:1\.5|\(?3/2\)?)\)?$", r"^-(3/2)"),
+    (r"[·* ](s|h)\^-\(3/2\)$", r"/\1^(3/2)"),
+    (r"(deg|rad)/h\^\(3/2\)$", r"\1/h/sqrt(h)"),  # of the accelerometer's m/s/h^(3/2) the table has a row of its own
     (r"/s\^\(3/2\)$", "/s/sqrt(s)"),
     (r"/s\^\(5/2\)$|/s\^2\.5$", "/s^2/sqrt(s)"),
     (r"(?<=[sh])\^?\(?-([123])\)?", r"^-\1"),
@@ -228,6 +244,11 @@ def _normalise(spelling: str) -> str:
 def known(si: str | None = None) -> tuple[str, ...]:
     """Symbols of the table, of one kind if its SI unit is given."""
     return tuple(symbol for symbol, unit in _UNITS.items() if si is None or unit.si == si)
+
+
+def usual(si: str) -> str:
+    """The unit in which the field writes what is measured in the SI unit `si`: ``"deg/sqrt(h)"`` for ``"rad/sqrt(s)"``."""
+    return _USUAL.get(si, si)
 
 
 def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:

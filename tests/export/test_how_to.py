@@ -89,6 +89,6 @@ def test_the_table_of_the_index(folder):
 def test_pages_lead_from_the_index():
     for page in HOW_TO.glob("*.md"):
         text = page.read_text(encoding="utf-8")
-        assert page.name == "README.md" or f"({page.name})" in INDEX
+        assert page.name == "README.md" or f"({page.name})" in INDEX, page.name
         for one, other in pairwise(re.findall(r"^#+ ", text, flags=re.M)):
             assert len(other) <= len(one) + 1

@@ -8,6 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import DataError, NoiseModel, Record, analyze, simulate
 from sigmatau.model import ChannelModel, GaussMarkov
+from sigmatau.terms import display_units
 
 
 def result_of(noise, *, duration=3000.0, rate=20.0, name="case"):
@@ -34,6 +35,27 @@ class TestAdequate:
         path = tmp_path / "r.json"
         path.write_text(json.dumps(analysis.to_dict()))
         assert NoiseModel.read(path) == analysis.model
+
+    def test_written_as_a_file_nothing_vanishes_silently(self, tmp_path):
+        model = result_of({"random_walk": 1e-3, "rate_random_walk": 3e-5}).model
+        model.write(tmp_path / "m.toml")
+        text = (tmp_path / "m.toml").read_text(encoding="utf-8")
+        channel = model.channels["gyro_x"]
+        assert channel.limits
+        for term, limit in channel.limits.items():
+            (line,) = (row for row in text.splitlines() if row.startswith(f"# {term}: not seen"))
+            assert f" = {limit:.2g} {channel.unit_of(term)}, 95 % limit" in line
+        for term, (low, high) in channel.intervals.items():
+            (line,) = (row for row in text.splitlines() if row.startswith(f"{term} = "))
+            unit, factor = display_units(term, "angular_rate", "rad/s")[0]
+            shown = [float(x) for x in line.split("[")[1].split("]")[0].split(",")]
+            # Half the interval has two digits.
+            assert shown == pytest.approx([low / factor, high / factor], abs=0.026 * (high - low) / factor)
+            assert line.endswith(f"] {unit}, 95 % interval")
+        assert "errors of random_walk, rate_random_walk go together" in text
+        back = NoiseModel.read(tmp_path / "m.toml").channels["gyro_x"]
+        assert dict(back) == dict(channel)
+        assert not back.limits
 
     def test_it_describes_the_curve(self):
         analysis = result_of({"quantization": 1e-4, "random_walk": 1e-3})

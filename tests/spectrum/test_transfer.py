@@ -118,6 +118,39 @@ def test_smoothing():
     assert np.sum((smooth.impulse - truth) ** 2) < 0.5 * np.sum((rough.impulse - truth) ** 2)
 
 
+def test_the_interval_of_a_smoothed_magnitude_is_its_own():
+    """As wide as that of the bins, around the magnitude, and it holds; the spectrum's own would be several times wider."""
+    spectrum, rough = found("autoregression")
+    smooth = transfer(spectrum, random_walk=N, per_octave=8)
+    there = (smooth.frequency > spectrum.frequency[0]) & (smooth.frequency < 45)
+    assert ((smooth.low <= smooth.magnitude) & (smooth.magnitude <= smooth.high))[there].all()
+    bins = spectrum.binned(per_octave=8)
+    low, high = bins.interval()
+    last = bins.frequency[-2]
+    k = int(np.argmin(np.abs(smooth.frequency - last)))
+    wide = smooth.high[k] / smooth.low[k] - 1
+    assert wide == pytest.approx(math.sqrt(high[-2] / low[-2]) - 1, rel=0.1)
+    assert wide < 0.2 * (rough.high[k] / rough.low[k] - 1)
+    # At the bins' own frequencies, where it is no mean of two: these are independent but for the taper's neighbours.
+    at = [int(np.argmin(np.abs(smooth.frequency - f))) for f in bins.frequency[4:-1]]
+    truth = np.abs(response("autoregression", smooth.frequency[at]))
+    held = np.mean((smooth.low[at] <= truth) & (truth <= smooth.high[at]))
+    assert held >= 0.95 - 3 * math.sqrt(0.95 * 0.05 / len(at))
+
+
+def test_what_is_below_the_first_frequency_has_no_interval():
+    spectrum, got = found("autoregression")
+    below = got.frequency < spectrum.frequency[0] * (1 - 1e-9)
+    assert below.sum() == 2
+    assert got.measured_from == spectrum.frequency[0]
+    np.testing.assert_array_equal(np.isnan(got.low), below)
+    np.testing.assert_array_equal(np.isnan(got.high), below)
+    plain = json.loads(json.dumps(got.to_dict(), allow_nan=False))
+    assert plain["low"][:2] == plain["high"][:2] == [None, None]
+    assert repr(got).count("not measured") == 1
+    assert f"white input of {N**2:.4g} (rad/s)^2/Hz (two-sided)" in repr(got)
+
+
 def test_without_an_input_the_gain_at_zero_is_one():
     spectrum, _ = found("Butterworth 2")
     got = transfer(spectrum)

@@ -42,6 +42,8 @@ sigmatau deviation static.csv --kind mtie --taus 0.1,1 --json mtie.json""",
         "Power spectral densities of every axis, two-sided, with intervals; and a noise model held against them.",
         """\
 sigmatau psd static.csv --plot psd.svg --json psd.json
+sigmatau psd static.csv --segment 1s --axes gyro,accel_x
+sigmatau psd static.csv --method multitaper --tapers 20 --f-max 5Hz
 sigmatau psd static.csv --method multitaper --model result.json""",
     ),
     "simulate": (

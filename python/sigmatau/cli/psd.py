@@ -6,6 +6,7 @@ import json as json_module
 import math
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,9 +16,10 @@ from sigmatau._version import __version__
 from sigmatau.cli.analyze import FIGURE_ENDINGS
 from sigmatau.cli.options import check_output, refuse_same, say, working
 from sigmatau.cli.reading import Reading, read_log
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.io.write import atomic
-from sigmatau.model import NoiseModel
+from sigmatau.model import NoiseModel, value_in_si
+from sigmatau.record import Record, stream_name
 from sigmatau.results import damaged
 from sigmatau.spectrum import Comparison, Method, Spectra, Spectrum, psd
 from sigmatau.terms import coefficient_unit, display_units
@@ -34,6 +36,10 @@ def psd_command(
     *,
     reading: Reading | None = None,
     method: Method = "welch",
+    segment: str | None = None,
+    tapers: int | None = None,
+    f_max: str | None = None,
+    axes: Annotated[list[str] | None, Parameter(negative=())] = None,
     model: Path | None = None,
     plot: Path | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -47,6 +53,14 @@ def psd_command(
         Any file that is read, see `sigmatau inspect`.
     method
         Averaged segments for all frequencies (welch), or sine tapers of the whole record for the low ones (multitaper).
+    segment
+        Length of the segments of welch, e.g. 40s: the longer, the lower the lowest frequency, and the fewer they are.
+    tapers
+        How many tapers of multitaper, 8 if not said: the more, the smaller the error, and the wider what a frequency sees.
+    f_max
+        Highest frequency of multitaper, e.g. 5Hz.
+    axes
+        Which channels of the log: gyro_x,accel_z, or gyro for all of a sensor. Default: all but temperatures.
     model
         A model file (.toml) or the JSON that analyze writes: its density beside, and the ratio to it by band.
     plot
@@ -60,12 +74,14 @@ def psd_command(
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(None if as_text else json, (), "json")
     refuse_same(log, plot=plot, json=None if as_text else json)
+    options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
+    named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
     expected = None if model is None else NoiseModel.read(model)
     record = read_log(log, reading, quiet=quiet)
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working("computing densities", quiet=quiet):
-        found = psd(record, method=method)
+        found = psd(_of(record, named), method=method, **options)
     compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
     if plot is not None:
         from sigmatau.plot.curves import save
@@ -82,6 +98,39 @@ def psd_command(
             temporary.write_text(text, encoding="utf-8")
     sys.stdout.write("\n\n".join(_table(found[name], compared.get(name)) for name in found) + "\n")
     return damaged(record.findings)
+
+
+def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: str | None) -> dict[str, Any]:
+    """As `sigmatau.psd` takes them; an option of the other method is refused."""
+    of: dict[str, dict[str, object]] = {"welch": {"segment": segment}, "multitaper": {"tapers": tapers, "f_max": f_max}}
+    for other, values in of.items():
+        for name, value in values.items():
+            if value is not None and other != method:
+                option = f"--{name.replace('_', '-')}"
+                raise OptionError(f"{option} is of --method {other}, not of {method}", option=name)
+    given: dict[str, Any] = {}
+    if segment is not None:
+        given["segment"] = value_in_si(segment, "s", "--segment")
+    if tapers is not None:
+        given["tapers"] = tapers
+    if f_max is not None:
+        given["f_max"] = value_in_si(f_max, "Hz", "--f-max")
+    return given
+
+
+def _of(record: Record, axes: list[str] | None) -> Record:
+    """The channels that are asked for; without a word all but temperatures, which drift and are no noise."""
+    if axes is None:
+        kept = [stream.channels if stream.quantity != "temperature" else () for stream in record.streams]
+    else:
+        for name in axes:
+            if not any(name in (channel, stream_name(channel)) for channel in record.channels):
+                raise OptionError(f"--axes {name}: the log has {', '.join(record.channels)}", option="axes")
+        kept = [tuple(c for c in s.channels if c in axes or stream_name(c) in axes) for s in record.streams]
+    streams = [s.of(names) for s, names in zip(record.streams, kept, strict=True) if names]
+    if not streams:
+        raise DataError("the log has temperatures only; name them with --axes if their densities are meant")
+    return replace(record, streams=tuple(streams))
 
 
 def _compared(found: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
@@ -111,16 +160,30 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
         f"  {'f [Hz]':>10}  {f'S two-sided [{spectrum.density_unit}]':>30}  {f'√S two-sided [{unit}], 95 % interval':>42}"
         f"  {f'√(2S) one-sided [{one_unit}]':>30}",
     ]
+    ratios = {} if compared is None else _ratios(compared)
+    if ratios:
+        lines[-1] += f"  {'S over the model, 95 % interval':>32}"
     for f, s, a, b in zip(bands.frequency, bands.density, low, high, strict=True):
         root, begin, end = (math.sqrt(x) / factor for x in (s, a, b))
         interval = f"{root:.4g} [{begin:.4g}, {end:.4g}]"
         # Whatever is red may be wrong there, see `Spectrum.trusted`.
         mark = " " if f >= spectrum.trusted else "~"
-        lines.append(f" {mark}{f:10.4g}  {s:30.4g}  {interval:>42}  {math.sqrt(2 * s) / one_factor:30.4g}")
-    lines.append(f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² comes out wrong")
+        line = f" {mark}{f:10.4g}  {s:30.4g}  {interval:>42}  {math.sqrt(2 * s) / one_factor:30.4g}"
+        lines.append(f"{line}  {ratios.get(float(f), '-'):>32}" if ratios else line)
+    without = "; a band that begins below it has no ratio" if ratios else ""
+    lines.append(
+        f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² comes out wrong{without}"
+    )
     if compared is not None:
-        lines += ["", repr(compared)]
+        lines += [f"  {text}" for text in (compared.statement(), compared.notes()) if text]
     return "\n".join(lines)
+
+
+def _ratios(compared: Comparison) -> dict[float, str]:
+    """By frequency, of the same bands as those of the densities."""
+    low, high = compared.interval()
+    rows = zip(compared.frequency, compared.ratio, low, high, strict=True)
+    return {float(f): f"{r:.4f} [{a:.4f}, {b:.4f}]" for f, r, a, b in rows}
 
 
 def _json_text(found: Spectra, compared: Mapping[str, Comparison]) -> str:

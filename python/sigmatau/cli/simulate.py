@@ -106,5 +106,7 @@ def simulate_command(
             progress=done,
         )
     lost = f", {made.lost} rows lost" if made.lost else ""
-    say(f"{output}: {made.samples} samples of {len(made.channels)} channels{lost}, seed {seed}", quiet=quiet)
+    count = len(made.channels)
+    channels = "1 channel" if count == 1 else f"{count} channels"
+    say(f"{output}: {made.samples} samples of {channels}{lost}, seed {seed}", quiet=quiet)
     return 0

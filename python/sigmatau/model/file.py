@@ -27,12 +27,16 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.record import stream_name
-from sigmatau.terms import TERMS, coefficient_unit
+from sigmatau.results import interval_texts
+from sigmatau.terms import TERMS, coefficient_unit, display_units
+from sigmatau.units import usual
 
 __all__ = ["channels_of", "correlation_of", "toml", "value_in_si"]
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
+_SECOND = {"time": "s", "frequency": "Hz"}  # units of the second part of a process
+_DENSITIES = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
 _OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit")
 
 
@@ -64,13 +68,16 @@ def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str]
 
 
 def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping[tuple[str, str], float]]) -> str:
-    """A model as text of a model file, in SI."""
+    """A model as text of a model file, in SI; what a file has no key for, intervals and limits, as comments."""
     blocks = []
     for name, channel in channels.items():
         lines = [f"[channels.{_key(name)}]"]
         if channel.quantity == "signal":
             lines.append(f"unit = {_escaped(channel.unit)}")
-        lines += [f"{term} = {_quoted(value, channel.unit_of(term))}" for term, value in channel.terms.items()]
+        lines += [
+            f"{term} = {_quoted(value, channel.unit_of(term))}{_interval_comment(channel, term)}"
+            for term, value in channel.terms.items()
+        ]
         if channel.gauss_markov:
             rows = (
                 f"{{ sigma = {_quoted(g.sigma, channel.unit)}, time = {_quoted(g.time, 's')} }}"
@@ -86,6 +93,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         if channel.bandwidth is not None:
             corner = _quoted(channel.bandwidth.corner, "Hz")
             lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner} }}")
+        lines += _left_out(channel)
         blocks.append("\n".join(lines))
     for term, pairs in correlation.items():
         rows_of: dict[str, list[str]] = {}
@@ -96,11 +104,49 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
     return "\n\n".join(blocks) + "\n"
 
 
+def _interval_comment(channel: ChannelModel, term: str) -> str:
+    """The value and its interval as the field reads them; nothing for a value that was not measured."""
+    if term not in channel.intervals:
+        return ""
+    unit, factor = display_units(term, channel.quantity, channel.unit)[0]
+    low, high = channel.intervals[term]
+    value, interval = interval_texts(channel.terms[term] / factor, low / factor, high / factor)
+    return _comment(f"  # {value} {interval} {unit}, {_percent(channel.level)} interval")
+
+
+def _left_out(channel: ChannelModel) -> list[str]:
+    """What the channel knows beside its terms, line by line: limits of those not seen, and that errors go together."""
+    lines = []
+    for term, limit in channel.limits.items():
+        if term in channel.terms:
+            continue
+        unit, factor = display_units(term, channel.quantity, channel.unit)[0]
+        lines.append(
+            _comment(
+                f"# {term}: not seen, and left out; below {limit / factor:.2g} {unit} = {limit:.2g}"
+                f" {channel.unit_of(term)}, {_percent(channel.level)} limit"
+            )
+        )
+    names = [name for name in channel.covariance[0] if name in channel.terms]
+    if len(names) > 1:
+        lines.append(_comment(f"# How the errors of {', '.join(names)} go together stands in the result only."))
+    return lines
+
+
+def _percent(level: float) -> str:
+    return f"{100 * level:.4g} %"
+
+
+def _comment(text: str) -> str:
+    """Text that a comment of TOML may hold: no line end and no other control character in a signal's unit."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
 def value_in_si(text: str, si: str, what: str) -> float:
     """``"0.5 deg/h"`` in the SI unit `si`; raises `OptionError` that begins with `what`."""
     match = _VALUE.fullmatch(text)
     if match is None:
-        raise OptionError(f'{what} {text!r}: want a value with its unit, e.g. "1 {_unit_example(si)}"', option="value")
+        raise OptionError(f'{what} {text!r}: want a value with its unit, e.g. "1 {usual(si)}"', option="value")
     return float(match[1]) * _factor(match[2], si)
 
 
@@ -129,14 +175,14 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
                     sigma=_part(name, "gauss_markov", row, "sigma", unit),
                     time=_part(name, "gauss_markov", row, "time", "s"),
                 )
-                for row in _rows(name, table, "gauss_markov", ("sigma", "time"))
+                for row in _rows(name, table, "gauss_markov", ("sigma", "time"), unit)
             ),
             sinusoid=tuple(
                 Sinusoid(
                     amplitude=_part(name, "sinusoid", row, "amplitude", unit),
                     frequency=_part(name, "sinusoid", row, "frequency", "Hz"),
                 )
-                for row in _rows(name, table, "sinusoid", ("amplitude", "frequency"))
+                for row in _rows(name, table, "sinusoid", ("amplitude", "frequency"), unit)
             ),
             bandwidth=_bandwidth(name, table),
             quantity=quantity,
@@ -159,11 +205,14 @@ def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
     return "signal", unit.strip()
 
 
-def _rows(name: str, table: Mapping[str, Any], key: str, parts: tuple[str, str]) -> list[Mapping[str, Any]]:
+def _rows(name: str, table: Mapping[str, Any], key: str, parts: tuple[str, str], unit: str) -> list[Mapping[str, Any]]:
     rows = table.get(key, [])
     rows = [rows] if isinstance(rows, Mapping) else rows
     if not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(parts) for r in rows):
-        raise DataError(f"channel {name!r}: {key} is a list of {{ {parts[0]} = …, {parts[1]} = … }}, not {rows!r}")
+        written = ", ".join(
+            f'{part} = "1 {usual(si)}"' for part, si in zip(parts, (unit, _SECOND[parts[1]]), strict=True)
+        )
+        raise DataError(f"channel {name!r}: {key} is a list, {key} = [{{ {written} }}], not {rows!r}")
     return rows
 
 
@@ -191,7 +240,7 @@ def _two_sided(name: str, table: Mapping[str, Any]) -> float:
 
 
 def _value(channel: str, key: str, text: object, si: str, *, written: str | None = None) -> float:
-    example = f'{written or key} = "1 {_unit_example(si)}"'
+    example = f'{written or key} = "1 {_DENSITIES.get(si, si) if key == "noise_density" else usual(si)}"'
     match = _VALUE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise DataError(f"channel {channel!r}: {key} = {text!r} is no value with a unit; write e.g. {example}")
@@ -204,10 +253,6 @@ def _value(channel: str, key: str, text: object, si: str, *, written: str | None
 def _factor(unit: str, si: str) -> float:
     """One `unit` in `si`; the unit of a signal that is in no table is known as it is spelled."""
     return 1.0 if unit.strip() == si else units.find(unit, si=si if units.known(si) else None).factor
-
-
-def _unit_example(si: str) -> str:
-    return next(reversed(units.known(si)), si)
 
 
 def _key(name: str) -> str:

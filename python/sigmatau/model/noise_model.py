@@ -201,7 +201,11 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
             raise KeyError(f"no channel {channel!r}; channels: {', '.join(self.channels)}") from None
 
     def to_toml(self) -> str:
-        """The model as text of a model file, in SI, which reads back to the same bits."""
+        """The model as text of a model file, in SI, whose coefficients read back to the same bits.
+
+        Of a model from a result, what such a file has no key for stands as comments: the interval beside each value, and
+        the terms that were not seen with their limits. They are for its reader and are not read back.
+        """
         return toml(self.channels, self.correlation)
 
     def write(self, path: str | Path) -> None:

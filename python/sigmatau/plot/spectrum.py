@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.plot.curves import COLOURS, TITLES, need_matplotlib
-from sigmatau.units import find
+from sigmatau.units import find, known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,6 +98,7 @@ def draw_spectrum(
     expected: Floats | None = None,
     unit: str | None = None,
     colour: str = COLOURS[0],
+    without: Sequence[str] = (),
 ) -> Axes:
     """A density in bins of an eighth of an octave with its 95 % band; dotted below what is to be trusted of a red one.
 
@@ -110,14 +111,19 @@ def draw_spectrum(
     unit : str, optional
         Of the rate. Default: SI.
     colour : str
+    without : sequence of str
+        What of the model has no density, for a note.
     """
     need_matplotlib()
     from matplotlib.figure import Figure
 
     if ax is None:
         ax = Figure(figsize=(7, 4.6), layout="constrained").subplots()
-    found = None if unit is None else find(unit, si=spectrum.unit)
-    factor, text = (1.0, spectrum.unit) if found is None else (found.factor, found.text)
+    if unit is not None:
+        found = find(unit, si=spectrum.unit)
+        factor, text = found.factor, found.text
+    else:
+        factor, text = 1.0, find(spectrum.unit).text if spectrum.unit in known() else spectrum.unit
     binned = spectrum.binned()
     low, high = (edge / factor**2 for edge in binned.interval())
     ax.fill_between(binned.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
@@ -135,6 +141,9 @@ def draw_spectrum(
             linewidth=1.1,
             zorder=3,
         )
+    if without:
+        text_of = f"{spectrum.channel}: model without {', '.join(without)}"
+        ax.plot([], [], color=colour, linestyle="--", linewidth=1.1, label=text_of)
     ax.set_xlabel("frequency [Hz]")
     squared = f"({text})²" if "/" in text else f"{text}²"
     ax.set_ylabel(f"two-sided power spectral density [{squared}/Hz]")
@@ -142,8 +151,16 @@ def draw_spectrum(
     return ax
 
 
-def draw_spectra(spectra: Mapping[str, SpectrumLike], expected: Mapping[str, Floats]) -> Figure:
-    """Densities of all channels, one panel a quantity and unit, with those of a model where there is one."""
+def draw_spectra(
+    spectra: Mapping[str, SpectrumLike],
+    expected: Mapping[str, Floats],
+    *,
+    without: Mapping[str, Sequence[str]] | None = None,
+) -> Figure:
+    """Densities of all channels, one panel a quantity and unit, with those of a model where there is one.
+
+    `without` says by channel what of the model has no density.
+    """
     need_matplotlib()
     from matplotlib.figure import Figure
 
@@ -155,9 +172,18 @@ def draw_spectra(spectra: Mapping[str, SpectrumLike], expected: Mapping[str, Flo
     for ax, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
         for k, channel in enumerate(channels):
             colour = COLOURS[k % len(COLOURS)]
-            draw_spectrum(spectra[channel], ax=ax, expected=expected.get(channel), colour=colour)
+            left_out = (without or {}).get(channel, ())
+            draw_spectrum(spectra[channel], ax=ax, expected=expected.get(channel), colour=colour, without=left_out)
         ax.set_title(TITLES.get(quantity, quantity))
         ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
+        ax.plot(
+            [],
+            [],
+            color="0.35",
+            linestyle=":",
+            linewidth=1,
+            label="too low in frequency for a density as steep as 1/f²",
+        )
         if any(channel in expected for channel in channels):
             ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="model")
         ax.legend(fontsize=8, loc="best")

@@ -33,6 +33,8 @@ class Comparison(Printed):
         Degrees of freedom of each ratio.
     method : str
         Of the measured density.
+    left_out : tuple of str
+        What of the model has no density: its sinusoids, its ramp.
 
     Notes
     -----
@@ -44,6 +46,7 @@ class Comparison(Printed):
     ratio: Floats
     dof: Floats
     method: str
+    left_out: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("frequency", "ratio", "dof"):
@@ -85,6 +88,7 @@ class Comparison(Printed):
             "p_values": self.p_values.tolist(),
             "p_value": self.p_value,
             "method": self.method,
+            "left_out": list(self.left_out),
         }
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -106,7 +110,18 @@ class Comparison(Printed):
         how = f"{self.ratio[k]:.3g} times the model's at {self.frequency[k]:.3g} Hz"
         return f"{begin}; the model does not describe it: {how} (p = {self.p_value:.1g})"
 
+    def notes(self) -> str:
+        """What of the model is not in the ratios, in a sentence; empty if nothing."""
+        if not self.left_out:
+            return ""
+        return f"not in the model's density, because they have none: {', '.join(self.left_out)}"
+
     def __repr__(self) -> str:
         low, high = self.interval()
         rows = zip(self.frequency, self.ratio, low, high, strict=True)
-        return "\n".join([self.statement(), *(f"  {f:10.4g} Hz  {r:7.4f}  [{a:.4f}, {b:.4f}]" for f, r, a, b in rows)])
+        head = [
+            self.statement(),
+            *filter(None, [self.notes()]),
+            "   frequency  measured density over the model's, 95 % interval",
+        ]
+        return "\n".join([*head, *(f"  {f:10.4g} Hz  {r:7.4f}  [{a:.4f}, {b:.4f}]" for f, r, a, b in rows)])

@@ -111,7 +111,11 @@ class CrossSpectrum(Printed):
         return np.asarray(self.cross / power)
 
     def significance(self, *, level: float = 0.95) -> Floats:
-        """What the coherence of independent channels stays below with this probability; shape (n_f,)."""
+        """What the coherence of independent channels stays below with this probability; shape (n_f,).
+
+        By the law of independent pairs. In bins neighbours are alike, of tapers by the half-bins that they share: dof/2 is
+        the number of independent pairs with the same variance, whose law keeps the level to half a percent.
+        """
         _check(level)
         return law.significance(self.dof / 2, level=level)
 

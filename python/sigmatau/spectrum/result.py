@@ -130,7 +130,9 @@ class Spectrum(Printed):
         density was taken there along the slope between the neighbouring bins, without which an octave of a density as steep
         as f⁻² would be an eighth too high.
         """
-        starts = bin_starts(self.frequency, per_octave)
+        return self._binned(bin_starts(self.frequency, per_octave))
+
+    def _binned(self, starts: NDArray[np.intp]) -> Spectrum:
         frequency, density, _ = levelled(self.density, self.frequency, starts)
         count = np.diff(np.append(starts, len(self.frequency)))
         dof = np.add.reduceat(self.dof, starts) / (1 + shared(count, method=self.method, tapers=self.segments))
@@ -184,25 +186,39 @@ class Spectrum(Printed):
         ----------
         model : ChannelModel or NoiseModel
         per_octave : int
-            Bands in an octave.
+            Bands in an octave: those of `binned`, of which each is left out that begins below `trusted`.
 
         Raises
         ------
         DataError
-            See `expected`; or if no frequency is left.
+            See `expected`; or if no band is left.
         """
-        shown = self.frequency >= self.trusted
         expected = self.expected(model)
-        shown &= expected > 0
+        starts = bin_starts(self.frequency, per_octave)
+        shown = np.logical_and.reduceat((self.frequency >= self.trusted) & (expected > 0), starts)
         if not shown.any():
-            raise DataError(f"{self.channel}: the spectrum has no frequency above {self.trusted:.3g} Hz to compare")
+            raise DataError(f"{self.channel}: the spectrum has no band above {self.trusted:.3g} Hz to compare")
+        count = np.diff(np.append(starts, len(self.frequency)))
+        there = np.repeat(shown, count)
         ratio = replace(
-            self, frequency=self.frequency[shown], density=self.density[shown] / expected[shown], dof=self.dof[shown]
+            self, frequency=self.frequency[there], density=self.density[there] / expected[there], dof=self.dof[there]
         )
-        bands = ratio.binned(per_octave=per_octave)
+        bands = ratio._binned(np.append(0, np.cumsum(count[shown])[:-1]))
         return Comparison(
-            channel=self.channel, frequency=bands.frequency, ratio=bands.density, dof=bands.dof, method=self.method
+            channel=self.channel,
+            frequency=bands.frequency,
+            ratio=bands.density,
+            dof=bands.dof,
+            method=self.method,
+            left_out=self.left_out(model),
         )
+
+    def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
+        """What of a model has no density and is not in `expected`, in words: ``("sinusoid at 0.55 Hz", "rate ramp")``."""
+        channels = getattr(model, "channels", None)
+        noise = model if channels is None else channels[self.channel]
+        lines = [f"sinusoid at {line.frequency:.4g} Hz" for line in getattr(noise, "sinusoid", ())]
+        return (*lines, *(["rate ramp"] if "rate_ramp" in getattr(noise, "terms", ()) else []))
 
     def plot(
         self, ax: Axes | None = None, *, model: HasDensity | HasChannels | None = None, unit: str | None = None
@@ -219,7 +235,10 @@ class Spectrum(Printed):
         """
         from sigmatau.plot.spectrum import draw_spectrum
 
-        return draw_spectrum(self, ax=ax, expected=None if model is None else self.expected(model), unit=unit)
+        if model is None:
+            return draw_spectrum(self, ax=ax, unit=unit)
+        without = self.left_out(model)
+        return draw_spectrum(self, ax=ax, expected=self.expected(model), unit=unit, without=without)
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"
@@ -247,4 +266,6 @@ class Spectra(ByChannel[Spectrum]):
         from sigmatau.plot.spectrum import draw_spectra
 
         known = {} if model is None else model.channels
-        return draw_spectra(self, {name: self[name].expected(known[name]) for name in self if name in known})
+        there = [name for name in self if name in known]
+        without = {name: self[name].left_out(known[name]) for name in there}
+        return draw_spectra(self, {name: self[name].expected(known[name]) for name in there}, without=without)

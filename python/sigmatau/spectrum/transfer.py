@@ -13,6 +13,7 @@ References
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -49,13 +50,17 @@ class MinimumPhase(Printed):
     magnitude : ndarray, shape (n_f,)
         |H|. [1, or the output's unit over the input's]
     low, high : ndarray, shape (n_f,)
-        95 % interval of |H|, by χ².
+        95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below `measured_from`.
     phase : ndarray, shape (n_f,)
         By assumption; unwrapped, 0 at 0. [rad]
     impulse : ndarray, shape (n_taps,)
         Impulse response in samples: the output is its convolution with the input.
     input_density : float
-        Two-sided density N² of the white input. [unit²/Hz]
+        Two-sided density N² of the white input. [`input_unit`]
+    input_unit : str
+        unit²/Hz of the output's unit, since a filter of noise has none of its own.
+    measured_from : float
+        The spectrum's lowest frequency; below it the magnitude is taken to stay as it is there. [Hz]
     tau0 : float
         Sample interval. [s]
     """
@@ -68,6 +73,8 @@ class MinimumPhase(Printed):
     phase: Floats
     impulse: Floats
     input_density: float
+    input_unit: str
+    measured_from: float
     tau0: float
 
     def __post_init__(self) -> None:
@@ -88,13 +95,15 @@ class MinimumPhase(Printed):
             "channel": self.channel,
             "frequency_hz": self.frequency.tolist(),
             "magnitude": self.magnitude.tolist(),
-            "low": self.low.tolist(),
-            "high": self.high.tolist(),
+            "low": [None if math.isnan(x) else x for x in self.low.tolist()],
+            "high": [None if math.isnan(x) else x for x in self.high.tolist()],
             "level": 0.95,
             "phase_rad": self.phase.tolist(),
             "phase": "minimum phase, by assumption",
             "impulse": self.impulse.tolist(),
             "input_density": self.input_density,
+            "input_unit": self.input_unit,
+            "measured_from_hz": self.measured_from,
             "sided": "two",
             "tau0_s": self.tau0,
         }
@@ -107,14 +116,16 @@ class MinimumPhase(Printed):
 
     def __repr__(self) -> str:
         corner = "" if self.corner is None else f", half power at {self.corner:.4g} Hz"
-        head = f"{self.channel}: |H(f)| for a white input of {self.input_density:.4g} (two-sided){corner}"
+        head = f"{self.channel}: |H(f)| for a white input of {self.input_density:.4g} {self.input_unit} (two-sided){corner}"
         head += "; its phase by assumption, that of the minimum-phase filter"
         shown = np.unique(np.round(np.geomspace(1, len(self.frequency) - 1, 10)).astype(int))
-        rows = [
-            f"  {self.frequency[k]:10.4g} Hz  |H| {self.magnitude[k]:.4f} [{self.low[k]:.4f}, {self.high[k]:.4f}]"
-            f"  phase {np.degrees(self.phase[k]):+8.1f} deg"
-            for k in shown
-        ]
+        rows = []
+        for k in shown:
+            interval = (
+                f"[{self.low[k]:.4f}, {self.high[k]:.4f}]" if not np.isnan(self.low[k]) else "not measured, taken so"
+            )
+            phase = f"phase {np.degrees(self.phase[k]):+8.1f} deg"
+            rows.append(f"  {self.frequency[k]:10.4g} Hz  |H| {self.magnitude[k]:.4f} {interval:22}  {phase}")
         taps = ", ".join(f"{h:.4g}" for h in self.impulse[:8])
         return "\n".join([head, *rows, f"  impulse response {taps}, … ({len(self.impulse)} samples)"])
 
@@ -179,10 +190,11 @@ def transfer(
         white = float(random_walk) ** 2
     else:
         raise OptionError(f"`random_walk` must be a positive number, not {random_walk!r}", option="random_walk")
-    low, high = spectrum.interval()
-    smooth = _smoothed(spectrum, per_octave)
+    smooth, low, high = _smoothed(spectrum, per_octave)
     frequency = np.arange(length // 2 + 1) / (length * spectrum.tau0)
-    power, below, above = (_from_zero(column, first) / white for column in (smooth, low, high))
+    power = np.concatenate((np.full(first, smooth[0]), smooth)) / white
+    # What was not measured has no interval.
+    below, above = (np.concatenate((np.full(first, np.nan), edge)) / white for edge in (low, high))
     magnitude = np.sqrt(power)
     floor = np.maximum(power, _FLOOR * power.max())
     minimum = _minimum_phase(0.5 * np.log(floor))
@@ -196,25 +208,27 @@ def transfer(
         phase=np.unwrap(np.angle(minimum)),
         impulse=impulse,
         input_density=white,
+        input_unit=spectrum.density_unit,
+        measured_from=float(spectrum.frequency[0]),
         tau0=spectrum.tau0,
     )
 
 
-def _smoothed(spectrum: Spectrum, per_octave: int | None) -> Floats:
-    """The density, the mean of whose logarithm is that of the truth."""
+def _smoothed(spectrum: Spectrum, per_octave: int | None) -> tuple[Floats, Floats, Floats]:
+    """The density, the mean of whose logarithm is that of the truth, and the ends of its interval."""
     from scipy.special import digamma
 
     shown = spectrum if per_octave is None else spectrum.binned(per_octave=per_octave)
     half = np.maximum(shown.dof, 1.0) / 2
-    density = np.maximum(shown.density, _FLOOR * shown.density.max())
-    logarithm = np.log(density) + np.log(half) - digamma(half)
+    least = _FLOOR * shown.density.max()
+    logarithms = [np.log(np.maximum(shown.density, least)) + np.log(half) - digamma(half)]
+    logarithms += [np.log(np.maximum(edge, least)) for edge in shown.interval()]
     if per_octave is not None:
-        logarithm = np.interp(np.log(spectrum.frequency), np.log(shown.frequency), logarithm)
-    return np.asarray(np.exp(logarithm))
-
-
-def _from_zero(column: Floats, first: int) -> Floats:
-    return np.concatenate((np.full(first, column[0]), column))
+        # Between two bins the mean of both scatters less than either: the interval is wider than need be.
+        at, bins = np.log(spectrum.frequency), np.log(shown.frequency)
+        logarithms = [np.interp(at, bins, column) for column in logarithms]
+    middle, low, high = (np.exp(column) for column in logarithms)
+    return middle, low, high
 
 
 def _minimum_phase(logarithm: Floats) -> NDArray[np.complex128]:

@@ -240,7 +240,8 @@ class Imperfections(Printed):
 
 def rounded(values: Floats, step: float) -> Floats:
     """Values in whole steps; as they are if the step is 0."""
-    return np.asarray(np.rint(values / step) * step) if step else values
+    # No instrument writes -0: the sum of -0 and 0 is 0.
+    return np.asarray(np.rint(values / step) * step + 0.0) if step else values
 
 
 def _is_number(value: object) -> bool:

@@ -157,7 +157,8 @@ class Channel:
         if output == "accumulated":
             return rounded(np.asarray(sums[int(start > 0) :], dtype=np.float64), self._lsb)
         # Whole steps first, so that no digit is lost in the difference.
-        return np.asarray(np.diff(np.rint(np.asarray(sums, dtype=np.float64) / self._lsb)) * self._lsb)
+        steps = np.diff(np.rint(np.asarray(sums, dtype=np.float64) / self._lsb))
+        return np.asarray(steps * self._lsb + 0.0)  # no -0
 
     def _drift(self, rate: Floats, start: int) -> None:
         """Add what is no noise."""

@@ -1,0 +1,108 @@
+"""docs/how-to/model-file.md: its file is read, has every key, and its commands run."""
+
+import re
+import shlex
+import tomllib
+
+import pytest
+
+from conftest import ROOT
+from known import seed_of
+from sigmatau import DataError, NoiseModel
+from sigmatau.cli import main
+from sigmatau.model.file import _OTHER_KEYS
+from sigmatau.model.noise_model import CORRELATED
+from sigmatau.terms import TERMS
+from sigmatau.units import find
+
+PAGE = (ROOT / "docs" / "how-to" / "model-file.md").read_text(encoding="utf-8")
+
+
+def block(language):
+    (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
+    return found
+
+
+def keys_of(table):
+    """Of tables and of the tables within them."""
+    for key, value in table.items():
+        yield key
+        for inner in value if isinstance(value, list) else [value]:
+            if isinstance(inner, dict):
+                yield from keys_of(inner)
+
+
+ROWS = [[cell.strip() for cell in row.strip("|").split("|")] for row in PAGE.splitlines() if row.startswith("| `")]
+LISTED = [row[0].strip("`") for row in ROWS]
+PARTS = {"sigma", "time", "amplitude", "frequency", "order", "corner"}
+
+
+def test_the_file_has_every_key_and_the_table_lists_it():
+    content = tomllib.loads(block("toml"))
+    used = {key for channel in content["channels"].values() for key in keys_of(channel)}
+    assert used == {*TERMS, *_OTHER_KEYS, *PARTS}
+    assert set(LISTED) == used
+    assert len(LISTED) == len(used)
+    assert set(CORRELATED) == set(re.findall(r"`(\w+)`", PAGE.split("## Correlation")[1].split("which both")[0]))
+
+
+def test_the_file_is_read_as_it_says():
+    model = NoiseModel.from_dict(tomllib.loads(block("toml")))
+    x = model.channels["gyro_x"]
+    assert x["random_walk"] == pytest.approx(5e-3 * find("deg/s").factor / 2**0.5, rel=1e-14)
+    assert x["rate_ramp"] < 0
+    assert (len(x.gauss_markov), len(x.sinusoid)) == (1, 1)
+    assert (x.bandwidth.order, x.bandwidth.corner) == (1, 30.0)
+    assert model.channels["pressure_a"].unit == "Pa"
+    assert model.correlation == {
+        "random_walk": {("gyro_x", "gyro_y"): 0.3},
+        "bias_instability": {("gyro_x", "gyro_y"): -0.2},
+    }
+    assert NoiseModel.from_dict(tomllib.loads(model.to_toml())) == model
+
+
+@pytest.mark.parametrize("row", [row for row in ROWS if row[3]], ids=lambda row: row[0])
+def test_the_units_of_the_table_are_taken(row):
+    key = row[0].strip("`")
+    parts = {
+        "sigma": 'gauss_markov = [{{ sigma = "{}", time = "1 s" }}]',
+        "time": 'gauss_markov = [{{ sigma = "{si}", time = "{}" }}]',
+        "amplitude": 'sinusoid = [{{ amplitude = "{}", frequency = "1 Hz" }}]',
+        "frequency": 'sinusoid = [{{ amplitude = "{si}", frequency = "{}" }}]',
+        "corner": 'random_walk = "{si}*1"\nbandwidth = {{ order = 1, corner = "{}" }}',
+    }
+    for channel, si, walk, units in (
+        ("gyro_x", "1 rad/s", "1 deg/sqrt(h)", row[3]),
+        ("accel_x", "1 m/s^2", "1 m/s/sqrt(h)", row[4]),
+    ):
+        for unit in units.split(", "):
+            form = parts.get(key, f'{key} = "{{}}"' + ('\nsided = "two"' if key == "noise_density" else ""))
+            line = form.format(f"1 {unit}", si=si).replace(f"{si}*1", walk)
+            assert NoiseModel.from_dict(tomllib.loads(f"[channels.{channel}]\n{line}"))
+        with pytest.raises(DataError):
+            NoiseModel.from_dict(tomllib.loads(f'[channels.{channel}]\n{key} = "1 kg"'))
+
+
+@pytest.mark.parametrize(
+    "spelling", re.findall(r"`([^`]+)`", PAGE.split("spellings of the field:")[1].split(". A unit")[0])
+)
+def test_spellings(spelling):
+    assert find(spelling)
+
+
+def test_signals():
+    text = '[channels.flow]\nunit = "m/s"\nrandom_walk = "1 (m/s)*sqrt(s)"\nquantization = "1 (m/s)*s"\n'
+    text += 'bias_instability = "1 m/s"\nrate_random_walk = "1 m/s/sqrt(s)"\nrate_ramp = "1 m/s/s"'
+    assert len(NoiseModel.from_dict(tomllib.loads(text)).channels["flow"]) == 5
+
+
+def test_commands(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "imu.toml").write_text(block("toml"), encoding="utf-8")
+    for command in block("sh").splitlines():
+        argv = shlex.split(command)[1:]
+        if "--seed" in argv:
+            argv[argv.index("--seed") + 1] = str(seed_of("model page"))
+        assert main(argv) == 0, capsys.readouterr().err
+    assert "gyro_y: two-sided density" in capsys.readouterr().out
+    assert (tmp_path / "matrices.json").stat().st_size > 1000

@@ -33,6 +33,8 @@ class Comparison(Printed):
         Degrees of freedom of each ratio.
     method : str
         Of the measured density.
+    left_out : tuple of (float, float)
+        Frequencies that are not compared, because a line of the model shows there. [Hz]
 
     Notes
     -----
@@ -44,6 +46,7 @@ class Comparison(Printed):
     ratio: Floats
     dof: Floats
     method: str
+    left_out: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("frequency", "ratio", "dof"):
@@ -85,6 +88,7 @@ class Comparison(Printed):
             "p_values": self.p_values.tolist(),
             "p_value": self.p_value,
             "method": self.method,
+            "left_out_hz": [list(band) for band in self.left_out],
         }
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -100,6 +104,9 @@ class Comparison(Printed):
         chance = 0.05 * len(self.ratio)
         begin = f"{self.channel}: {outside} of {len(self.ratio)} bands off the model's density by more than their 95 %"
         begin += f" interval, {chance:.1f} by chance"
+        if self.left_out:
+            bands = ", ".join(f"{low:.4g} Hz to {high:.4g} Hz" for low, high in self.left_out)
+            begin += f" ({bands} left out: the model's lines)"
         if self.p_value >= 0.05:
             return f"{begin}; the model describes it (p = {self.p_value:.2g})"
         k = int(np.argmin(self.p_values))

@@ -13,6 +13,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed
 from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.comparison import Comparison
+from sigmatau.spectrum.leakage import line_density
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +23,9 @@ __all__ = ["HasChannels", "HasDensity", "Method", "Spectra", "Spectrum"]
 
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
+
+_LINE_SHARE = 1e-3
+"""Of the model's density: above, a line's frequencies are left out of a comparison."""
 
 
 class HasDensity(Protocol):
@@ -173,6 +177,10 @@ class Spectrum(Printed):
         if noise.unit != self.unit:
             raise DataError(f"{self.channel}: the model is in {noise.unit}, the spectrum in {self.unit}")
         density = noise.psd(self.frequency, tau0=self.tau0)
+        if not np.isfinite(density).all():
+            raise DataError(
+                f"{self.channel}: the model's density is no finite number; its coefficients are out of range"
+            )
         if not (density > 0).any():
             raise DataError(f"{self.channel}: the model has no noise with a density, only lines or a ramp")
         return density
@@ -190,19 +198,54 @@ class Spectrum(Printed):
         ------
         DataError
             See `expected`; or if no frequency is left.
+
+        Notes
+        -----
+        Frequencies at which a sinusoid of the model shows by more than a thousandth of the model's density are left out,
+        and named in the comparison: lines have no density.
         """
         shown = self.frequency >= self.trusted
         expected = self.expected(model)
         shown &= expected > 0
+        lined = shown & (self._of_lines(model) > _LINE_SHARE * expected)
+        shown &= ~lined
         if not shown.any():
-            raise DataError(f"{self.channel}: the spectrum has no frequency above {self.trusted:.3g} Hz to compare")
-        ratio = replace(
-            self, frequency=self.frequency[shown], density=self.density[shown] / expected[shown], dof=self.dof[shown]
-        )
+            beside = ", none clear of the model's lines," if lined.any() else ""
+            raise DataError(
+                f"{self.channel}: the spectrum has no frequency above {self.trusted:.3g} Hz{beside} to compare"
+            )
+        with np.errstate(over="ignore"):
+            ratios = self.density[shown] / expected[shown]
+        if not np.isfinite(ratios).all():
+            raise DataError(
+                f"{self.channel}: the ratio to the model's density is no finite number; is the model in SI?"
+            )
+        ratio = replace(self, frequency=self.frequency[shown], density=ratios, dof=self.dof[shown])
         bands = ratio.binned(per_octave=per_octave)
         return Comparison(
-            channel=self.channel, frequency=bands.frequency, ratio=bands.density, dof=bands.dof, method=self.method
+            channel=self.channel,
+            frequency=bands.frequency,
+            ratio=bands.density,
+            dof=bands.dof,
+            method=self.method,
+            left_out=_ranges(self.frequency, lined),
         )
+
+    def _of_lines(self, model: HasDensity | HasChannels) -> Floats:
+        """What the model's sinusoids leave in this spectrum, at most; shape (n_f,)."""
+        noise = getattr(model, "channels", {self.channel: model})[self.channel]
+        tapers = self.segments if self.method == "multitaper" else None
+        total = np.zeros(self.frequency.shape)
+        for line in getattr(noise, "sinusoid", ()):
+            total += line_density(
+                self.frequency,
+                line.frequency,
+                line.amplitude,
+                tau0=self.tau0,
+                resolution=self.resolution,
+                tapers=tapers,
+            )
+        return total
 
     def plot(
         self, ax: Axes | None = None, *, model: HasDensity | HasChannels | None = None, unit: str | None = None
@@ -231,6 +274,12 @@ class Spectrum(Printed):
         low, high = octaves.interval()
         rows = zip(octaves.frequency, octaves.density, low, high, strict=True)
         return "\n".join([head, *(f"  {f:10.4g} Hz  {p:.4g}  [{a:.4g}, {b:.4g}]" for f, p, a, b in rows)])
+
+
+def _ranges(frequency: Floats, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+    """First and last frequency of each run of those that are chosen."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.astype(np.int8), [0]))))
+    return tuple((float(frequency[a]), float(frequency[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
 class Spectra(ByChannel[Spectrum]):

@@ -16,11 +16,15 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import OptionError
+from sigmatau.model.processes import real
 from sigmatau.results import Printed
 
-__all__ = ["FlickerPoles", "flicker_poles"]
+__all__ = ["LONGEST_BAND", "FlickerPoles", "flicker_poles"]
 
 Floats = NDArray[np.float64]
+
+LONGEST_BAND = 1e12
+"""The longest averaging time over the shortest."""
 
 _PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 _PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
@@ -86,11 +90,11 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
     Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
     :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
     """
-    if not (math.isfinite(dt) and dt > 0):
+    if not (math.isfinite(real(dt)) and dt > 0):
         raise OptionError(f"`dt` must be a positive number of seconds, not {dt!r}", option="dt")
-    if not (math.isfinite(tau_max) and dt <= tau_max <= 1e12 * dt):
-        raise OptionError(f"`tau_max` must be {dt:g} s to {1e12 * dt:g} s, not {tau_max!r}", option="tau_max")
-    if not 1e-4 <= error < 1:
+    if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
+        raise OptionError(f"`tau_max` must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
+    if not 1e-4 <= real(error) < 1:
         raise OptionError(f"`error` must be 0.0001 to 1, relative, not {error!r}", option="error")
     times, variances, reached = _poles(tau_max / dt, error)
     return FlickerPoles(times=dt * times, variances=variances.copy(), tau_min=dt, tau_max=tau_max, error=reached)

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.flicker import flicker_poles
+from sigmatau.model.flicker import LONGEST_BAND, flicker_poles
 from sigmatau.model.linear import Steps
-from sigmatau.model.processes import LowPass
+from sigmatau.model.processes import LowPass, real
 from sigmatau.results import Printed
 
 __all__ = ["Output", "StateSpace", "state_space"]
@@ -195,7 +195,8 @@ def state_space(
         What is measured: the mean rate over a step, the increment of the angle (velocity), or the angle itself, on which
         quantization is white.
     tau_max : float, optional
-        The longest averaging time for which flicker noise is right. [s] Default: an hour, or 1000 steps.
+        The longest averaging time for which flicker noise is right. [s] Default: an hour, 1000 steps at least and 10¹² at
+        most.
     flicker_error : float
         What the Allan deviation of flicker noise may be off by, relative; decides the number of its states.
     turn_on : float
@@ -216,13 +217,13 @@ def state_space(
     The rate random walk is that of the samples, b' = b + K·√dt·w; a ramp is a slope of variance R². Exact at `dt` for all
     but flicker noise.
     """
-    if not (math.isfinite(dt) and dt > 0):
+    if not (math.isfinite(real(dt)) and dt > 0):
         raise OptionError(f"`dt` must be a positive number of seconds, not {dt!r}", option="dt")
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"`output` must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
-    if not (math.isfinite(turn_on) and turn_on >= 0):
+    if not (math.isfinite(real(turn_on)) and turn_on >= 0):
         raise OptionError(f"`turn_on` must be 0 or a positive number, not {turn_on!r}", option="turn_on")
-    longest = max(_HORIZON, 1000 * dt) if tau_max is None else tau_max
+    longest = min(max(_HORIZON, 1000 * dt), LONGEST_BAND * dt) if tau_max is None else tau_max
     system = _System(dt)
     terms = model.terms
     white = 0.0

@@ -96,6 +96,9 @@ def test_exact_flicker_noise(model):
         (["--gaps", "1%,2%"], "once"),
         (["--gaps", "70%"], "0 to 0.5"),
         (["--gaps", "10s:5m"], "--gaps 10s:5m: unknown unit"),
+        (["--temperature", "start=-300degC,end=20degC"], "at the start must be above -273.15 °C"),
+        (["--gaps", "2h:5s"], "7200 s is behind the end of the record, 180 s"),
+        (["--gaps", "0s:200s"], "leaves nothing"),
         (["--jitter", "20"], "--jitter"),
         (["--jitter", "5ms"], "tenth of the sample interval"),
     ],
@@ -105,7 +108,15 @@ def test_wrong_options(model, tmp_path, argv, words, capsys):
     captured = capsys.readouterr()
     assert words in captured.err
     assert len(captured.err.splitlines()) == 1
+    assert len(captured.err) < 250
     assert [p.name for p in tmp_path.iterdir()] == ["m.toml"]
+
+
+def test_a_length_beyond_all_measure_is_said_in_a_line(model, capsys):
+    assert main(["simulate", "m.toml", "--hours", "1e300", "--rate", "100", "-q", "-o", "a.csv"]) == 2
+    said = capsys.readouterr().err
+    assert "are 3.6e+305 samples; at most" in said
+    assert len(said) < 200
 
 
 def test_what_was_lost_is_said(model, capsys):

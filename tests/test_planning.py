@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,12 @@ from known import seed_of
 from sigmatau import NoiseModel, allan, fit, simulate
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
+from sigmatau.fitting.attempt import LONGEST_SHARE
+from sigmatau.fitting.components import LINEAR, components
+from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.inference import skewed_tails
+from sigmatau.fitting.statement import half_octaves
+from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid
 from sigmatau.planning import detectable, needed_samples, plan, relative_error
 from sigmatau.units import to_si
 
@@ -123,6 +130,73 @@ def test_what_cannot_be_planned(arguments, message):
     others, term = complete.pop("others"), complete.pop("term")
     with pytest.raises(OptionError, match=message):
         detectable(others, term, **complete)
+
+
+class TestGaussMarkov:
+    """A process beside the term makes as much of the curve as the term does: it counts."""
+
+    model = ChannelModel(terms={"random_walk": 1.0}, gauss_markov=(GaussMarkov(sigma=0.2, time=20.0),))
+
+    @pytest.mark.parametrize("term", ["bias_instability", "rate_random_walk"])
+    def test_half_of_the_records_show_it(self, term):
+        n, count, level = 2**13, 150, 0.95
+        value = detectable(self.model, term, n=n, tau0=1.0)
+        assert value > 1.2 * detectable(self.model.terms, term, n=n, tau0=1.0)
+        made = NoiseModel(channels={"gyro_x": replace(self.model, terms={"random_walk": 1.0, term: value})})
+        rng = np.random.default_rng(seed_of(f"plan beside Gauss-Markov {term}"))
+        sizes = half_octaves(1, n // LONGEST_SHARE)
+        parts = components(n, sizes, correlation_time=20.0)
+        found = 0
+        for _ in range(count):
+            curve = allan(simulate(made, duration=n, rate=1.0, rng=rng), threads=1)["gyro_x"]
+            avar = curve.avar[np.isin(curve.m, sizes)]
+            assert len(avar) == len(sizes)
+            score = Gls(parts, avar).score(LINEAR.index(term), 0.0)
+            found += skewed_tails(score.z, score.skewness)[1] < 1 - level
+        # As above: 3 standard errors, and what the law's third moment leaves open.
+        assert found / count == pytest.approx(0.5, abs=3 * math.sqrt(0.25 / count) + 0.05)
+
+    def test_a_process_hardly_there_costs_little(self):
+        # A fifth at most, because its variance is free in the fit; a slow one has the shape of a rate random walk, free too.
+        weak = replace(self.model, gauss_markov=(GaussMarkov(sigma=1e-9, time=1e7),))
+        for term in ("quantization", "bias_instability"):
+            alone = detectable({"random_walk": 1.0}, term, n=10_000, tau0=1.0)
+            assert alone <= 1.001 * detectable(weak, term, n=10_000, tau0=1.0) <= 1.2 * alone
+        alone = relative_error({"random_walk": 1.0}, "bias_instability", 0.3, n=10_000, tau0=1.0)
+        assert alone <= 1.001 * relative_error(weak, "bias_instability", 0.3, n=10_000, tau0=1.0) <= 1.2 * alone
+
+    def test_seconds_are_not_samples(self):
+        fast = replace(self.model, terms={"random_walk": 0.1}, gauss_markov=(GaussMarkov(sigma=0.2, time=0.2),))
+        # A hundredth of the time: rates are the same, N goes with the root of the time, K with its inverse.
+        expected = detectable(self.model, "rate_random_walk", n=10_000, tau0=1.0) * 10
+        assert detectable(fast, "rate_random_walk", n=10_000, tau0=0.01) == pytest.approx(expected, rel=1e-6)
+
+    @pytest.mark.parametrize(
+        ("more", "word"),
+        [
+            ({"sinusoid": (Sinusoid(amplitude=1.0, frequency=0.1),)}, "a sinusoid"),
+            ({"bandwidth": LowPass(order=2, corner=0.1)}, "a bandwidth"),
+            ({"gauss_markov": 2 * (GaussMarkov(sigma=1.0, time=2.0),)}, "several Gauss-Markov"),
+        ],
+    )
+    def test_what_is_not_counted_is_refused(self, more, word):
+        with pytest.raises(OptionError, match=word):
+            detectable(replace(self.model, **more), "bias_instability", n=10_000, tau0=1.0)
+
+    def test_the_command_counts_it_and_names_what_it_does_not(self, tmp_path, capsys):
+        path = tmp_path / "m.toml"
+        NoiseModel(channels={"gyro_x": replace(self.model, sinusoid=(Sinusoid(amplitude=1.0, frequency=0.1),))}).write(
+            path
+        )
+        argv = ["plan", str(path), "--term", "rate_random_walk", "--rate", "1", "--hours", "3"]
+        assert main([*argv, "--json"]) == 0
+        out, err = capsys.readouterr()
+        assert "gyro_x: its sinusoid is left out of account" in err
+        (found,) = json.loads(out)
+        assert found["gauss_markov"] == [{"sigma": 0.2, "time_s": 20.0}]
+        assert found["found_in_half"] == pytest.approx(detectable(self.model, "rate_random_walk", n=10_800, tau0=1.0))
+        assert main(argv) == 0
+        assert "Gauss-Markov 4.125e+04 deg/h over 20 s" in capsys.readouterr().out
 
 
 class TestCommand:

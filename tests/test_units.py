@@ -164,3 +164,7 @@ def test_a_unit_of_another_kind_is_refused():
     # A power of a spectrum is no density: twice as far in the logarithm, and never taken for one.
     with pytest.raises(OptionError):
         find("(deg/s)^2/Hz")
+
+
+def test_a_ramp_is_spelled_as_a_square_or_twice():
+    assert to_si(470, "deg/h/h") == to_si(470, "deg/h^2") == to_si(470, "deg/h2")

@@ -17,6 +17,8 @@ from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import detectable as least_theta
 from sigmatau.fitting.ramp import least_ramp
 from sigmatau.fitting.statement import coefficient, half_octaves
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
 from sigmatau.results import Printed, duration_text, two_digits
 from sigmatau.terms import TERMS, coefficient_unit, display_units
 
@@ -54,6 +56,8 @@ class Plan(Printed):
         Relative standard error of the value in a record of that duration.
     level : float
         Of the test.
+    gauss_markov : tuple of GaussMarkov
+        The process beside the term, if there is one.
     """
 
     channel: str
@@ -71,6 +75,7 @@ class Plan(Printed):
     most_in: float | None
     error: float | None = None
     level: float = 0.95
+    gauss_markov: tuple[GaussMarkov, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
@@ -79,6 +84,7 @@ class Plan(Printed):
             "term": self.term,
             "unit": self.unit,
             "others": dict(self.others),
+            "gauss_markov": [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov],
             "sample_rate_hz": 1 / self.tau0,
             "record_s": self.duration,
             "found_in_half": self.half,
@@ -97,6 +103,8 @@ class Plan(Printed):
         for name, value in self.others.items():
             unit, size = display_units(name, self.quantity, self.rate_unit)[0]
             beside.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
+        unit, size = display_units("bias_instability", self.quantity, self.rate_unit)[0]
+        beside += [f"Gauss-Markov {g.sigma / size:.4g} {unit} over {g.time:.4g} s" for g in self.gauss_markov]
         lines = [f"{self.channel}: {label} beside {', '.join(beside)}; {1 / self.tau0:.6g} Hz"]
         absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]
         if absent:
@@ -137,8 +145,8 @@ def detectable(
 
     Parameters
     ----------
-    others : mapping of str to float
-        The noise beside it, keys of `sigmatau.terms.TERMS`. [SI]
+    others : mapping of str to float, or ChannelModel
+        The noise beside it, keys of `sigmatau.terms.TERMS`; of a model also its Gauss-Markov process. [SI]
     term : str
         What is sought; its own entry in `others` does not count.
     n : int
@@ -160,7 +168,12 @@ def detectable(
     Raises
     ------
     OptionError
-        For an unknown term, no noise beside it, too short a record.
+        For an unknown term, no noise beside it, too short a record; for a model with a sinusoid, a bandwidth or several
+        Gauss-Markov processes, which are not counted.
+
+    Notes
+    -----
+    The variance of a Gauss-Markov process is as free in the fit as the other coefficients, its time is known.
     """
     if term not in TERMS:
         raise OptionError(f"unknown term {term!r}; terms: {', '.join(TERMS)}", option="term")
@@ -169,10 +182,12 @@ def detectable(
         raise OptionError(f"unknown term {unknown[0]!r}; terms: {', '.join(TERMS)}", option="model")
     if not (math.isfinite(tau0) and tau0 > 0):
         raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="rate")
-    theta = _theta({name: value for name, value in others.items() if name != term}, tau0)
+    theta = _theta(others, tau0)
+    if term in LINEAR:
+        theta[LINEAR.index(term)] = 0.0
     if not theta.any():
         raise OptionError(f"nothing beside {term}: any value shows; give the other terms", option="model")
-    parts = _parts(n, tau_min / tau0)
+    parts = _parts(n, tau_min / tau0, _times(others, tau0))
     scale = float(np.median(parts.design @ theta))
     theta /= scale
     if term == "rate_ramp":
@@ -224,12 +239,12 @@ def relative_error(
 
     By the covariance of the Allan variances; above a half it is an order of magnitude.
     """
-    all_terms = {**others, term: value}
-    theta = _theta(all_terms, tau0)
-    parts = _parts(n, tau_min / tau0)
+    theta = _theta(others, tau0)
+    k = LINEAR.index(term)
+    theta[k] = _theta({term: value}, tau0)[k]
+    parts = _parts(n, tau_min / tau0, _times(others, tau0))
     theta /= float(np.median(parts.design @ theta))
     gls = Gls(parts, parts.design @ theta)
-    k = LINEAR.index(term)
     return float(np.sqrt(gls.covariance_of_theta(theta, gls.candidates)[k, k]) / (2 * theta[k]))
 
 
@@ -249,8 +264,8 @@ def plan(
 
     Parameters
     ----------
-    others : mapping of str to float
-        The noise of the channel; the term's own entry does not count. [SI]
+    others : mapping of str to float, or ChannelModel
+        The noise of the channel, see `detectable`; the term's own entry does not count. [SI]
     term : str
     channel, quantity, rate_unit : str
         For the units of the answer.
@@ -304,21 +319,46 @@ def plan(
         half_in=half_in,
         most_in=most_in,
         error=error,
+        gauss_markov=_processes(others),
     )
 
 
-def _theta(coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
-    """Squared coefficients in samples."""
-    return np.array([coefficients.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR])
+def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
+    """The Gauss-Markov process of a model, if it has one; refuses what cannot be counted."""
+    if not isinstance(noise, ChannelModel):
+        return ()
+    parts = {
+        "a sinusoid": bool(noise.sinusoid),
+        "a bandwidth": noise.bandwidth is not None,
+        "several Gauss-Markov processes": len(noise.gauss_markov) > 1,
+    }
+    if any(parts.values()):
+        what = " and ".join(name for name, there in parts.items() if there)
+        raise OptionError(
+            f"the model has {what}, which planning does not count; leave it out with dataclasses.replace",
+            option="model",
+        )
+    return noise.gauss_markov
 
 
-def _parts(n: int, smallest: float) -> Components:
+def _times(noise: Mapping[str, float], tau0: float) -> tuple[float, ...]:
+    """Correlation times. [samples]"""
+    return tuple(process.time / tau0 for process in _processes(noise))
+
+
+def _theta(noise: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
+    """Squared coefficients in samples, and the variance of a Gauss-Markov process after them."""
+    linear = [noise.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
+    return np.array(linear + [process.sigma**2 for process in _processes(noise)])
+
+
+def _parts(n: int, smallest: float, times: tuple[float, ...]) -> Components:
     if n > LONGEST_RECORD:
         raise OptionError(f"a record of {n:g} samples is too long", option="hours")
     sizes = half_octaves(max(math.ceil(smallest * (1 - 1e-9)), 1), n // LONGEST_SHARE)
     if len(sizes) < LEAST_TIMES:
         raise OptionError(f"a record of {n} samples is too short to fit a model to", option="hours")
-    return components(n, sizes)
+    return components(n, sizes, correlation_time=times[0] if times else None)
 
 
 def _finite(x: float) -> float | None:

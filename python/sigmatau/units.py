@@ -144,7 +144,13 @@ def _table() -> dict[str, Unit]:
             "mg/sqrt(h)": g * 1e-3 / root_hour,
             "ug/sqrt(h)": g * 1e-6 / root_hour,
         },
-        "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": _DEG, "deg/s/h": _DEG / _HOUR, "deg/h^2": _DEG / _HOUR**2},
+        "rad/s^2": {
+            "rad/s^2": 1.0,
+            "deg/s^2": _DEG,
+            "deg/s/h": _DEG / _HOUR,
+            "deg/h^2": _DEG / _HOUR**2,
+            "deg/h/h": _DEG / _HOUR**2,
+        },
         "m/s^3": {
             "m/s^3": 1.0,
             "m/s^2/h": 1 / _HOUR,

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 
 __all__ = ["main"]
 
@@ -17,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     -------
     int
         0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit is out of its specification;
-        4 done with what could be read of a damaged file; 130 interrupted.
+        4 done with what could be read of a damaged file; 130 interrupted; 143 terminated (SIGTERM).
     """
     from cyclopts import CycloptsError
 
@@ -28,13 +31,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without √ gets a ?, not a traceback
     try:
-        result = app(
-            sys.argv[1:] if argv is None else list(argv),
-            exit_on_error=False,
-            print_error=False,
-            result_action="return_value",
-        )
-        sys.stdout.flush()
+        with _termination():
+            result = app(
+                sys.argv[1:] if argv is None else list(argv),
+                exit_on_error=False,
+                print_error=False,
+                result_action="return_value",
+            )
+            sys.stdout.flush()
     except CycloptsError as error:
         return _fail(str(error), 2)
     except OptionError as error:
@@ -43,6 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail(str(error), 1)
     except MemoryError:
         return _fail("not enough memory for this record", 1)
+    except _Terminated:
+        return _fail("terminated", 128 + signal.SIGTERM)
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     except BrokenPipeError:
@@ -59,6 +65,27 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _as_typed(message: str, option: str | None) -> str:
     """With the option as it is typed here, where a function names its argument."""
     return message if option is None else message.replace(f"`{option}`", f"--{option.replace('_', '-')}")
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM: what cleans up after an interruption cleans up after this."""
+
+
+def _terminated(*_: object) -> None:
+    raise _Terminated
+
+
+@contextlib.contextmanager
+def _termination() -> Iterator[None]:
+    """SIGTERM is an exception here, so that no half-written file is left behind; only the main thread may say so."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _terminated)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL if before is None else before)
 
 
 def _fail(message: str, code: int) -> int:

@@ -11,6 +11,7 @@ __all__ = ["EXAMPLES", "app"]
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
     " · 3 a unit is out of its specification (compare) · 4 done with what could be read of a damaged file."
+    " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
 )
 
@@ -109,6 +110,7 @@ app = App(
     help_epilogue=_EXIT_CODES,
     version=f"sigmatau {__version__}",
     version_flags=["--version"],
+    suppress_keyboard_interrupt=False,  # `main` says what it was
 )
 app.register_install_completion_command(name="--install-completion")
 for _name, (_summary, _examples) in _COMMANDS.items():

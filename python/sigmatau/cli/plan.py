@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_module
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +13,8 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model import NoiseModel, value_in_si
+from sigmatau.model import ChannelModel, NoiseModel, value_in_si
+from sigmatau.model.result import channel_of_fit
 from sigmatau.planning import plan
 from sigmatau.terms import TERMS, coefficient_unit
 
@@ -80,7 +81,8 @@ def plan_command(
     misfit: OptionError | None = None
     for name in channels or found:
         channel = found[name]
-        if not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
+        processes = getattr(channel.noise, "gauss_markov", ())
+        if not processes and not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
             if channels:
                 raise OptionError(f"{name}: no noise beside {term}; any value of it shows", option="channels")
             continue
@@ -131,7 +133,7 @@ def plan_command(
 def _channels(source: Path) -> dict[str, _Channel]:
     if source.suffix.lower() != ".json":
         model = NoiseModel.read(source)
-        return {name: _Channel(name, noise.quantity, noise.unit, noise) for name, noise in model.channels.items()}
+        return {name: _of_model(name, noise) for name, noise in model.channels.items()}
     try:
         content = json_module.loads(source.read_text(encoding="utf-8"))
     except OSError as error:
@@ -146,10 +148,32 @@ def _channels(source: Path) -> dict[str, _Channel]:
         ) from None
 
 
+def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], str]:
+    """What of a model planning counts, and in words what it leaves out."""
+    left = {
+        "sinusoid": bool(noise.sinusoid),
+        "bandwidth": noise.bandwidth is not None,
+        "Gauss-Markov processes": len(noise.gauss_markov) > 1,
+    }
+    kept = () if left["Gauss-Markov processes"] else noise.gauss_markov
+    counted: ChannelModel | Mapping[str, float] = {}
+    if noise.terms or kept:
+        counted = replace(noise, gauss_markov=kept, sinusoid=(), bandwidth=None)
+    return counted, " and ".join(name for name, there in left.items() if there)
+
+
+def _of_model(name: str, noise: ChannelModel) -> _Channel:
+    counted, left = _counted(noise)
+    return _Channel(name, noise.quantity, noise.unit, counted, beside=left)
+
+
 def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
     rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
-    noise = {term: float(channel["fit"]["model"][term]) for term in TERMS if term in channel["fit"]["model"]}
     fitted = channel["fit"]
+    noise: ChannelModel | Mapping[str, float] = {}
+    left = ""
+    if fitted["model"] or fitted["terms"]["gauss_markov"] or fitted["terms"]["sinusoid"]:
+        noise, left = _counted(channel_of_fit(fitted, quantity=channel["quantity"], unit=channel["curve"]["unit"]))
     return _Channel(
         name,
         channel["quantity"],
@@ -159,5 +183,5 @@ def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
         samples / rate,
         float(fitted["tau_min_s"] or 0.0),
         str(fitted["verdict"]),
-        " and ".join(kind.replace("_", " ") for kind in ("gauss_markov", "sinusoid") if fitted["terms"][kind]),
+        left,
     )

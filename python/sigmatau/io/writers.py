@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _formats
 from sigmatau.errors import DataError
+from sigmatau.io.hdf5 import Hdf5Table
 
 __all__ = ["WRITERS", "Piece", "Put"]
 
@@ -30,7 +31,6 @@ Put = Callable[[Piece], None]
 """What takes the next piece."""
 
 _ROWS = 1 << 16  # of a group of rows
-_CHUNK = 1 << 13  # of a dataset
 
 
 def _lacking(extra: str, ending: str) -> DataError:
@@ -167,21 +167,7 @@ def _hdf5(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     except ImportError:
         raise _lacking("hdf5", ".h5") from None
     _refuse(columns, "/")
-    with h5py.File(path, "w") as file:
-        datasets = []
-        for name, unit in columns:
-            dataset = file.create_dataset(
-                name, shape=(0,), maxshape=(None,), dtype="<f8", chunks=(_CHUNK,), fletcher32=True
-            )
-            dataset.attrs["unit"] = unit
-            datasets.append(dataset)
-
-        def put(piece: Piece) -> None:
-            for dataset, values in zip(datasets, piece, strict=True):
-                there = dataset.shape[0]
-                dataset.resize((there + len(values),))
-                dataset[there:] = values
-
+    with Hdf5Table(h5py, path, columns).writing() as put:
         yield put
 
 

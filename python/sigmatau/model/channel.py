@@ -14,7 +14,7 @@ from sigmatau import _kernels, terms
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import covariance as covariances
 from sigmatau.model.elsewhere import PointsToFunctions
-from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.model.processes import LARGEST, SMALLEST, GaussMarkov, LowPass, Sinusoid, coefficients_of, real, several
 from sigmatau.results import Printed
 from sigmatau.terms import TERMS, coefficient_unit, display_units
 
@@ -77,13 +77,16 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
     duration: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in {**self.terms, **self.limits}.items():
-            if name not in TERMS:
-                raise DataError(f"unknown term {name!r}; terms: {', '.join(TERMS)}")
-            if not math.isfinite(value) or (value < 0 and name != "rate_ramp"):
-                raise DataError(f"{name} must be a positive number, not {value!r}")
-        given = {name: float(value) for name, value in self.terms.items() if value}
+        given = {name: value for name, value in coefficients_of("terms", self.terms).items() if value}
+        for name, value in given.items():
+            if not SMALLEST <= abs(value) <= LARGEST:
+                raise DataError(f"{name} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {value!r}")
         object.__setattr__(self, "terms", given)
+        object.__setattr__(self, "limits", coefficients_of("limits", self.limits))
+        for field_, kind in (("gauss_markov", GaussMarkov), ("sinusoid", Sinusoid)):
+            object.__setattr__(self, field_, several(field_, kind, getattr(self, field_)))
+        if self.bandwidth is not None and not isinstance(self.bandwidth, LowPass):
+            raise DataError(f"`bandwidth` must be a LowPass, not {self.bandwidth!r}")
         if not (given or self.gauss_markov or self.sinusoid):
             raise DataError(f"no term; terms: {', '.join(TERMS)}, gauss_markov, sinusoid")
         if self.bandwidth is not None and "random_walk" not in given:
@@ -303,7 +306,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
 
     def scaled(self, factor: float) -> ChannelModel:
         """The same noise, `factor` times as large, without intervals; raises `DataError` if that is not positive."""
-        if not (math.isfinite(factor) and factor > 0):
+        if not (math.isfinite(real(factor)) and factor > 0):
             raise DataError(f"a factor must be a positive number, not {factor!r}")
         return ChannelModel(
             terms={term: factor * value for term, value in self.terms.items()},
@@ -383,7 +386,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
 
 
 def _interval(tau0: float) -> float:
-    if not (math.isfinite(tau0) and tau0 > 0):
+    if not (math.isfinite(real(tau0)) and tau0 > 0):
         raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="tau0")
     return float(tau0)
 

@@ -16,14 +16,19 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import OptionError
+from sigmatau.model.processes import real
 from sigmatau.results import Printed
 
-__all__ = ["FlickerPoles", "flicker_poles"]
+__all__ = ["LONGEST_BAND", "FlickerPoles", "flicker_poles"]
 
 Floats = NDArray[np.float64]
 
+LONGEST_BAND = 1e12
+"""The longest averaging time over the shortest."""
+
 _PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
-_PER_OCTAVE = 6  # averaging times at which the Allan deviations are compared
+_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
+_FINE = 8  # as many between, at which the error is taken
 _BEYOND = 0.5  # decades by which the poles reach past the band
 
 
@@ -83,13 +88,13 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
     Notes
     -----
     Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
-    :doi:`10.1109/5.381848`), relative, at six averaging times an octave.
+    :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
     """
-    if not (math.isfinite(dt) and dt > 0):
+    if not (math.isfinite(real(dt)) and dt > 0):
         raise OptionError(f"`dt` must be a positive number of seconds, not {dt!r}", option="dt")
-    if not (math.isfinite(tau_max) and dt <= tau_max <= 1e12 * dt):
-        raise OptionError(f"`tau_max` must be {dt:g} s to {1e12 * dt:g} s, not {tau_max!r}", option="tau_max")
-    if not 1e-4 <= error < 1:
+    if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
+        raise OptionError(f"`tau_max` must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
+    if not 1e-4 <= real(error) < 1:
         raise OptionError(f"`error` must be 0.0001 to 1, relative, not {error!r}", option="error")
     times, variances, reached = _poles(tau_max / dt, error)
     return FlickerPoles(times=dt * times, variances=variances.copy(), tau_min=dt, tau_max=tau_max, error=reached)
@@ -99,15 +104,17 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
 def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
     """Times in samples, variances and the error reached."""
     octaves = max(math.log2(band), 0.0)
-    sizes = np.unique(np.round(2 ** np.linspace(0, octaves, int(_PER_OCTAVE * octaves) + 2)).astype(np.int64))
-    exact = _kernels.term_avar("bias_instability", 1.0, sizes, 1.0)
+    sizes, fine = (
+        np.unique(np.round(2 ** np.linspace(0, octaves, int(number * octaves) + 2)).astype(np.int64))
+        for number in (_PER_OCTAVE, _PER_OCTAVE * _FINE)
+    )
+    exact, finely = (_kernels.term_avar("bias_instability", 1.0, m, 1.0) for m in (sizes, fine))
     best = np.empty(0), np.empty(0), math.inf
     for per_decade in _PER_DECADE:
         low, high = -_BEYOND, math.log10(band) + _BEYOND
         times = 10 ** np.linspace(low, high, math.ceil(per_decade * (high - low)) + 1)
-        columns = np.stack([_kernels.gauss_markov_avar(1.0, time, sizes, 1.0) for time in times], axis=1)
-        variances = _closest(columns / exact[:, None])
-        reached = float(np.abs(np.sqrt(columns @ variances / exact) - 1).max())
+        variances = _closest(_columns(times, sizes) / exact[:, None])
+        reached = float(np.abs(np.sqrt(_columns(times, fine) @ variances / finely) - 1).max())
         kept = variances > 0
         if reached < best[2]:
             best = times[kept], variances[kept], reached
@@ -116,6 +123,11 @@ def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
     raise OptionError(
         f"`error`: {best[2]:.2g} is the least that poles reach for flicker noise over this band", option="error"
     )
+
+
+def _columns(times: Floats, sizes: NDArray[np.int64]) -> Floats:
+    """Allan variances of processes of variance 1; shape (n_tau, n_poles)."""
+    return np.stack([_kernels.gauss_markov_avar(1.0, float(time), sizes, 1.0) for time in times], axis=1)
 
 
 def _closest(columns: Floats) -> Floats:

@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
 from sigmatau.errors import DataError
+from sigmatau.terms import TERMS
 
-__all__ = ["HIGHEST_ORDER", "GaussMarkov", "LowPass", "Sinusoid"]
+__all__ = [
+    "HIGHEST_ORDER",
+    "LARGEST",
+    "SMALLEST",
+    "GaussMarkov",
+    "LowPass",
+    "Sinusoid",
+    "coefficients_of",
+    "real",
+    "several",
+]
 
 HIGHEST_ORDER = 9
 """Of a Butterworth filter."""
+
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Of any number of a model, in SI: squares and products of others would not be numbers any more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,8 +46,8 @@ class GaussMarkov:
     time: float
 
     def __post_init__(self) -> None:
-        _positive("the standard deviation of a Gauss-Markov process", self.sigma)
-        _positive("the correlation time of a Gauss-Markov process", self.time)
+        object.__setattr__(self, "sigma", _positive("the standard deviation of a Gauss-Markov process", self.sigma))
+        object.__setattr__(self, "time", _positive("the correlation time of a Gauss-Markov process", self.time))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,8 +66,8 @@ class Sinusoid:
     frequency: float
 
     def __post_init__(self) -> None:
-        _positive("the amplitude of a sinusoid", self.amplitude)
-        _positive("the frequency of a sinusoid", self.frequency)
+        object.__setattr__(self, "amplitude", _positive("the amplitude of a sinusoid", self.amplitude))
+        object.__setattr__(self, "frequency", _positive("the frequency of a sinusoid", self.frequency))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,9 +90,46 @@ class LowPass:
     def __post_init__(self) -> None:
         if isinstance(self.order, bool) or self.order not in range(1, HIGHEST_ORDER + 1):
             raise DataError(f"the order of a bandwidth must be 1 to {HIGHEST_ORDER}, not {self.order!r}")
-        _positive("the corner of a bandwidth", self.corner)
+        object.__setattr__(self, "order", int(self.order))
+        object.__setattr__(self, "corner", _positive("the corner of a bandwidth", self.corner))
 
 
-def _positive(what: str, value: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not (math.isfinite(value) and value > 0):
+def real(value: object) -> float:
+    """A number as a float, of Python or of NumPy; NaN for what is none: text, True, an array."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:  # an integer of more than 300 digits
+        return math.inf
+
+
+def coefficients_of(what: str, given: object) -> dict[str, float]:
+    """Numbers by term, none negative but a ramp's."""
+    if not isinstance(given, Mapping):
+        raise DataError(f"`{what}` must be a mapping from term to number, {{'random_walk': 1e-4}}, not {given!r}")
+    found = {}
+    for name, value in given.items():
+        if name not in TERMS:
+            raise DataError(f"unknown term {name!r}; terms: {', '.join(TERMS)}")
+        found[name] = real(value)
+        if not math.isfinite(found[name]) or (found[name] < 0 and name != "rate_ramp"):
+            raise DataError(f"{name} must be a positive number, not {value!r}")
+    return found
+
+
+def several(what: str, kind: type, given: object) -> tuple[Any, ...]:
+    """Processes, each of a kind."""
+    many = tuple(given) if isinstance(given, list | tuple) else (given,)
+    if not isinstance(given, list | tuple) or not all(isinstance(one, kind) for one in many):
+        raise DataError(f"`{what}` must be a tuple of {kind.__name__}, ({kind.__name__}(…),), not {given!r}")
+    return many
+
+
+def _positive(what: str, value: object) -> float:
+    number = real(value)
+    if not (math.isfinite(number) and number > 0):
         raise DataError(f"{what} must be a positive number, not {value!r}")
+    if not SMALLEST <= number <= LARGEST:
+        raise DataError(f"{what} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {value!r}")
+    return number

@@ -35,6 +35,8 @@ class Comparison(Printed):
         Of the measured density.
     left_out : tuple of str
         What of the model has no density: its sinusoids, its ramp.
+    beside_lines : tuple of (float, float)
+        Frequencies that are not compared, because a line of the model shows there. [Hz]
 
     Notes
     -----
@@ -47,6 +49,7 @@ class Comparison(Printed):
     dof: Floats
     method: str
     left_out: tuple[str, ...] = ()
+    beside_lines: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("frequency", "ratio", "dof"):
@@ -89,6 +92,7 @@ class Comparison(Printed):
             "p_value": self.p_value,
             "method": self.method,
             "left_out": list(self.left_out),
+            "beside_lines_hz": [list(band) for band in self.beside_lines],
         }
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -104,6 +108,9 @@ class Comparison(Printed):
         chance = 0.05 * len(self.ratio)
         begin = f"{self.channel}: {outside} of {len(self.ratio)} bands off the model's density by more than their 95 %"
         begin += f" interval, {chance:.1f} by chance"
+        if self.beside_lines:
+            bands = ", ".join(f"{low:.4g} Hz to {high:.4g} Hz" for low, high in self.beside_lines)
+            begin += f" ({bands} left out: the model's lines)"
         if self.p_value >= 0.05:
             return f"{begin}; the model describes it (p = {self.p_value:.2g})"
         k = int(np.argmin(self.p_values))

@@ -13,6 +13,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed
 from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.comparison import Comparison
+from sigmatau.spectrum.leakage import line_density
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +23,9 @@ __all__ = ["HasChannels", "HasDensity", "Method", "Spectra", "Spectrum"]
 
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
+
+_LINE_SHARE = 1e-3
+"""Of the model's density: above, a line's frequencies are left out of a comparison."""
 
 
 class HasDensity(Protocol):
@@ -175,6 +179,10 @@ class Spectrum(Printed):
         if noise.unit != self.unit:
             raise DataError(f"{self.channel}: the model is in {noise.unit}, the spectrum in {self.unit}")
         density = noise.psd(self.frequency, tau0=self.tau0)
+        if not np.isfinite(density).all():
+            raise DataError(
+                f"{self.channel}: the model's density is no finite number; its coefficients are out of range"
+            )
         if not (density > 0).any():
             raise DataError(f"{self.channel}: the model has no noise with a density, only lines or a ramp")
         return density
@@ -192,17 +200,29 @@ class Spectrum(Printed):
         ------
         DataError
             See `expected`; or if no band is left.
+
+        Notes
+        -----
+        Bands in which a sinusoid of the model shows by more than a thousandth of the model's density are left out,
+        and named in the comparison: lines have no density.
         """
         expected = self.expected(model)
+        lined = (expected > 0) & (self._of_lines(model) > _LINE_SHARE * expected)
         starts = bin_starts(self.frequency, per_octave)
-        shown = np.logical_and.reduceat((self.frequency >= self.trusted) & (expected > 0), starts)
+        good = (self.frequency >= self.trusted) & (expected > 0) & ~lined
+        shown = np.logical_and.reduceat(good, starts)
         if not shown.any():
-            raise DataError(f"{self.channel}: the spectrum has no band above {self.trusted:.3g} Hz to compare")
+            beside = ", none clear of the model's lines," if lined.any() else ""
+            raise DataError(f"{self.channel}: the spectrum has no band above {self.trusted:.3g} Hz{beside} to compare")
         count = np.diff(np.append(starts, len(self.frequency)))
         there = np.repeat(shown, count)
-        ratio = replace(
-            self, frequency=self.frequency[there], density=self.density[there] / expected[there], dof=self.dof[there]
-        )
+        with np.errstate(over="ignore"):
+            ratios = self.density[there] / expected[there]
+        if not np.isfinite(ratios).all():
+            raise DataError(
+                f"{self.channel}: the ratio to the model's density is no finite number; is the model in SI?"
+            )
+        ratio = replace(self, frequency=self.frequency[there], density=ratios, dof=self.dof[there])
         bands = ratio._binned(np.append(0, np.cumsum(count[shown])[:-1]))
         return Comparison(
             channel=self.channel,
@@ -211,6 +231,7 @@ class Spectrum(Printed):
             dof=bands.dof,
             method=self.method,
             left_out=self.left_out(model),
+            beside_lines=_ranges(self.frequency, lined),
         )
 
     def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
@@ -219,6 +240,22 @@ class Spectrum(Printed):
         noise = model if channels is None else channels[self.channel]
         lines = [f"sinusoid at {line.frequency:.4g} Hz" for line in getattr(noise, "sinusoid", ())]
         return (*lines, *(["rate ramp"] if "rate_ramp" in getattr(noise, "terms", ()) else []))
+
+    def _of_lines(self, model: HasDensity | HasChannels) -> Floats:
+        """What the model's sinusoids leave in this spectrum, at most; shape (n_f,)."""
+        noise = getattr(model, "channels", {self.channel: model})[self.channel]
+        tapers = self.segments if self.method == "multitaper" else None
+        total = np.zeros(self.frequency.shape)
+        for line in getattr(noise, "sinusoid", ()):
+            total += line_density(
+                self.frequency,
+                line.frequency,
+                line.amplitude,
+                tau0=self.tau0,
+                resolution=self.resolution,
+                tapers=tapers,
+            )
+        return total
 
     def plot(
         self, ax: Axes | None = None, *, model: HasDensity | HasChannels | None = None, unit: str | None = None
@@ -250,6 +287,12 @@ class Spectrum(Printed):
         low, high = octaves.interval()
         rows = zip(octaves.frequency, octaves.density, low, high, strict=True)
         return "\n".join([head, *(f"  {f:10.4g} Hz  {p:.4g}  [{a:.4g}, {b:.4g}]" for f, p, a, b in rows)])
+
+
+def _ranges(frequency: Floats, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+    """First and last frequency of each run of those that are chosen."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.astype(np.int8), [0]))))
+    return tuple((float(frequency[a]), float(frequency[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
 class Spectra(ByChannel[Spectrum]):

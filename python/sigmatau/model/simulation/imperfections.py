@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
+from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.record import stream_name
 from sigmatau.results import Printed
 from sigmatau.streams import InputKind
@@ -22,6 +23,7 @@ Floats = NDArray[np.float64]
 _DAY = 86400.0
 _MOST_LOST = 0.5
 _MOST_JITTER = 0.1  # of the sample interval
+_ABSOLUTE_ZERO = -273.15  # °C
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,11 +79,15 @@ class Temperature:
     sensitivity: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _finite("the temperature at the start", self.start)
-        _finite("the temperature at the end", self.end)
+        for where, value in (("start", self.start), ("end", self.end)):
+            _finite(f"the temperature at the {where}", value)
+            if value < _ABSOLUTE_ZERO:
+                raise OptionError(f"the temperature at the {where} must be above {_ABSOLUTE_ZERO} °C, not {value!r}")
         _positive("the time of the temperature", self.time)
         _finite("the swing of the temperature", self.swing)
         _not_negative("the resolution of the thermometer", self.resolution)
+        if not isinstance(self.sensitivity, Mapping):
+            raise OptionError(f"`sensitivity` must be by channel or sensor, {{'gyro': 1e-6}}, not {self.sensitivity!r}")
         for name, value in self.sensitivity.items():
             _finite(f"the sensitivity of {name} to temperature", value)
 
@@ -157,6 +163,19 @@ class Imperfections(Printed):
     jitter: float = 0.0
 
     def __post_init__(self) -> None:
+        for what in ("level", "saturation", "lsb", "warm_up"):
+            given = getattr(self, what)
+            if not isinstance(given, Mapping):
+                example = "WarmUp(…)" if what == "warm_up" else "0.1"
+                raise OptionError(f"`{what}` must be by channel or sensor, {{'gyro': {example}}}, not {given!r}")
+        for name, warming in self.warm_up.items():
+            if not isinstance(warming, WarmUp):
+                raise OptionError(f"the warm-up of {name} must be a WarmUp(amplitude=…, time=…), not {warming!r}")
+        if not isinstance(self.outages, tuple | list) or not all(isinstance(one, Outage) for one in self.outages):
+            raise OptionError(f"`outages` must be a tuple of Outage(start=…, length=…), not {self.outages!r}")
+        object.__setattr__(self, "outages", tuple(self.outages))
+        if not (self.temperature is None or isinstance(self.temperature, Temperature)):
+            raise OptionError(f"`temperature` must be a Temperature(start=…, end=…), not {self.temperature!r}")
         for name, value in self.level.items():
             _finite(f"the level of {name}", value)
         for name, value in self.saturation.items():
@@ -169,8 +188,8 @@ class Imperfections(Printed):
             raise OptionError(f"`lost` must be the part of the rows, 0 to {_MOST_LOST}, not {self.lost!r}")
         _not_negative("the jitter of the stamps", self.jitter)
 
-    def check(self, channels: Iterable[str], tau0: float) -> None:
-        """Refuse what does not fit a record of these channels at this sample interval; raises `OptionError`."""
+    def check(self, channels: Iterable[str], tau0: float, duration: float) -> None:
+        """Refuse what does not fit a record of these channels, sample interval and length; raises `OptionError`."""
         names = list(channels)
         known = {*names, *map(stream_name, names)}
         sensitivity = {} if self.temperature is None else self.temperature.sensitivity
@@ -187,6 +206,11 @@ class Imperfections(Printed):
                     raise OptionError(f"`{what}` names {name!r}, which is no channel; channels: {', '.join(names)}")
         if self.temperature is not None and "temperature" in names:
             raise OptionError("the model has a channel `temperature`, so that there can be no thermometer of that name")
+        for outage in self.outages:
+            if outage.start >= duration:
+                raise OptionError(f"an outage at {outage.start:g} s is behind the end of the record, {duration:g} s")
+            if outage.start <= tau0 and outage.start + outage.length >= duration - tau0:
+                raise OptionError(f"an outage of {outage.length:g} s leaves nothing of a record of {duration:g} s")
         if self.jitter > _MOST_JITTER * tau0:
             raise OptionError(
                 f"a jitter of {self.jitter:g} s is more than a tenth of the sample interval, {tau0:g} s; stamps would come"
@@ -245,19 +269,19 @@ def rounded(values: Floats, step: float) -> Floats:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return abs(real(value)) <= LARGEST
 
 
 def _finite(what: str, value: float) -> None:
     if not _is_number(value):
-        raise OptionError(f"{what} must be a number, not {value!r}")
+        raise OptionError(f"{what} must be a number of up to {LARGEST:g}, not {value!r}")
 
 
 def _positive(what: str, value: float) -> None:
-    if not (_is_number(value) and value > 0):
-        raise OptionError(f"{what} must be a positive number, not {value!r}")
+    if not (_is_number(value) and value >= SMALLEST):
+        raise OptionError(f"{what} must be a positive number, {SMALLEST:g} to {LARGEST:g}, not {value!r}")
 
 
 def _not_negative(what: str, value: float) -> None:
-    if not (_is_number(value) and value >= 0):
-        raise OptionError(f"{what} must be 0 or a positive number, not {value!r}")
+    if not (_is_number(value) and (value == 0 or value >= SMALLEST)):
+        raise OptionError(f"{what} must be 0 or a positive number, {SMALLEST:g} to {LARGEST:g}, not {value!r}")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.processes import real
 from sigmatau.model.simulation.generators import Flicker, noise_of, normal
 from sigmatau.model.simulation.imperfections import Imperfections, rounded
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, stream_name
@@ -83,20 +84,30 @@ def job(
     flicker: Flicker,
 ) -> Job:
     """Check what `sigmatau.simulate` takes; raises `OptionError`."""
-    if not (math.isfinite(rate) and rate > 0):
+    if not isinstance(model, NoiseModel):
+        raise OptionError(
+            f"`model` must be a NoiseModel, NoiseModel(channels={{…}}), not {model!r:.80}", option="model"
+        )
+    if not (imperfections is None or isinstance(imperfections, Imperfections)):
+        raise OptionError(
+            f"`imperfections` must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",
+            option="imperfections",
+        )
+    if not (math.isfinite(real(rate)) and rate > 0):
         raise OptionError(f"the rate must be a positive number of hertz, not {rate!r}", option="rate")
-    if not (math.isfinite(duration) and duration > 0):
+    if not (math.isfinite(real(duration)) and duration > 0):
         raise OptionError(f"the duration must be a positive number, not {duration!r} s", option="hours")
     if flicker not in _LARGEST:
         raise OptionError(f"`flicker` must be 'exact' or 'poles', not {flicker!r}", option="flicker")
-    n = round(duration * rate)
-    if n < MIN_SAMPLES:
-        raise OptionError(f"{duration:g} s at {rate:g} Hz are {n} samples; at least {MIN_SAMPLES} are needed")
-    if n > _LARGEST[flicker]:
+    samples = float(duration) * float(rate)
+    if samples > _LARGEST[flicker]:
         where = "in memory; write them to a file, with flicker noise by poles" if flicker == "exact" else "at once"
         raise OptionError(
-            f"{duration:g} s at {rate:g} Hz are {n} samples; at most {_LARGEST[flicker]} can be simulated {where}"
+            f"{duration:g} s at {rate:g} Hz are {samples:.10g} samples; at most {_LARGEST[flicker]} can be simulated {where}"
         )
+    n = round(samples)
+    if n < MIN_SAMPLES:
+        raise OptionError(f"{duration:g} s at {rate:g} Hz are {n} samples; at least {MIN_SAMPLES} are needed")
     if isinstance(rng, np.random.Generator):
         seed = int(rng.integers(1 << 63))
     elif isinstance(rng, int | np.integer) and not isinstance(rng, bool) and 0 <= rng < 1 << 64:
@@ -104,7 +115,7 @@ def job(
     else:
         raise OptionError(f"the seed must be an integer from 0 to 2^64 - 1, not {rng!r}", option="seed")
     given = imperfections or Imperfections()
-    given.check(model.channels, 1 / rate)
+    given.check(model.channels, 1 / rate, duration)
     if given.output != "rate":
         for name, channel in model.channels.items():
             if channel.unit not in QUANTITIES.values():

@@ -1,0 +1,104 @@
+"""What becomes of a file whose disk is full, or whose process is told to end: an error in words, and nothing left."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from sigmatau.io.hdf5 import _Patient
+from sigmatau.io.write import RECORD_ENDINGS
+
+resource = pytest.importorskip("resource")
+
+MODEL = '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\n[channels.accel_x]\nrandom_walk = "0.1 m/s/sqrt(h)"\n'
+SIMULATE = (sys.executable, "-m", "sigmatau", "simulate", "m.toml", "--rate", "100", "-q")
+needs = {".parquet": "pyarrow", ".h5": "h5py"}
+
+
+@pytest.fixture(params=RECORD_ENDINGS)
+def ending(request, tmp_path):
+    if request.param in needs:
+        pytest.importorskip(needs[request.param])
+    (tmp_path / "m.toml").write_text(MODEL)
+    return request.param
+
+
+# From a full disk at the first piece, in the middle, and at the end, when what was held back is written.
+@pytest.mark.parametrize("kib", [4, 200, 2400])
+def test_a_full_disk_is_an_error_in_words(tmp_path, ending, kib):
+    if kib != 200 and ending != ".h5":
+        pytest.skip("the format is written straight through")
+
+    def small():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (kib * 1024, kib * 1024))
+
+    argv = [*SIMULATE, "--hours", "0.5" if kib < 2400 else "2", "-o", f"x{ending}"]
+    ended = subprocess.run(argv, cwd=tmp_path, preexec_fn=small, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout) == (1, "")
+    assert ended.stderr.startswith(f"sigmatau: x{ending}: cannot be written: ")
+    assert ended.stderr.endswith("File too large\n")
+    assert ended.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["m.toml"]
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGTERM, 143, "terminated"), (signal.SIGINT, 130, "interrupted")]
+)
+def test_a_signal_leaves_nothing_behind(tmp_path, ending, number, code, word):
+    process = subprocess.Popen(
+        [*SIMULATE, "--hours", "1000", "-o", f"x{ending}"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    while not any(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file() and path.name != "m.toml"):
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (code, f"sigmatau: {word}\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["m.toml"]
+
+
+def test_what_the_disk_does_not_take_is_read_back_from_memory():
+    class Full:
+        """Takes 10 bytes."""
+
+        def __init__(self):
+            self.data = b""
+            self.at = 0
+
+        def seek(self, offset, whence=0):
+            self.at = offset + (len(self.data) if whence == 2 else 0)
+            return self.at
+
+        def read(self, size):
+            return self.data[self.at : self.at + size]
+
+        def write(self, data):
+            there = min(len(data), 10 - self.at)
+            if there <= 0:
+                raise OSError(28, "No space left on device")
+            self.data = self.data[: self.at].ljust(self.at, b"\0") + bytes(data[:there]) + self.data[self.at + there :]
+            self.at += there
+            return there
+
+        def truncate(self, size):
+            raise AssertionError
+
+    file = _Patient(Full())
+    pieces = [(0, b"abcdef"), (4, b"0123456789"), (2, b"XY"), (20, b"end")]
+    expected = np.zeros(23, dtype=np.uint8)
+    for at, data in pieces:
+        file.seek(at)
+        assert file.write(data) == len(data)
+        expected[at : at + len(data)] = list(data)
+    assert file.seek(0, 2) == 23
+    for start, stop in [(0, 23), (3, 12), (9, 11), (18, 23)]:
+        got = bytearray(stop - start)
+        file.seek(start)
+        assert file.readinto(got) == stop - start
+        assert got == expected[start:stop].tobytes()
+    assert file.truncate(5) == 5  # nothing is asked of a disk that is full
+    with pytest.raises(OSError, match="No space"):
+        file.check()

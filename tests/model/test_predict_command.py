@@ -119,7 +119,7 @@ def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
         (["--after", "1s", "--turn-on", "gyro_q=1 deg/h"], 2, "--turn-on gyro_q"),
         (["--after", "1s", "--turn-on", "accel=1 deg/h"], 2, "--turn-on accel"),
         (["--after", "1s", "--turn-on", "gyro=1 deg/h", "--calibration", "1s"], 2, "--turn-on: a calibration"),
-        (["--after", "1s", "--rate", "0"], 2, "`rate`"),
+        (["--after", "1s", "--rate", "0"], 2, "--rate must"),
         (["--after", "1s", "--plot", "x.doc"], 2, "--plot"),
     ],
 )

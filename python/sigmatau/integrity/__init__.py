@@ -106,6 +106,8 @@ def check(stream: Stream) -> list[Finding]:
             found[spikes] = spikes(blanked(stream, rows(stream, [(knock.start, knock.stop) for knock in knocks])))
         if found[not_static] or knocks:  # a single sample may move the mean of a window: that is no motion
             found[not_static] = not_static(stream, judged=alone, knocks=knocks)
+        if found[implausible_unit]:  # noise that spikes make is of no grade
+            found[implausible_unit] = implausible_unit(alone)
     if any(found[one] for one in _RUNS):  # a level that is held is none of the sensor, nor are its samples copies
         left = without_runs(even)
         if found[spikes]:

@@ -55,7 +55,7 @@ def test_what_the_section_of_the_model_names_exists():
     section = README.split("## The model\n")[1].split("\n## ")[0]
     rows = [row.split("|")[2] for row in section.splitlines() if row.startswith("| ")][1:]
     named = [name for row in rows for name in re.findall(r"`([\w.]+)`", row)]
-    assert {"psd", "cross_spectrum", "transfer", "simulate_to", "state_space", "model.arma", "predict"} < set(named)
+    assert {"psd", "cross_spectrum", "transfer", "simulate_to", "state_space", "arma", "predict"} < set(named)
     for name in named:
         found = sigmatau
         for part in name.split("."):

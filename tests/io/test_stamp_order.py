@@ -96,7 +96,9 @@ class TestDuplicates:
             ratios.append(pair[0] / pair[1])
         t = np.repeat(np.arange(1000), 1 + (np.arange(1000) < 1000 * share)) / 100
         said = ordered(t, np.repeat(rng.normal(size=1000), 1 + (np.arange(1000) < 1000 * share))).findings[0].effect
-        stated = float(said.split("random walk ")[1].split(" times")[0])
+        text = said.split("random walk ")[1]
+        percent = "% larger" in text.split("times")[0]
+        stated = 1 + float(text.split(" %")[0]) / 100 if percent else float(text.split(" times")[0])
         error = np.std(ratios, ddof=1) / len(ratios) ** 0.5 / 2
         assert np.mean(ratios) ** 0.5 == pytest.approx(stated, abs=3 * error + 0.005)  # three digits are printed
 

@@ -174,7 +174,8 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
     at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
     if any(finding.code in _RUNS for finding in found):
-        stream = without_runs(lost_rows(stream)[1])  # their spectrum is not the sensor's
+        # Their spectrum is not the sensor's, and axes that are lost together are not correlated.
+        stream, at_rest = (without_runs(lost_rows(one)[1]) for one in (stream, at_rest))
     if any(finding.code == "spikes" for finding in found):
         stream, at_rest = without_spikes(stream), without_spikes(at_rest)
     spectra = _spectra(at_rest)

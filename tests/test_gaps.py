@@ -283,7 +283,7 @@ class TestAnalysis:
         analysis.plot()
 
     def test_one_channel_with_hardly_a_sample(self):
-        y = np.random.default_rng(seed_of("hardly")).standard_normal((5000, 3))
+        y = np.random.default_rng(seed_of("hardly")).standard_normal((5000, 3)) * 1e-3
         y[1:, 1] = np.nan
         analysis = analyze(Record.from_arrays(rate=100, gyro=y))
         assert list(analysis.curves) == ["gyro_x", "gyro_z"]

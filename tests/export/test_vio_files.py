@@ -5,7 +5,7 @@ import pytest
 
 import vio
 from sigmatau import DataError, NoiseModel, OptionError
-from sigmatau.export import NAMES, Choices, export, target
+from sigmatau.export import Choices, export, target
 from sigmatau.model import ChannelModel, GaussMarkov
 
 RATE = 217.3
@@ -205,10 +205,17 @@ class TestWalk:
     def test_never_b_as_k(self):
         """A model whose only slow noise is flicker is refused, and its B stands in no file."""
         model = NoiseModel(channels={s: {"random_walk": 1e-4, "bias_instability": 0.0123} for s in ("gyro", "accel")})
-        for name in NAMES:
-            if target(name).needs_walk:
-                with pytest.raises(OptionError, match="choose"):
-                    export(model, to=name, choices=Choices(rate=200.0))
+        for name in (*vio.YAMLS, "gtsam", "px4", "ardupilot"):
+            with pytest.raises(OptionError, match="choose"):
+                export(model, to=name, choices=Choices(rate=200.0))
+
+
+@pytest.mark.parametrize("name", [*vio.YAMLS, "gtsam"])
+def test_a_choice_without_a_place_is_refused(name):
+    with pytest.raises(OptionError, match=f"--step has no place in {name}"):
+        export(MODEL, to=name, choices=Choices(rate=RATE, step=0.01))
+    with pytest.raises(OptionError, match=f"--horizon has no place in {name}"):
+        export(MODEL, to=name, choices=Choices(rate=RATE, horizon=10.0))
 
 
 class TestNoise:

@@ -41,17 +41,17 @@ def imperfections_of(
     sums = {name: unit if output == "rate" or unit not in _SUMMED else integral(unit) for name, unit in units.items()}
     lost, outages = _gaps(gaps)
     return Imperfections(
-        level=_values(level, "level", "accel_z=1g", units, _si),
+        level=_values(level, "level", "accel_z=1g", units, value_in_si),
         warm_up=_values(warm_up, "warm-up", "gyro=20deg/h:10min", units, _warm_up),
         temperature=_temperature(temperature, _values(sensitivity, "sensitivity", "gyro=5deg/h/K", units, _per_kelvin))
         if temperature
         else None,
-        saturation=_values(saturation, "saturation", "gyro=250deg/s", units, _si),
+        saturation=_values(saturation, "saturation", "gyro=250deg/s", units, value_in_si),
         output=output,
-        lsb=_values(lsb, "lsb", "gyro=0.01deg/s" if output == "rate" else "gyro=0.1arcsec", sums, _si),
+        lsb=_values(lsb, "lsb", "gyro=0.01deg/s" if output == "rate" else "gyro=0.1arcsec", sums, value_in_si),
         lost=lost,
         outages=outages,
-        jitter=0.0 if jitter is None else _si(jitter, "s", "--jitter"),
+        jitter=0.0 if jitter is None else value_in_si(jitter, "s", "--jitter"),
     )
 
 
@@ -78,27 +78,18 @@ def _values(
     return found
 
 
-def _si(text: str, unit: str, what: str) -> float:
-    """A value with its unit in SI; errors begin with `what`."""
-    try:
-        return value_in_si(text, unit, what)
-    except OptionError as error:
-        words = str(error)
-        raise OptionError(words if words.startswith(what) else f"{what}: {words}", option=error.option) from None
-
-
 def _warm_up(text: str, unit: str, what: str) -> WarmUp:
     amplitude, colon, time = text.partition(":")
     if not colon:
         raise OptionError(f"{what} {text!r}: want amplitude:time, e.g. 20deg/h:10min", option="warm-up")
-    return WarmUp(amplitude=_si(amplitude, unit, what), time=_si(time, "s", what))
+    return WarmUp(amplitude=value_in_si(amplitude, unit, what), time=value_in_si(time, "s", what))
 
 
 def _per_kelvin(text: str, unit: str, what: str) -> float:
     rate, slash, kelvin = text.rpartition("/")
     if not slash or kelvin.strip() not in ("K", "degC", "°C", "C"):
         raise OptionError(f"{what} {text!r}: want a rate for each kelvin, e.g. 5deg/h/K", option="sensitivity")
-    return _si(rate, unit, what)
+    return value_in_si(rate, unit, what)
 
 
 def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temperature:
@@ -120,7 +111,7 @@ def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temp
             match = None
         if match is None:
             raise OptionError(f"--temperature {name}={text}: want degrees, e.g. 20degC or 3K", option="temperature")
-    time = {"time": _si(given["time"], "s", "--temperature time")} if "time" in given else {}
+    time = {"time": value_in_si(given["time"], "s", "--temperature time")} if "time" in given else {}
     return Temperature(**degrees, **time, sensitivity=sensitivity)
 
 
@@ -130,7 +121,7 @@ def _gaps(texts: Sequence[str]) -> tuple[float, tuple[Outage, ...]]:
     for part in (part.strip() for text in texts for part in text.split(",")):
         start, colon, length = part.partition(":")
         if colon:
-            times = [_si(text, "s", f"--gaps {part}") for text in (start, length)]
+            times = [value_in_si(text, "s", f"--gaps {part}") for text in (start, length)]
             outages.append(Outage(start=times[0], length=times[1]))
             continue
         try:

@@ -64,6 +64,12 @@ def check_choices(target: Target, choices: Choices) -> None:
     if unknown:
         listed = ", ".join(target.names) or "none"
         raise OptionError(f"{target.name} has no name {unknown[0]!r}; it has: {listed}", option="name")
+    if choices.step is not None and not target.has_step:
+        raise OptionError(f"--step has no place in {target.name}: it has no step of its own", option="step")
+    if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
+        raise OptionError(
+            f"--horizon has no place in {target.name} but with --rate-random-walk SENSOR=horizon", option="horizon"
+        )
     if choices.axes == "each" and not (target.per_axis or target.every_axis):
         raise OptionError(f"{target.name} has one number for all axes: choose worst or mean, not each", option="axes")
     if choices.axes == "mean" and target.every_axis:

@@ -26,8 +26,10 @@ class Target:
         From `Numbers` to the text of the file; bytes where the file is binary.
     needs_rate : bool
         Whether the sampling rate enters, and must be known.
-    needs_walk : bool
-        Whether it has a place for K that must not be empty.
+    has_step : bool
+        Whether a step of the filter enters, so that ``step`` can be chosen.
+    has_horizon : bool
+        Whether a horizon enters by itself, and not only through a walk that stands for the model there.
     per_axis : bool
         Whether it has a place for each axis, so that ``axes="each"`` can be chosen.
     every_axis : bool
@@ -43,7 +45,8 @@ class Target:
     ending: str
     write: Callable[[Numbers], str | bytes]
     needs_rate: bool = False
-    needs_walk: bool = False
+    has_step: bool = False
+    has_horizon: bool = False
     per_axis: bool = False
     every_axis: bool = False
     binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)

@@ -147,7 +147,10 @@ def value_in_si(text: str, si: str, what: str) -> float:
     match = _VALUE.fullmatch(text)
     if match is None:
         raise OptionError(f'{what} {text!r}: want a value with its unit, e.g. "1 {usual(si)}"', option="value")
-    return float(match[1]) * _factor(match[2], si)
+    try:
+        return float(match[1]) * _factor(match[2], si)
+    except OptionError as error:
+        raise OptionError(f"{what}: {error}", option=error.option) from None
 
 
 def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:

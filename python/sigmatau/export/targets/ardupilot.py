@@ -6,7 +6,6 @@ bias times dt, which are N²·dt and K²·dt·dt² for p = N/√dt and p = K/√
 
 from __future__ import annotations
 
-from sigmatau.export.axes import refuse
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
 from sigmatau.export.targets.px4 import STEP, left_out, rows
@@ -28,8 +27,6 @@ _FLOORS = {"EK3_GYRO_P_NSE": 1e-4, "EK3_ACC_P_NSE": 0.01}
 
 def write(numbers: Numbers) -> str:
     """The text of the file, NAME,VALUE; comments on lines of their own, which every loader skips."""
-    if "horizon" not in numbers.choices.walk.values():
-        refuse(numbers, "ardupilot", "its walks follow --rate-random-walk", "horizon")
     step = numbers.choices.step or STEP
     lines = [
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms: the longer of 10 ms and the loop; --step changes it.",
@@ -46,5 +43,5 @@ TARGET = Target(
     summary="ArduPilot EK3 parameters: N/sqrt(dt) and K/sqrt(dt), dt the step of its filter (10 ms, --step)",
     ending=".parm",
     write=write,
-    needs_walk=True,
+    has_step=True,
 )

@@ -37,6 +37,5 @@ TARGET = Target(
     ending=".yaml",
     write=write,
     needs_rate=True,
-    needs_walk=True,
     names={"topic": "/livox/imu"},
 )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from xml.sax.saxutils import quoteattr
 
-from sigmatau.export.axes import noises, refuse
+from sigmatau.export.axes import noises
 from sigmatau.export.numbers import Number, Numbers
 from sigmatau.export.process import Process, processes, refuse_horizon
 from sigmatau.export.target import Target
@@ -26,7 +26,6 @@ _SENSORS = (
 
 def write(numbers: Numbers) -> str:
     """The text of the file."""
-    refuse(numbers, "gazebo", "it takes the step from its own rate", "step")
     found = {row[0]: (noises(numbers, row[0]), processes(numbers, row[0])) for row in _SENSORS}
     refuse_horizon(numbers, "gazebo", [p for _, axes in found.values() for p in axes])
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
@@ -114,6 +113,7 @@ TARGET = Target(
     ending=".sdf",
     write=write,
     needs_rate=True,
+    has_horizon=True,
     per_axis=True,
     names={
         "link": "imu_link",

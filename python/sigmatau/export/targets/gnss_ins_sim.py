@@ -6,7 +6,7 @@ correlation time, or with an infinite one, its bias is white noise.
 
 from __future__ import annotations
 
-from sigmatau.export.axes import noises, refuse
+from sigmatau.export.axes import noises
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.process import processes, refuse_horizon
 from sigmatau.export.target import Target
@@ -18,7 +18,6 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""
-    refuse(numbers, "gnss-ins-sim", "it takes the step from its own rate", "step")
     biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
     refuse_horizon(numbers, "gnss-ins-sim", [p for axes in biases.values() for p in axes])
     lines = [
@@ -59,5 +58,6 @@ TARGET = Target(
     summary="gnss-ins-sim imu_err: N, each bias as a Gauss-Markov process, by axis",
     ending=".py",
     write=write,
+    has_horizon=True,
     per_axis=True,
 )

@@ -92,7 +92,6 @@ TARGET = Target(
     summary="GTSAM PreintegrationCombinedParams, a Python module: covariances N^2 and K^2, continuous, an axis each",
     ending=".py",
     write=write,
-    needs_walk=True,
     per_axis=True,
     names={"gravity": digits(STANDARD_GRAVITY), "integration": "1.0e-8"},
 )

@@ -43,8 +43,6 @@ def write(numbers: Numbers) -> str:
         "walk",
         "walk_factor",
         "noise_factor",
-        "horizon",
-        "step",
     )
     blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is SI, to all digits."]
     for name, model in numbers.model.channels.items():

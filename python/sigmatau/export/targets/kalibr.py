@@ -39,6 +39,5 @@ TARGET = Target(
     ending=".yaml",
     write=write,
     needs_rate=True,
-    needs_walk=True,
     names={"topic": "/imu0"},
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from sigmatau.export.axes import noises, refuse
+from sigmatau.export.axes import noises
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.process import Process, processes, refuse_horizon
 from sigmatau.export.target import Target
@@ -21,7 +21,6 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of the block; vectors are forward, right, down."""
-    refuse(numbers, "kf-gins", "its covariance is continuous", "step")
     noise = {sensor: noises(numbers, sensor) for sensor in ("gyro", "accel")}
     biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
     refuse_horizon(numbers, "kf-gins", [p for axes in biases.values() for p in axes])
@@ -70,6 +69,7 @@ TARGET = Target(
     summary="KF-GINS imunoise: N, each bias as a Gauss-Markov process with one correlation time, by axis",
     ending=".yaml",
     write=write,
+    has_horizon=True,
     per_axis=True,
     names={"gsstd": "300", "asstd": "300", "corrtime": ""},
 )

@@ -37,6 +37,5 @@ TARGET = Target(
     summary="LIO-SAM params.yaml: N and K, continuous (it squares them itself), one number for three axes",
     ending=".yaml",
     write=write,
-    needs_walk=True,
     names={"topic": "imu_raw", "gravity": digits(STANDARD_GRAVITY)},
 )

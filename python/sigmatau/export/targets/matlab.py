@@ -27,7 +27,6 @@ _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
 
 def write(numbers: Numbers) -> str:
     """The text of the script; ``gyro`` and ``accel`` are what imuSensor takes."""
-    refuse(numbers, "matlab", "it takes the step from SampleRate", "step")
     present = [row for row in _SENSORS if numbers.has(row[0])]
     flicker = any(_has_flicker(numbers, sensor) for sensor, _, _ in present)
     if not flicker and "horizon" not in numbers.choices.walk.values():
@@ -143,5 +142,6 @@ TARGET = Target(
     summary="MATLAB gyroparams, accelparams: N, B, K, type of the densities, a filter that makes B, by axis",
     ending=".m",
     write=write,
+    has_horizon=True,
     per_axis=True,
 )

@@ -33,5 +33,4 @@ TARGET = Target(
     ending=".yaml",
     write=write,
     needs_rate=True,
-    needs_walk=True,
 )

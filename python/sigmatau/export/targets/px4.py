@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 from sigmatau.errors import OptionError
-from sigmatau.export.axes import refuse
 from sigmatau.export.numbers import Number, Numbers
 from sigmatau.export.target import Target
 from sigmatau.export.text import comment, number, single
@@ -68,8 +67,6 @@ def left_out(numbers: Numbers) -> list[str]:
 
 def write(numbers: Numbers) -> str:
     """The text of the file: vehicle, component, name, value, type (9: single precision), with tabs between."""
-    if "horizon" not in numbers.choices.walk.values():
-        refuse(numbers, "px4", "its walks follow --rate-random-walk", "horizon")
     ids = [_identity(numbers, key) for key in ("vehicle", "component")]
     step = numbers.choices.step or STEP
     lines = [
@@ -96,6 +93,6 @@ TARGET = Target(
     summary="PX4 EKF2 parameters: N/sqrt(dt) and K/sqrt(dt), dt its prediction step (10 ms, --step)",
     ending=".params",
     write=write,
-    needs_walk=True,
+    has_step=True,
     names={"vehicle": "1", "component": "1"},
 )

@@ -29,9 +29,7 @@ _ABSENT = [-1.0, *[0.0] * 8]
 
 def write(numbers: Numbers) -> str:
     """The text of the file, with the keys of the message."""
-    refuse(
-        numbers, "ros", "the message has the noise of a sample alone, no bias", "walk", "walk_factor", "horizon", "step"
-    )
+    refuse(numbers, "ros", "the message has the noise of a sample alone, no bias", "walk", "walk_factor")
     if not any(numbers.has(sensor) for sensor, _, _ in _FIELDS):
         raise DataError("the model has neither gyros nor accelerometers, which sensor_msgs/Imu is of")
     lines = [

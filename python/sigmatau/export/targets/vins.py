@@ -45,6 +45,5 @@ TARGET = Target(
     ending=".yaml",
     write=write,
     needs_rate=True,
-    needs_walk=True,
     names={"topic": "/imu0", "gravity": digits(STANDARD_GRAVITY)},
 )

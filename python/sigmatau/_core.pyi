@@ -37,7 +37,6 @@ __all__ = [
     "read_text",
     "scan_dataflash",
     "scan_ulog",
-    "simulate",
     "sinusoid_avar",
     "stationary_moments",
     "strides",
@@ -107,17 +106,6 @@ def gauss_markov_psd(sigma: float, time: float, f: _Floats, tau0: float | None) 
 def band_limited_psd(random_walk: float, order: int, corner: float, f: _Floats, tau0: float | None) -> _Floats: ...
 def band_limited_avar(random_walk: float, shape: str, corner: float, m: _Ints, tau0: float) -> _Floats: ...
 def strides(m: _Ints) -> _Ints: ...
-def simulate(
-    n: int,
-    tau0: float,
-    quantization: float,
-    random_walk: float,
-    bias_instability: float,
-    rate_random_walk: float,
-    rate_ramp: float,
-    seed: int,
-    stream: int,
-) -> _Floats: ...
 
 @final
 class Generator:

@@ -378,16 +378,15 @@ def covariance_tensors(
     return noise.reshape(terms, terms, k, k), ramp.reshape(terms, k, k)
 
 
+# Order in which the terms of a channel are added: a sum of floats depends on it.
+_SUMMED = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
+
+
 def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:
-    """Rate samples of one channel; see `sigmatau.model.simulate`."""
-    return _core.simulate(
-        n,
-        tau0,
-        coefficients.get("quantization", 0.0),
-        coefficients.get("random_walk", 0.0),
-        coefficients.get("bias_instability", 0.0),
-        coefficients.get("rate_random_walk", 0.0),
-        coefficients.get("rate_ramp", 0.0),
-        seed,
-        stream,
-    )
+    """Rate samples of one channel of the five terms, with no record around them; see `sigmatau.simulate`."""
+    made, rate = _core.Generator(n, tau0, seed), np.empty(n)
+    for term in _SUMMED:
+        if coefficients.get(term, 0.0):
+            made.add_term(term, coefficients[term], stream, poles=False)
+    made.fill(rate)
+    return rate

@@ -3,13 +3,11 @@
 //!
 //! A [`Generator`] fills buffers one after the other; the samples do not depend on how they are cut.
 
+use crate::draws::{Draws, Source};
 use crate::error::Error;
 use crate::flicker::flicker;
 use crate::pole_bank::Bank;
 use crate::processes::{Filtered, GaussMarkov, Sinusoid};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 /// Noise coefficients in SI units; 0 leaves a term out. All but the ramp are ≥ 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -91,34 +89,6 @@ impl Term {
             Self::Sinusoid { index, .. } => 2 << 32 | u64::from(*index),
         }
     }
-}
-
-/// Normal deviates of one part of the noise of one channel.
-pub(crate) struct Draws(ChaCha8Rng);
-
-impl Draws {
-    /// The key holds seed and channel side by side, so that no two pairs share one.
-    fn new(seed: u64, channel: u64, stream: u64) -> Self {
-        let mut key = [0; 32];
-        key[..8].copy_from_slice(&seed.to_le_bytes());
-        key[8..16].copy_from_slice(&channel.to_le_bytes());
-        let mut rng = ChaCha8Rng::from_seed(key);
-        rng.set_stream(stream);
-        Self(rng)
-    }
-
-    pub(crate) fn normal(&mut self) -> f64 {
-        StandardNormal.sample(&mut self.0)
-    }
-
-    pub(crate) fn generator(&mut self) -> &mut ChaCha8Rng {
-        &mut self.0
-    }
-}
-
-/// Something that adds its next samples to a buffer.
-pub(crate) trait Source: Send + Sync {
-    fn add(&mut self, rate: &mut [f64]);
 }
 
 /// Samples made together: what is drawn for them stays in the nearest cache.

@@ -6,7 +6,7 @@
 //! to the real line than π / 2, so that the error falls as exp(−π² / step): 2 · 10⁻⁵ at [`STEP`]. What lies beyond the
 //! poles is one more pole at either end, with the weight and the mean of all those of the rule there.
 
-use crate::generate::{Draws, Source};
+use crate::draws::{Draws, Source};
 use std::f64::consts::{LN_10, PI};
 
 /// Poles a decade.

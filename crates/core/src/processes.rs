@@ -1,7 +1,7 @@
 //! Noise beside the five terms, sample after sample: Gauss-Markov processes, sinusoids, filtered white noise.
 
+use crate::draws::{Draws, Source};
 use crate::error::Error;
-use crate::generate::{Draws, Source};
 use std::f64::consts::TAU;
 
 /// First-order Gauss-Markov process, stationary from its first sample on.

@@ -36,7 +36,7 @@ mod _core {
     #[pymodule_export]
     use crate::gaps::{masked_covariance, masked_expectations, masked_variances, masked_white_slopes};
     #[pymodule_export]
-    use crate::generate::{Generator, flicker_poles, simulate};
+    use crate::generate::{Generator, flicker_poles};
     #[pymodule_export]
     use crate::ros::{decode_messages, log_contents, log_messages, unpacked};
     #[pymodule_export]

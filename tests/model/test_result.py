@@ -104,3 +104,17 @@ def test_one_channel_is_asked_for():
     content = result_of({"random_walk": 1e-3}).to_dict()
     with pytest.raises(DataError, match="no channel 'gyro_q'; channels: gyro_x"):
         NoiseModel.from_result(content, channels=["gyro_q"])
+
+
+def test_an_error_names_the_channel_and_one_asked_for_must_have_a_model():
+    content = result_of({"random_walk": 1e-3}).to_dict()
+    fit = content["channels"]["gyro_x"]["fit"]
+    wrong = {**fit, "model": {"random_walk": float("nan")}}
+    with pytest.raises(DataError, match=r"channel 'gyro_x': .*random_walk"):
+        NoiseModel.from_result({"channels": {"gyro_x": {**content["channels"]["gyro_x"], "fit": wrong}}})
+    none = {**fit, "model": {}, "verdict": "too_short"}
+    short = {**content["channels"]["gyro_x"], "fit": none}
+    both = {"channels": {**content["channels"], "gyro_y": short}}
+    assert list(NoiseModel.from_result(both).channels) == ["gyro_x"]
+    with pytest.raises(DataError, match="channel 'gyro_y' has no model: its fit is 'too_short'"):
+        NoiseModel.from_result(both, channels=["gyro_x", "gyro_y"])

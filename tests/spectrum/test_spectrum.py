@@ -150,7 +150,9 @@ def test_to_dict_and_plot():
 
 
 def test_six_axes_of_a_million_samples():
-    """Processor time, since other programs may run: 0.15 s as measured on one core at 3 GHz; twice the budget as a gate."""
+    """Processor time by that of `known.cpu_unit`: 6.5 to 7.1 in 18 runs on a quiet machine, 5.6 to 8.1 in six on one with
+    five programs to a core; the gate is three times the first.
+    """
     rng = np.random.default_rng(known.seed_of("speed"))
     record = st.Record.from_arrays(
         rate=100, gyro=rng.standard_normal((10**6, 3)), accel=rng.standard_normal((10**6, 3))
@@ -159,4 +161,4 @@ def test_six_axes_of_a_million_samples():
     began = time.process_time()
     for spectrum in psd(record).values():
         spectrum.binned()
-    assert time.process_time() - began < 60 * known.cpu_unit()
+    assert time.process_time() - began < 20 * known.cpu_unit()

@@ -1,9 +1,10 @@
 """What makers state of a sensor's noise, and whether a sensor keeps to it."""
 
 from sigmatau.datasheet.claims import Claim
+from sigmatau.datasheet.judging import compare_with
 from sigmatau.datasheet.measured import Measured
 from sigmatau.datasheet.sheet import Datasheet, datasheet, datasheets
-from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Verdict, compare_with
+from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Verdict
 
 __all__ = [
     "Claim",

@@ -13,41 +13,57 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid
 from sigmatau.terms import TERMS
 
-__all__ = ["channel_of_fit", "channels_of_result"]
+__all__ = ["channel_of_fit", "channels_of_result", "models_of", "results_by_channel"]
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:
-    """The channels that have a fit, or those that are named; raises `DataError`."""
-    try:
-        found: dict[str, Mapping[str, Any]] = dict(content["channels"])
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise DataError("this is no result of sigmatau analyze: it has no channels") from None
-    names = list(channels) if channels is not None else list(found)
-    models = {}
-    for name in names:
+    """The models of the channels that have one, or of those that are named; raises `DataError`."""
+    found = results_by_channel(content)
+    named = list(found) if channels is None else list(channels)
+    for name in named:
         if name not in found:
             raise DataError(f"no channel {name!r}; channels: {', '.join(found)}")
-        try:
-            channel = found[name]
-            fit = channel["fit"]
-            if fit["model"] or fit["terms"]["gauss_markov"] or fit["terms"]["sinusoid"]:
-                models[name] = channel_of_fit(
-                    fit,
-                    quantity=channel["quantity"],
-                    unit=channel["curve"]["unit"],
-                    duration=_duration(channel),
-                )
-            elif channels is not None:
-                raise DataError(f"channel {name!r} has no model: its fit is {fit['verdict']!r}")
-        except DataError:
-            raise
-        except (KeyError, TypeError, AttributeError, ValueError) as error:
-            raise DataError(
-                f"channel {name!r}: not a result of sigmatau analyze with a fit ({error!r} is missing or wrong)"
-            ) from None
+    models, without = models_of({name: found[name] for name in named})
+    if without and channels is not None:
+        raise DataError(f"channel {without[0]!r} has no model: its fit is {found[without[0]]['fit'].get('verdict')!r}")
     if not models:
         raise DataError("no channel of this result has a model")
     return models
+
+
+def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
+    """What a result has of each channel, whatever that is; raises `DataError` if it has none."""
+    channels = content.get("channels") if isinstance(content, Mapping) else None
+    if not isinstance(channels, Mapping) or not channels:
+        raise DataError("this is no result of sigmatau analyze: it has no channels")
+    return {str(name): channel for name, channel in channels.items()}
+
+
+def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
+    """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel.
+
+    Parameters
+    ----------
+    channels : mapping of str to mapping
+        As a result has them. What is needed: ``fit``, ``quantity``, ``curve.unit``.
+    """
+    models, without = {}, []
+    for name, channel in channels.items():
+        try:
+            fit, quantity, unit = channel["fit"], channel["quantity"], channel["curve"]["unit"]
+            if not (isinstance(quantity, str) and isinstance(unit, str)):
+                raise TypeError(f"quantity {quantity!r}, unit {unit!r}")
+            if fit["model"] or fit["terms"]["gauss_markov"] or fit["terms"]["sinusoid"]:
+                models[name] = channel_of_fit(fit, quantity=quantity, unit=unit, duration=_duration(channel))
+            else:
+                without.append(name)
+        except DataError as error:
+            raise DataError(f"channel {name!r}: {error}") from None
+        except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
+            raise DataError(
+                f"channel {name!r}: not a result of sigmatau analyze with a fit ({error!r} is missing or wrong)"
+            ) from None
+    return models, without
 
 
 def channel_of_fit(fit: Mapping[str, Any], *, quantity: str, unit: str, duration: float = 0.0) -> ChannelModel:

@@ -1,0 +1,216 @@
+"""Whether a sensor keeps to its datasheet: term by term, with the error of the measurement.
+
+A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in fewer than 1 − level of
+records, *below* it likewise, and else *undecided*: the record is too short to tell. That is the rule of ISO 14253-1 for
+proving conformity and proving the lack of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from statistics import NormalDist
+from typing import Any, Protocol
+
+from sigmatau.datasheet.claims import QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheet.measured import Measured, measured
+from sigmatau.datasheet.sheet import Datasheet
+from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Status, Verdict
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noisefit import NoiseFit
+from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.result import models_of, results_by_channel
+from sigmatau.record import stream_name
+
+__all__ = ["compare_with"]
+
+_MOST_SIGMAS = 1e6  # of an interval without width
+
+
+class _Fitted(Protocol):
+    """An `Analysis`, as far as it matters here."""
+
+    @property
+    def fits(self) -> Mapping[str, NoiseFit]: ...
+
+
+def compare_with(
+    result: NoiseModel | _Fitted | Mapping[str, Any],
+    datasheet: Datasheet,
+    *,
+    unit: str = "result",
+    level: float = 0.95,
+    factor: float | None = None,
+    sided: Sided | None = None,
+    bias: Bias | None = None,
+) -> Verdict:
+    """Compare what was measured with what the maker states, term by term.
+
+    Parameters
+    ----------
+    result : NoiseModel, Analysis or mapping
+        The mapping is the JSON form of `analyze`. A `NoiseModel` without intervals is compared without statistics.
+    datasheet : Datasheet
+    unit : str, optional
+        What the result is of, for the lines that are printed.
+    level : float, optional
+        One-sided confidence: a unit exactly at its limit is called out in a share of 1 − level of records.
+    factor : float, optional
+        Where the sheet has a typical value only: the maximum is `factor` times it. Default: there is none, and a value
+        above the typical one is said but is not out.
+    sided : {"one", "two"}, optional
+        What noise densities are of which the sheet does not say it. Default: both are tried, and what depends on it is
+        undecided.
+    bias : {"minimum", "coefficient"}, optional
+        What a bias instability is, likewise: the minimum of the Allan deviation, or B.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    OptionError
+        For a level, factor or meaning that cannot be.
+    DataError
+        If `result` is not a result.
+
+    References
+    ----------
+    ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
+    """
+    check_meanings(sided, bias)
+    if not 0.5 <= level < 1:
+        raise OptionError(f"`level` must be from 0.5 to below 1, not {level!r}", option="level")
+    if factor is not None and not (math.isfinite(factor) and factor >= 1):
+        raise OptionError(f"`factor` must be a number from 1 on, not {factor!r}", option="factor")
+    models, without = _models(result)
+    judged, unsaid = [], []
+    for channel, model in models.items():
+        claims = datasheet.of(channel)
+        for claim in claims:
+            readings = tuple(
+                _reading(claim, meaning, model, level, factor) for meaning in claim.meanings(sided=sided, bias=bias)
+            )
+            status, reason = _status(readings)
+            judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
+        said = {claim.term for claim in claims}
+        unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
+    sensors = {claim.sensor for claim in datasheet.claims}
+    missing = [name for name in without if datasheet.of(name)]
+    missing += sorted(
+        name
+        for name in sensors
+        if not any(channel == name or stream_name(channel) == name for channel in models)
+        and not any(stream_name(channel) == name or channel == name for channel in without)
+    )
+    return Verdict(
+        unit=unit,
+        datasheet=datasheet.name,
+        judged=tuple(judged),
+        unsaid=tuple(unsaid),
+        missing=tuple(missing),
+        level=level,
+        factor=factor,
+    )
+
+
+def _models(result: NoiseModel | _Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
+    """The models by channel, and the channels that have none."""
+    if isinstance(result, NoiseModel):
+        return dict(result.channels), []
+    if isinstance(result, Mapping):
+        channels = results_by_channel(result)
+    elif hasattr(result, "fits"):
+        channels = {
+            name: {"fit": fit.to_dict(), "quantity": fit.quantity, "curve": {"unit": fit.rate_unit}}
+            for name, fit in result.fits.items()
+        }
+    else:
+        raise DataError(f"{type(result).__name__} is no result: give an Analysis, its JSON form or a NoiseModel")
+    models, without = models_of(channels)
+    for name in channels:
+        if not name.isprintable():
+            raise DataError(f"channel {name!r}: a name must print")
+        measures = (channels[name]["quantity"], channels[name]["curve"]["unit"])
+        if QUANTITIES.get(stream_name(name), measures) != measures:
+            raise DataError(f"channel {name!r}: a name like this is not that of {' in '.join(measures)}")
+    return models, without
+
+
+def _reading(claim: Claim, meaning: Meaning, model: ChannelModel, level: float, factor: float | None) -> Reading:
+    found = measured(model, meaning.of)
+    maximum = claim.maximum
+    if maximum is None and factor is not None and claim.typical is not None:
+        maximum = factor * claim.typical
+    return Reading(
+        meaning=meaning,
+        measured=found,
+        typical=_compared(found, claim.typical, meaning.factor, level),
+        maximum=_compared(found, maximum, meaning.factor, level),
+    )
+
+
+def _compared(found: Measured, stated: float | None, factor: float, level: float) -> Comparison | None:
+    if stated is None:
+        return None
+    limit = factor * stated
+    if found.value is None:
+        # A limit of 95 % shows nothing with 99 %.
+        below = found.upper_limit is not None and found.upper_limit < limit and level <= found.level
+        return Comparison(limit=limit, side="below" if below else "undecided")
+    if found.low is None or found.high is None:
+        if math.isclose(found.value, limit, rel_tol=1e-9):
+            return Comparison(limit=limit, side="undecided")
+        return Comparison(limit=limit, side="above" if found.value > limit else "below")
+    sigmas = _sigmas(found.value, found.low, found.high, limit, found.level)
+    enough = NormalDist().inv_cdf(level)
+    return Comparison(
+        limit=limit, side="above" if sigmas > enough else "below" if sigmas < -enough else "undecided", sigmas=sigmas
+    )
+
+
+def _sigmas(value: float, low: float, high: float, limit: float, level: float) -> float:
+    """By how many standard errors a value is above a limit, which is that many as the interval's end has at its own place.
+
+    In logarithms, because a coefficient is a scale; intervals need not be symmetrical, and the end towards the limit counts.
+    """
+    reach = NormalDist().inv_cdf((1 + level) / 2)
+    end = low if value > limit else high
+    if end <= 0:  # an interval from 0 on: in its own unit
+        return reach * (value - limit) / value
+    width = abs(math.log(value / end))
+    distance = reach * math.log(value / limit)
+    return math.copysign(min(abs(distance) / width, _MOST_SIGMAS), distance) if width else _sign(distance)
+
+
+def _sign(distance: float) -> float:
+    return math.copysign(_MOST_SIGMAS, distance) if distance else 0.0
+
+
+def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:
+    """What all meanings agree on."""
+    found = {_of_one(reading) for reading in readings}
+    if len(found) == 1:
+        status = found.pop()
+        return status, readings[0].measured.words if status == "undecided" else ""
+    words = " or ".join(reading.meaning.words for reading in readings)
+    if found <= {"within", "above typical"}:
+        return "above typical", f"it depends on what the sheet does not say: {words}"
+    return "undecided", f"it depends on what the sheet does not say: {words}"
+
+
+def _of_one(reading: Reading) -> Status:
+    typical, maximum = reading.typical, reading.maximum
+    if not reading.measured.anything:
+        return "undecided"
+    if maximum is not None and maximum.side == "above":
+        return "out"
+    if maximum is not None and maximum.side == "undecided":
+        return "undecided"
+    if typical is not None and typical.side == "above":
+        return "above typical"
+    # About as large as a typical value is within; only what was not observed may be anything up to its limit.
+    if maximum is None and typical is not None and typical.side == "undecided" and reading.measured.value is None:
+        return "undecided"
+    return "within"

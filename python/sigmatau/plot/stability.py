@@ -156,7 +156,8 @@ def _at(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: 
     from matplotlib.ticker import FuncFormatter
 
     def label(place: float, _: int | None = None) -> str:
-        return f"{values[int(np.argmin(np.abs(np.log(tau / place))))]:.3g}"
+        text = f"{values[int(np.argmin(np.abs(np.log(tau / place))))]:.3g}"
+        return f"{float(text):.0f}" if "e+" in text else text
 
     return FuncFormatter(label)
 

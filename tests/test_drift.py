@@ -170,8 +170,9 @@ class TestWarmUp:
     def test_found_with_its_size_time_and_effect(self):
         drift = 6e-3 * (1 - np.exp(-SECONDS / 500))
         clean, planted = sensor("warm-up", drift=drift)
-        assert warm_up(clean, fits_of(clean)) == []
-        (finding,) = warm_up(planted, fits_of(planted))
+        of_clean, of_planted = fits_of(clean), fits_of(planted)
+        assert warm_up(clean, of_clean) == []
+        (finding,) = warm_up(planted, of_planted)
         assert (finding.code, finding.severity, finding.channel) == ("warm_up", "warning", "gyro_x")
         # The rate random walk moves by 4e-6·√500 = 9e-5 in a time constant: 1.5 % of the drift; some of it is ramp.
         assert finding.size == pytest.approx(6e-3, rel=0.1)
@@ -179,7 +180,7 @@ class TestWarmUp:
         assert time == pytest.approx(500, rel=0.15)  # its own error is some 5 % where a ramp stands beside it
         assert finding.remedy.startswith("--window 2")
         # What the estimator really does: the fit of the same noise with the drift and without it.
-        before, after = fits_of(planted)["gyro_x"], fits_of(clean)["gyro_x"]
+        before, after = of_planted["gyro_x"], of_clean["gyro_x"]
         changes = dict(finding.changes)
         assert changes["rate_random_walk"] > 2
         true = before.model["rate_random_walk"] / after.model["rate_random_walk"]
@@ -232,15 +233,16 @@ class TestWarmUp:
         """Time backwards: the same size, effect and time constant, from the end."""
         drift = -6e-3 * np.exp((SECONDS - DURATION) / 400)
         clean, planted = sensor("late", drift=drift)
-        assert warm_up(clean, fits_of(clean)) == []
-        (finding,) = warm_up(planted, fits_of(planted))
+        of_clean, of_planted = fits_of(clean), fits_of(planted)
+        assert warm_up(clean, of_clean) == []
+        (finding,) = warm_up(planted, of_planted)
         assert (finding.code, finding.severity) == ("late_drift", "warning")
         assert finding.size == pytest.approx(6e-3, rel=0.1)
         # Five time constants before the end, each known to some 5 %.
         begins = float(finding.where.split()[2])
         assert begins == pytest.approx(7200 - 2000, abs=3 * 0.05 * 2000)
         assert finding.remedy.startswith(f"--window :{begins:.0f}s")
-        true = fits_of(planted)["gyro_x"].model["rate_random_walk"] / fits_of(clean)["gyro_x"].model["rate_random_walk"]
+        true = of_planted["gyro_x"].model["rate_random_walk"] / of_clean["gyro_x"].model["rate_random_walk"]
         assert dict(finding.changes)["rate_random_walk"] == pytest.approx(true, rel=0.15)
 
     def test_a_ramp_is_no_warm_up(self):
@@ -253,6 +255,16 @@ class TestWarmUp:
             assert warm_up(Record.from_arrays(rate=1.0, gyro_x=x).streams[0], {}) == []
 
 
+PER_KELVIN = 6e-4
+
+
+@pytest.fixture(scope="module")
+def with_temperature():
+    """A record without the drift and with it, each with its fits, which take seconds."""
+    streams = sensor("temperature", drift=PER_KELVIN * 2 * np.sin(2 * np.pi * (SECONDS + 0.5 / RATE) / 1500))
+    return [(stream, fits_of(stream)) for stream in streams]
+
+
 class TestTemperature:
     @staticmethod
     def cycles(period=1500.0, rate=1.0, start=0.0):
@@ -260,18 +272,16 @@ class TestTemperature:
         return 25 + 2 * np.sin(2 * np.pi * at / period)
 
     @pytest.mark.parametrize(("rate", "start"), [(1.0, 0.0), (0.02, 0.0), (20.0, 0.0), (1.0, -30.0)])
-    def test_found_with_its_coefficient_and_effect(self, rate, start):
+    def test_found_with_its_coefficient_and_effect(self, with_temperature, rate, start):
         """Whatever the thermometer's own rate, and wherever in the common clock it begins."""
-        per_kelvin = 6e-4
-        drift = per_kelvin * 2 * np.sin(2 * np.pi * (SECONDS + 0.5 / RATE) / 1500)
-        clean, planted = sensor("temperature", drift=drift)
+        (clean, of_clean), (planted, of_planted) = with_temperature
         degrees = thermometer(self.cycles(rate=rate, start=start), rate=rate, start=start)
-        assert temperature(clean, degrees, fits_of(clean)) == []
-        (finding,) = temperature(planted, degrees, fits_of(planted))
+        assert temperature(clean, degrees, of_clean) == []
+        (finding,) = temperature(planted, degrees, of_planted)
         assert (finding.code, finding.severity, finding.unit) == ("temperature_drift", "warning", "rad/s/K")
-        assert finding.size == pytest.approx(per_kelvin, rel=0.05)
+        assert finding.size == pytest.approx(PER_KELVIN, rel=0.05)
         assert 95 <= int(finding.message.split("makes ")[1].split("%")[0]) <= 100
-        before, after = fits_of(planted)["gyro_x"], fits_of(clean)["gyro_x"]
+        before, after = of_planted["gyro_x"], of_clean["gyro_x"]
         changes = dict(finding.changes)
         true = before.model["rate_random_walk"] / after.model["rate_random_walk"]
         assert changes["rate_random_walk"] == pytest.approx(true, rel=0.15)

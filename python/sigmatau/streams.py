@@ -77,11 +77,16 @@ class Transform:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Columns:
-    """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read."""
+    """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read.
+
+    What is taken for missing although the log has a number is True in `missing`, shape (n, n_channels): a mask of rates,
+    because an accumulated value is part of two of them, and beside the log, because its numbers stay what they are.
+    """
 
     raw: tuple[NDArray[Any], ...]
     transforms: tuple[Transform, ...]
     tau0: float
+    missing: NDArray[np.bool_] | None = None
 
     def __len__(self) -> int:
         lost = 1 if self.transforms[0].kind == "accumulated" else 0
@@ -93,7 +98,7 @@ class Columns:
         return t.kind == "rate" and t.offset == 0 and abs(t.scale * t.factor) <= 1
 
     def read(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
-        """Rates of one channel in SI, samples `start` to `stop`; shape (stop - start,)."""
+        """Rates of one channel in SI, samples `start` to `stop`, NaN where they are missing; shape (stop - start,)."""
         t = self.transforms[channel]
         more = 1 if t.kind == "accumulated" else 0
         x = np.asarray(self.raw[channel][start : stop + more], dtype=np.float64)
@@ -104,7 +109,9 @@ class Columns:
         factor = t.scale * t.factor
         if t.kind != "rate":
             factor /= self.tau0
-        return x if factor == 1.0 else x * factor
+        if factor != 1.0:
+            x = x * factor
+        return x if self.missing is None else np.where(self.missing[start:stop, channel], np.nan, x)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -145,6 +152,10 @@ class Stream:
             stop = min(start + size, self.grid.n)
             yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
 
+    def with_rates(self, columns: Sequence[NDArray[np.float64]]) -> Stream:
+        """The stream with other rates in SI in place of its own, one array a channel."""
+        return replace(self, samples=Columns(tuple(columns), (Transform(),) * len(columns), self.grid.tau0))
+
     def only(self, channel: str) -> Stream:
         """One of the channels as a stream of its own."""
         return self.of([channel])
@@ -158,6 +169,7 @@ class Stream:
             self.samples,
             raw=tuple(self.samples.raw[k] for k in at),
             transforms=tuple(self.samples.transforms[k] for k in at),
+            missing=None if self.samples.missing is None else self.samples.missing[:, at],
         )
         mask = None if self.mask is None else self.mask[:, at]
         missing = mask is not None and bool(mask.any())
@@ -167,12 +179,13 @@ class Stream:
         """Samples `start` to `stop` as a stream of its own."""
         more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
         raw = tuple(r[start : stop + more] for r in self.samples.raw)
+        missing = None if self.samples.missing is None else self.samples.missing[start:stop]
         before = start * self.grid.tau0
         grid = replace(self.grid, n=stop - start, start=self.grid.start + before, lead=self.grid.lead + before)
         mask = None if self.mask is None else self.mask[start:stop]
         return replace(
             self,
-            samples=replace(self.samples, raw=raw),
+            samples=replace(self.samples, raw=raw, missing=missing),
             grid=grid,
             mask=mask if mask is not None and mask.any() else None,
         )

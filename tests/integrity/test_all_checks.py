@@ -9,7 +9,7 @@ from clean_records import record, rounded
 
 from known import cpu_unit, seed_of
 from sigmatau import Record
-from sigmatau.integrity import CHECKS, check
+from sigmatau.integrity import CHECKS, check, mask_of, masked
 from sigmatau.terms import TERMS
 
 RECORDS = 60
@@ -165,3 +165,52 @@ def test_a_temperature_is_not_expected_to_rest():
     t = 30 + 5 * np.tanh(np.arange(20_000) / 3000) + 0.01 * np.random.default_rng(seed_of("t")).normal(size=20_000)
     stream = replace(Record.from_arrays(rate=10, temperature=t).streams[0], quantity="temperature", unit="degC")
     assert check(stream) == []
+
+
+def accumulated(rates, *, step=None):
+    """A log of the angle, in steps if they are given."""
+    angle = np.concatenate((np.zeros((1, rates.shape[1])), np.cumsum(rates / 50, axis=0)))
+    if step is not None:
+        angle = np.round(angle / step) * step
+    return Record.from_arrays(rate=50, gyro=angle, input="accumulated", unit={"gyro": "rad"})
+
+
+class TestSamplesTakenForMissingOfAccumulatedValues:
+    def test_one_of_them_is_a_rate_and_not_a_value(self):
+        """Its neighbours, which share a value with it, stay; whether all of the log is read or a part."""
+        rates = np.random.default_rng(seed_of("one rate")).normal(size=(1000, 3))
+        stream = accumulated(rates).streams[0]
+        mask = np.zeros((1000, 3), dtype=bool)
+        mask[500, 0] = True
+        without = masked(stream, mask)
+        expected = np.where(mask, np.nan, rates)
+        for k, channel in enumerate(without.channels):
+            np.testing.assert_allclose(without.column(channel), expected[:, k], atol=1e-12)
+            np.testing.assert_allclose(without.only(channel).column(channel), expected[:, k], atol=1e-12)
+            np.testing.assert_allclose(without.cut(400, 600).column(channel), expected[400:600, k], atol=1e-12)
+        assert masked(without, mask_of(1000, [(-5, 3), (998, 2000)])).mask.sum() == 1 + 3 * 5
+        assert stream.mask is None
+
+    def test_their_step_is_still_one_of_the_angle(self):
+        """As that of a rate it would be told as white noise, which it is not."""
+        rates = np.random.default_rng(seed_of("step of the angle")).normal(size=(20_000, 3))
+        plain = accumulated(rates, step=0.02).streams[0]
+        (one,) = {f.effect for f in check(plain) if f.code == "coarse_resolution" and f.channel == "gyro_x"}
+        assert "quantization noise" in one
+        rates += (
+            30 * (1 - np.exp(-np.arange(len(rates)) / 15))[:, None]
+        )  # the way of a filter from zero, which is left out
+        found = check(accumulated(rates, step=0.02).streams[0])
+        assert "start_transient" in {f.code for f in found}
+        (other,) = {f.effect for f in found if f.code == "coarse_resolution" and f.channel == "gyro_x"}
+        assert other == one
+
+    def test_a_sensor_that_sticks_is_not_one_that_is_gone(self):
+        """An angle that rests has a rate of 0: no dropout, with some of the log taken for missing or without."""
+        rates = np.random.default_rng(seed_of("an angle that rests")).normal(size=(20_000, 3))
+        rates[9000:9200] = 0
+        stream = accumulated(rates).streams[0]
+        for one in (stream, masked(stream, mask_of(20_000, [(100, 110)]))):
+            codes = {f.code for f in check(one)}
+            assert "stuck_samples" in codes
+            assert "dropout" not in codes

@@ -22,7 +22,7 @@ from sigmatau.errors import DataError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text, two_digits
-from sigmatau.streams import Columns, Stream, Transform
+from sigmatau.streams import Stream
 from sigmatau.terms import display_units
 
 __all__ = ["from_the_end", "settling", "temperature", "warm_up"]
@@ -275,8 +275,7 @@ def _changes(stream: Stream, channel: str, drift: Floats, fitted: NoiseFit | Non
     """What a drift, shape (n,), does to the coefficients: the fit with it against the fit without."""
     one = stream.only(channel)
     without = one.column(channel) - drift
-    grid_samples = Columns((without,), (Transform(),), stream.grid.tau0)
-    still = replace(one, samples=grid_samples)
+    still = one.with_rates([without])
     try:
         if one.mask is not None or fitted is None:
             fitted = _fit(one, channel)

@@ -21,7 +21,7 @@ from sigmatau.integrity.motion import bursts, summary
 from sigmatau.record import Record
 from sigmatau.results import Finding, seconds
 from sigmatau.spectrum import without_line
-from sigmatau.streams import Columns, Stream, Transform
+from sigmatau.streams import Stream
 
 __all__ = ["Line", "find_lines", "lines", "lines_in_fits"]
 
@@ -320,7 +320,7 @@ def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCu
     steady = [line for line in matter if line.width == 0][:_MOST_TAKEN]
     if steady:
         rest = _without_sinusoids(one.column(scan.channel), steady, tau0)
-        one = replace(one, samples=Columns((rest,), (Transform(),), tau0))
+        one = one.with_rates([rest])
     curve = allan(Record(streams=(one,)))[scan.channel]
     others = [_avar(line, scan.spectrum, curve.m, tau0) for line in matter if line.width > 0]
     left = curve.avar - sum(others, np.zeros(len(curve.m)))

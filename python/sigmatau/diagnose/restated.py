@@ -17,12 +17,12 @@ from sigmatau.diagnose.effects import Change, compared, severity, words
 from sigmatau.diagnose.resampled import resampled
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit, fit
-from sigmatau.integrity import find_spikes, without_runs, without_spikes
+from sigmatau.integrity import find_spikes, masked, without_runs, without_spikes
 from sigmatau.integrity.samples import without_dust
 from sigmatau.record import Record
 from sigmatau.results import Finding, seconds
 from sigmatau.spectrum import welch
-from sigmatau.streams import Columns, Stream, Transform
+from sigmatau.streams import Stream
 from sigmatau.terms import TERMS
 
 __all__ = ["bad_samples_in_fits", "filters_in_fits", "without_faults"]
@@ -118,14 +118,11 @@ def _beside(found: Sequence[Finding], channels: Sequence[str]) -> str:
 def _without_bad(stream: Stream) -> Stream:
     """The stream with all bad samples taken for missing."""
     bad = without_runs(without_dust(stream))
-    columns = []
+    masks = []
     for channel in stream.channels:
         x = np.where(np.isnan(bad.column(channel)), np.nan, stream.column(channel))
-        x[find_spikes(x)] = np.nan
-        columns.append(x)
-    mask = np.stack([np.isnan(x) for x in columns], axis=1)
-    samples = Columns(tuple(columns), (Transform(),) * len(columns), stream.grid.tau0)
-    return replace(stream, samples=samples, mask=mask)
+        masks.append(np.isnan(x) | find_spikes(x))
+    return masked(stream, np.stack(masks, axis=1))
 
 
 def _refitted(good: Stream, fits: Sequence[NoiseFit], finding: Finding, what: str) -> Finding:

@@ -5,11 +5,10 @@ One module a kind of fault; each takes a stream and returns findings. `check` ru
 
 from dataclasses import replace
 
-from sigmatau.integrity.blank import blanked, rows
 from sigmatau.integrity.copies import copies, copy_masks
 from sigmatau.integrity.interpolated import interpolated
 from sigmatau.integrity.knocks import light_knocks
-from sigmatau.integrity.masking import leave_out_option, masked
+from sigmatau.integrity.masking import leave_out_option, mask_of, masked
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
 from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
@@ -41,6 +40,7 @@ __all__ = [
     "interpolated",
     "leave_out_option",
     "lost_rows",
+    "mask_of",
     "mask_spikes",
     "masked",
     "not_static",
@@ -96,14 +96,15 @@ def check(stream: Stream) -> list[Finding]:
     lost, stream = lost_rows(stream)  # which are no samples of the sensor, whatever else would be said of them
     begun = start_transient(stream)
     start = round(begun[0].size / stream.grid.tau0) if begun and begun[0].size else 0
-    whole, stream = stream, blanked(stream, rows(stream, [(0, start)]))
+    whole, stream = stream, masked(stream, mask_of(stream.grid.n, [(0, start)]))
     even = without_dust(stream)
     found = {one: one(even if one in _EQUAL else stream) for one in CHECKS if one is not start_transient}
     if found[spikes]:
         knocks = light_knocks(stream)
         alone = mask_spikes(Record(streams=(stream,)))[0].streams[0]
         if knocks:  # the largest samples of a knock are no spikes
-            found[spikes] = spikes(blanked(stream, rows(stream, [(knock.start, knock.stop) for knock in knocks])))
+            still = masked(stream, mask_of(stream.grid.n, [(knock.start, knock.stop) for knock in knocks]))
+            found[spikes] = spikes(still)
         if found[not_static] or knocks:  # a single sample may move the mean of a window: that is no motion
             found[not_static] = not_static(stream, judged=alone, knocks=knocks)
         if found[implausible_unit]:  # noise that spikes make is of no grade

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.streams import Stream
 
-__all__ = ["leave_out_option", "masked", "spans_of", "without_steps"]
+__all__ = ["leave_out_option", "mask_of", "masked", "spans_of", "without_steps"]
 
 # Stretches closer than this are one in the text of an option, and of more stretches than this only the kind is named.
 _TOGETHER_S, _LISTED = 1.0, 8
@@ -19,31 +19,34 @@ _TOGETHER_S, _LISTED = 1.0, 8
 _DIGITS = 3  # of a second; ends are rounded outwards
 
 
-def masked(stream: Stream, masks: Sequence[NDArray[np.bool_]]) -> Stream:
-    """The stream without some samples; accumulated values become increments, for one of them is part of two rates.
+def masked(stream: Stream, mask: NDArray[np.bool_]) -> Stream:
+    """The stream with samples taken for missing; its log, and what is known of its numbers, stays as it is.
 
     Parameters
     ----------
     stream : Stream
-    masks : sequence of ndarray of bool, shape (n,)
-        By channel, True for the samples to take for missing.
+    mask : ndarray of bool, shape (n,) or (n, n_channels)
+        True for the rates to take for missing, on all channels or on each.
+
+    Returns
+    -------
+    Stream
+        The very same if the mask has none.
     """
-    raw, transforms = list(stream.samples.raw), list(stream.samples.transforms)
-    for k, mask in enumerate(masks):
-        if transforms[k].kind == "accumulated":
-            raw[k] = np.diff(np.asarray(raw[k], dtype=np.float64))
-            transforms[k] = replace(transforms[k], kind="increments", offset=0.0)
-        elif mask.any():
-            raw[k] = np.array(raw[k], dtype=np.float64)
-        if mask.any():
-            raw[k][mask] = np.nan
-            raw[k].setflags(write=False)
-    missing = np.stack(masks, axis=1)
-    return replace(
-        stream,
-        samples=replace(stream.samples, raw=tuple(raw), transforms=tuple(transforms)),
-        mask=missing if stream.mask is None else stream.mask | missing,
-    )
+    if not mask.any():
+        return stream
+    missing = np.array(np.broadcast_to(mask.reshape(len(mask), -1), (stream.grid.n, len(stream.channels))))
+    if stream.mask is not None:
+        missing |= stream.mask
+    return replace(stream, samples=replace(stream.samples, missing=missing), mask=missing)
+
+
+def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> NDArray[np.bool_]:
+    """True in some stretches of n samples, which may reach beyond its ends; shape (n,)."""
+    mask = np.zeros(n, dtype=bool)
+    for start, stop in spans:
+        mask[max(start, 0) : max(stop, 0)] = True
+    return mask
 
 
 def spans_of(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:

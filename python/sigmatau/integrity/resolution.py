@@ -285,8 +285,13 @@ def _rounding(stream: Stream, channel: str) -> float:
     raw, t = stream.samples.raw[k], stream.samples.transforms[k]
     if raw.dtype.kind != "f" or len(raw) == 0:
         return 0.0
+    step = max(len(raw) // 4096, 1)
+    some = np.asarray(raw[::step], dtype=float)
+    if stream.mask is not None:  # what is taken for missing may be any number
+        gone = stream.mask[::step, k]
+        some = some[: len(gone)][~gone]
     with np.errstate(invalid="ignore"):
-        largest = float(np.nanmax(np.abs(np.asarray(raw[:: max(len(raw) // 4096, 1)], dtype=float)), initial=0.0))
+        largest = float(np.nanmax(np.abs(some), initial=0.0))
     if not math.isfinite(largest):
         return 0.0
     # One unit in the last place is a step that a log may have; half of one is the rounding.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.results import Finding, duration_text
-from sigmatau.streams import CHUNK, Stream, Transform
+from sigmatau.streams import CHUNK, Stream
 
 __all__ = [
     "LONG",
@@ -89,23 +89,18 @@ _LOOKED_AT = 1 << 16
 
 def without_dust(stream: Stream) -> Stream:
     """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
-    raw, changed = list(stream.samples.raw), False
-    transforms = list(stream.samples.transforms)
-    if transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
+    columns, changed = [], False
+    if stream.samples.transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
         return stream
-    for k, channel in enumerate(stream.channels):
+    for channel in stream.channels:
+        x = stream.column(channel)
         some = np.abs(np.diff(sample_of(stream, channel, most=_LOOKED_AT)))
         some = some[some > 0]
         scale = block_rms(some)
         if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
-            raw[k], changed = _joined(stream.column(channel), _DUST * scale), True
-            transforms[k] = Transform()
-    if not changed:
-        return stream
-    for k, channel in enumerate(stream.channels):  # of rates, all of them
-        if transforms[k] != Transform():
-            raw[k], transforms[k] = stream.column(channel), Transform()
-    return replace(stream, samples=replace(stream.samples, raw=tuple(raw), transforms=tuple(transforms)))
+            x, changed = _joined(x, _DUST * scale), True
+        columns.append(x)
+    return stream.with_rates(columns) if changed else stream
 
 
 def _joined(x: NDArray[np.float64], apart: float) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from sigmatau.integrity.masking import masked
 from sigmatau.integrity.samples import affected, block_rms, place, present, when, white_level
 from sigmatau.record import Record
 from sigmatau.results import Finding
-from sigmatau.streams import CHUNK, Stream, Transform
+from sigmatau.streams import CHUNK, Stream
 
 __all__ = ["find_spikes", "mask_spikes", "spikes", "without_spikes"]
 
@@ -172,7 +172,7 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
                         size=float(count),
                     )
                 )
-        streams.append(masked(stream, masks) if any(mask.any() for mask in masks) else stream)
+        streams.append(masked(stream, np.stack(masks, axis=1)))
     if not findings:
         return record, []
     return replace(record, streams=tuple(streams)), findings
@@ -180,7 +180,7 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
 
 def without_spikes(stream: Stream) -> Stream:
     """The stream with samples from nearby in place of its spikes: spectra and segments cannot use gaps of one sample."""
-    columns, changed = {}, False
+    columns, changed = [], False
     for channel in stream.channels:
         x = stream.column(channel)
         found = find_spikes(x)
@@ -194,11 +194,8 @@ def without_spikes(stream: Stream) -> Stream:
                 x = np.array(x)
                 x[at] = x[clean[which]]
                 changed = True
-        columns[channel] = x
-    if not changed:
-        return stream
-    raw = tuple(columns.values())
-    return replace(stream, samples=replace(stream.samples, raw=raw, transforms=(Transform(),) * len(raw)))
+        columns.append(x)
+    return stream.with_rates(columns) if changed else stream
 
 
 def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_]) -> Finding:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.filled import STRETCH, filled
-from sigmatau.integrity.masking import leave_out_option
+from sigmatau.integrity.masking import leave_out_option, masked
 from sigmatau.integrity.repeated import repeats, runs_of_equal
 from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import (
@@ -25,7 +25,7 @@ from sigmatau.integrity.samples import (
 )
 from sigmatau.integrity.walk import added_by_stretches, own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
-from sigmatau.streams import Stream, Transform
+from sigmatau.streams import Stream
 
 __all__ = ["dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_runs"]
 
@@ -109,7 +109,7 @@ def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDA
 
 def without_runs(stream: Stream) -> Stream:
     """The stream with the runs that noise does not make, equal samples and straight lines, taken for missing."""
-    columns, mask = {}, np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+    mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
     for k, channel in enumerate(stream.channels):
         x = stream.column(channel)
         for start, size in zip(*(found.tolist() for found in stuck_runs(stream, channel, x)), strict=True):
@@ -118,12 +118,7 @@ def without_runs(stream: Stream) -> Stream:
         if lines is not None:
             for at in lines.stretches.tolist():
                 mask[lines.first[at] : lines.first[at] + lines.lengths[at], k] = True
-        columns[channel] = x
-    if not mask.any():
-        return stream
-    raw = tuple(np.where(mask[:, k], np.nan, x) for k, x in enumerate(columns.values()))
-    samples = replace(stream.samples, raw=raw, transforms=(Transform(),) * len(raw))
-    return replace(stream, samples=samples, mask=mask if stream.mask is None else mask | stream.mask)
+    return masked(stream, mask)
 
 
 def dropouts(stream: Stream) -> list[Finding]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from sigmatau.integrity.blank import blanked, rows
+import numpy as np
+
 from sigmatau.integrity.knocks import light_knocks
+from sigmatau.integrity.masking import mask_of, masked
 from sigmatau.integrity.spikes import mask_spikes
 from sigmatau.integrity.start import settled_from
 from sigmatau.integrity.static import movements
@@ -39,13 +41,14 @@ def undisturbed(stream: Stream) -> Stream:
     if stream.quantity not in ("angular_rate", "acceleration"):
         return still
     start = max((settled_from(stream, channel) for channel in stream.channels), default=0)
-    still = blanked(still, rows(still, [(0, start)]))
+    still = masked(still, mask_of(still.grid.n, [(0, start)]))
     knocks = light_knocks(still)
-    masked, _ = mask_spikes(Record(streams=(still,)))
-    seen = movements(masked.streams[0])
-    mask = rows(still, [(b.start - seen.window, b.stop + seen.window) for b in (*seen.moved, *knocks)])
+    alone, _ = mask_spikes(Record(streams=(still,)))
+    seen = movements(alone.streams[0])
+    bad = mask_of(still.grid.n, [(b.start - seen.window, b.stop + seen.window) for b in (*seen.moved, *knocks)])
+    mask = np.repeat(bad[:, None], len(still.channels), axis=1)
     for channel, changes in seen.changed.items():
         for change in changes:
             around = slice(max(change.sample - change.around, 0), change.sample + change.around)
             mask[around, still.channels.index(channel)] = True
-    return still if mask.mean() > _MOST else blanked(still, mask)
+    return still if mask.mean() > _MOST else masked(still, mask)

@@ -142,7 +142,7 @@ def lost_rows(stream: Stream) -> tuple[list[Finding], Stream]:
         changes=(("random_walk", factor),),
         remedy=f"{leave_out_option(stream, spans, kind='dropouts')} takes them for missing",
     )
-    return [finding], masked(stream, [rows] * len(stream.channels))
+    return [finding], masked(stream, rows)
 
 
 def dropout_masks(stream: Stream) -> list[NDArray[np.bool_]]:

@@ -84,7 +84,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
             streams.append(stream)
             continue
         said.append(_count(stream, masks))
-        without = masked(stream, masks)
+        without = masked(stream, np.stack(masks, axis=1))
         _refuse_nothing_left(without)
         streams.append(without)
     listed = [f"{seconds(a)} s to {seconds(b)} s" for a, b in spans[:_LISTED]]

@@ -24,6 +24,7 @@ from sigmatau.record import stream_name
 
 __all__ = ["compare_with"]
 
+_SAME = 1e-9  # relative, of numbers without errors
 _MOST_SIGMAS = 1e6  # of an interval without width
 
 
@@ -157,10 +158,12 @@ def _compared(found: Measured, stated: float | None, factor: float, level: float
     limit = factor * stated
     if found.value is None:
         # A limit of 95 % shows nothing with 99 %.
-        below = found.upper_limit is not None and found.upper_limit < limit and level <= found.level
-        return Comparison(limit=limit, side="below" if below else "undecided")
+        shows = level <= found.level
+        below = shows and found.upper_limit is not None and found.upper_limit < limit
+        above = shows and found.lower_limit is not None and found.lower_limit > limit * (1 + _SAME)
+        return Comparison(limit=limit, side="above" if above else "below" if below else "undecided")
     if found.low is None or found.high is None:
-        if math.isclose(found.value, limit, rel_tol=1e-9):
+        if math.isclose(found.value, limit, rel_tol=_SAME):
             return Comparison(limit=limit, side="undecided")
         return Comparison(limit=limit, side="above" if found.value > limit else "below")
     sigmas = _sigmas(found.value, found.low, found.high, limit, found.level)

@@ -206,7 +206,8 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
     if not any(reading.measured.anything for reading in judged.readings):
         stated = [("typical", claim.typical_text), ("maximum", claim.maximum_text)]
         limits = "; ".join(f"{name} {value}" for name, value in stated if value)
-        return [(judged.channel, claim.label, "not measured", limits, judged.status)]
+        row: tuple[str, ...] = (judged.channel, claim.label, "not measured", limits, judged.status)
+        return [row, ("", f"  {judged.reason}")] if judged.reason else [row]
     rows: list[tuple[str, ...]] = []
     for k, reading in enumerate(judged.readings):
         words = f", {reading.meaning.words}" if reading.meaning.words else ""
@@ -226,4 +227,6 @@ def _value_text(found: Measured, text: str, size: float) -> str:
         low = None if found.low is None else found.low / size
         high = None if found.high is None else found.high / size
         return " ".join(part for part in (*interval_texts(found.value / size, low, high), text) if part)
+    if found.lower_limit is not None:
+        return f"at least {two_digits(found.lower_limit / size)} {text}"
     return "not measured" if found.upper_limit is None else f"below {two_digits(found.upper_limit / size)} {text}"

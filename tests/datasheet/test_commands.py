@@ -94,6 +94,18 @@ def test_undecided_is_said_when_it_passes(folder, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_axes_that_are_missing_do_not_pass_as_decided(folder, contents, capsys):
+    content = json.loads(contents["good"])
+    for name in ("gyro_y", "gyro_z", "accel_y", "accel_z"):
+        del content["channels"][name]
+    (folder / "one.json").write_text(json.dumps(content))
+    assert run("sigmatau compare one.json --datasheet spec.toml --undecided fail") == 3
+    assert "accel_y, accel_z, gyro_y, gyro_z: in the datasheet, not in the result" in capsys.readouterr().out
+    single = re.sub(r"^\[(gyro|accel)\].*$", r'[\1]\naxes = ["x"]', SPEC.partition("[accel_z]")[0], flags=re.MULTILINE)
+    (folder / "single.toml").write_text(single, encoding="utf-8")
+    assert run("sigmatau compare one.json --datasheet single.toml --undecided fail") == 0
+
+
 def test_json_is_the_verdicts(folder, capsys):
     assert run("sigmatau compare good.json bad.json --datasheet spec.toml --json") == 3
     content = json.loads(capsys.readouterr().out)

@@ -184,3 +184,28 @@ def test_to_dict_is_plain():
         content = json.loads(json.dumps(one.to_dict(), allow_nan=False))
         assert content["name"] == one.name
         assert len(content["claims"]) == len(one.claims)
+
+
+class TestAxes:
+    def test_are_three_by_default_and_those_of_the_sheet_else(self):
+        text = 'random_walk = { typical = "0.3 deg/sqrt(h)" }'
+        assert sheet(f"[gyro]\n{text}").channels("gyro") == ("gyro_x", "gyro_y", "gyro_z")
+        one = sheet(f'[gyro]\naxes = ["z", "x"]\n{text}')
+        assert one.channels("gyro") == ("gyro_x", "gyro_z")
+        assert one.channels("accel") == ()
+        assert tuple(one.model().channels) == ("gyro_x", "gyro_z")
+        assert one.to_dict()["axes"] == {"gyro": ["x", "z"]}
+        assert repr(one).splitlines()[-1].split() == ["gyro", "axes", "x,", "z"]
+
+    @pytest.mark.parametrize("axes", ["[]", '"x"', "3", '["w"]', '["x", "x"]', "[1]", "[[]]"])
+    def test_that_are_none(self, axes):
+        with pytest.raises(DataError, match=r"gyro: axes = .*write those that a unit has"):
+            sheet(f"[gyro]\naxes = {axes}")
+
+    def test_leave_out_none_that_has_claims(self):
+        with pytest.raises(DataError, match=r"gyro: axes = \['x'\], but there is \[gyro_z\]"):
+            sheet('[gyro]\naxes = ["x"]\n[gyro_z]\nrandom_walk = { typical = "0.3 deg/sqrt(h)" }')
+
+    def test_are_those_of_a_sensor_not_of_an_axis(self):
+        with pytest.raises(DataError, match="gyro_x: unknown key 'axes'"):
+            sheet('[gyro_x]\naxes = ["x"]')

@@ -326,7 +326,7 @@ class TestHowOften:
         values = N * np.exp(error * np.random.default_rng(seed_of(f"limit {error} {level}")).standard_normal(count))
         claims = sheet(random_walk=walk(N))
         found = [
-            compare_with(NoiseModel(channels={"gyro_x": channel(float(v), error)}), claims, level=level).status
+            compare_with(NoiseModel(channels={"gyro": channel(float(v), error)}), claims, level=level).status
             for v in values
         ]
         stated = 1 - level
@@ -397,11 +397,43 @@ class TestResults:
         assert "accel: in the datasheet" in repr(verdict)
         assert verdict.line() == "result: undecided: no accel"
 
+    @pytest.mark.parametrize(
+        ("channels", "axes", "missing"),
+        [
+            (["gyro_x"], None, ("gyro_y", "gyro_z")),
+            (["gyro_x", "gyro_z"], None, ("gyro_y",)),
+            (["gyro_x", "gyro_y", "gyro_z"], None, ()),
+            (["gyro"], None, ()),
+            (["gyro_x"], ["x"], ()),
+            (["gyro_x"], ["x", "z"], ("gyro_z",)),
+            (["gyro_y"], ["x"], ("gyro_x",)),
+            (["accel_x", "accel_y"], None, ("gyro",)),
+        ],
+    )
+    def test_axes_that_were_not_measured(self, channels, axes, missing):
+        units = {"gyro": {}, "accel": {"quantity": "acceleration", "unit": "m/s^2"}}
+        models = {name: channel(**units[name.partition("_")[0]]) for name in channels}
+        claims = sheet(random_walk=walk(2 * N), **({} if axes is None else {"axes": axes}))
+        verdict = compare_with(NoiseModel(channels=models), claims)
+        assert verdict.missing == verdict.absent == missing
+        assert verdict.status == ("undecided" if missing else "within")
+        assert verdict.to_dict()["not_in_the_result"] == list(missing)
+        if missing:
+            assert f"{', '.join(missing)}: in the datasheet, not in the result" in repr(verdict)
+            assert ("fewer axes" in repr(verdict)) == ("_" in missing[0])
+
+    def test_an_axis_that_has_claims_of_its_own_is_missed(self):
+        claims = sheet("gyro_z", random_walk=walk(2 * N))
+        found = compare_with(NoiseModel(channels={"gyro_x": channel()}), claims)
+        assert found.missing == ("gyro_z",)
+
     def test_a_channel_without_a_model(self, analysis):
         content = json.loads(json.dumps(analysis.to_dict()))
         content["channels"]["gyro_y"]["fit"] |= {"model": {}, "verdict": "too_short"}
         verdict = compare_with(content, sheet(random_walk=walk(0.2)))
         assert verdict.missing == ("gyro_y",)
+        assert verdict.absent == ()
+        assert "gyro_y: in the datasheet, but the result has no model of it" in repr(verdict)
         assert {judged.channel for judged in verdict.judged} == {"gyro_x", "gyro_z"}
 
     @pytest.mark.parametrize(

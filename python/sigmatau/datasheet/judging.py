@@ -8,11 +8,12 @@ proving conformity and proving the lack of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from statistics import NormalDist
 from typing import Any, Protocol
 
 from sigmatau.datasheet.claims import QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheet.file import AXES
 from sigmatau.datasheet.measured import Measured, measured
 from sigmatau.datasheet.sheet import Datasheet
 from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Status, Verdict
@@ -97,23 +98,30 @@ def compare_with(
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
         said = {claim.term for claim in claims}
         unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
-    sensors = {claim.sensor for claim in datasheet.claims}
-    missing = [name for name in without if datasheet.of(name)]
-    missing += sorted(
-        name
-        for name in sensors
-        if not any(channel == name or stream_name(channel) == name for channel in models)
-        and not any(stream_name(channel) == name or channel == name for channel in without)
-    )
+    absent = _absent(datasheet, [*models, *without])
     return Verdict(
         unit=unit,
         datasheet=datasheet.name,
         judged=tuple(judged),
         unsaid=tuple(unsaid),
-        missing=tuple(missing),
+        missing=(*(name for name in without if datasheet.of(name)), *absent),
+        absent=absent,
         level=level,
         factor=factor,
     )
+
+
+def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
+    """Sensors and axes of which the sheet states something and the result has nothing.
+
+    A sensor of which any axis is there has all that the sheet says; one channel of the sensor's own name is all of it.
+    """
+    absent = {claim.sensor for claim in datasheet.claims}
+    absent -= {*channels, *map(stream_name, channels)}
+    for sensor in QUANTITIES:
+        if sensor not in channels and any(f"{sensor}_{axis}" in channels for axis in AXES):
+            absent |= {*datasheet.channels(sensor)} - {*channels}
+    return tuple(sorted(absent))
 
 
 def _models(result: NoiseModel | _Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:

@@ -118,6 +118,8 @@ class Verdict(Printed):
         Channels and terms that were measured and of which the sheet says nothing.
     missing : tuple of str
         Sensors and axes of which the sheet states something and that the result has not, or has no model of.
+    absent : tuple of str
+        Those of them that it has not.
     level : float
         One-sided confidence of the comparisons.
     factor : float or None
@@ -129,6 +131,7 @@ class Verdict(Printed):
     judged: tuple[Judged, ...]
     unsaid: tuple[tuple[str, str], ...] = ()
     missing: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
     level: float = 0.95
     factor: float | None = None
 
@@ -167,6 +170,7 @@ class Verdict(Printed):
             "claims": [judged.to_dict() for judged in self.judged],
             "not_in_the_datasheet": [{"channel": channel, "term": term} for channel, term in self.unsaid],
             "missing": list(self.missing),
+            "not_in_the_result": list(self.absent),
         }
 
     def __repr__(self) -> str:
@@ -179,7 +183,13 @@ class Verdict(Printed):
             lines.append("  " + "   ".join(cells).rstrip())
         if not self.judged:
             lines.append("  the datasheet states nothing of the noise of these channels")
-        lines += [f"  {name}: in the datasheet, but the result has no model of it" for name in self.missing]
+        lines += [
+            f"  {name}: in the datasheet, but the result has no model of it"
+            for name in self.missing
+            if name not in self.absent
+        ]
+        if self.absent:
+            lines.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
         by_term: dict[str, list[str]] = {}
         for channel, term in self.unsaid:
             by_term.setdefault(term, []).append(channel)
@@ -197,6 +207,10 @@ def _by(judged: Judged) -> str:
         if comparison is not None and comparison.sigmas is not None:
             return f" ({comparison.words()})"
     return ""
+
+
+def _hint(absent: tuple[str, ...]) -> str:
+    return '; of a sensor with fewer axes the sheet says axes = ["x"]' if any("_" in name for name in absent) else ""
 
 
 def _rows(judged: Judged) -> list[tuple[str, ...]]:

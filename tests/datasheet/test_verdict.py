@@ -162,24 +162,18 @@ class TestMinimum:
         assert measured(model, "minimum").value == pytest.approx(math.sqrt(2 * N * 1e-4 / math.sqrt(3)), rel=1e-6)
 
     def test_error_is_that_of_the_terms(self):
-        """ln σ = ½ ln N + ½ ln K + const: the relative errors add in quadrature, halved."""
-        values = np.array([N, 1e-4])
-        relative = np.array([0.02, 0.1])
-        model = ChannelModel(
-            terms={"random_walk": values[0], "rate_random_walk": values[1]},
-            limits={"bias_instability": 1e-9},
-            covariance=(("random_walk", "rate_random_walk"), np.diag((relative * values) ** 2)),
-        )
-        found = measured(model, "minimum")
-        expected = 1.96 * math.hypot(*relative) / 2
-        assert math.log(found.value / found.low) == pytest.approx(expected, rel=1e-4)
-        assert math.log(found.high / found.value) == pytest.approx(expected, rel=1e-4)
+        """σ² = 2NK/√3: with both at an end of their intervals it is larger by the geometric mean of their factors."""
+        values = {"random_walk": N, "rate_random_walk": 1e-4}
+        ends = {"random_walk": (N / 1.1, N * 1.02), "rate_random_walk": (1e-4 / 1.6, 1e-4 * 1.3)}
+        found = measured(ChannelModel(terms=values, intervals=ends, limits={"bias_instability": 1e-9}), "minimum")
+        assert found.value / found.low == pytest.approx(math.sqrt(1.1 * 1.6), rel=1e-5)
+        assert found.high / found.value == pytest.approx(math.sqrt(1.02 * 1.3), rel=1e-5)
 
     def test_what_was_not_seen_can_only_make_it_larger(self):
         seen = {"random_walk": N, "rate_random_walk": 1e-4}
-        covariance = (tuple(seen), np.diag([(0.01 * v) ** 2 for v in seen.values()]))
-        narrow = measured(ChannelModel(terms=seen, limits={"bias_instability": 1e-9}, covariance=covariance), "minimum")
-        wide = measured(ChannelModel(terms=seen, limits={"bias_instability": 1e-2}, covariance=covariance), "minimum")
+        ends = {term: (0.98 * value, 1.02 * value) for term, value in seen.items()}
+        narrow = measured(ChannelModel(terms=seen, limits={"bias_instability": 1e-9}, intervals=ends), "minimum")
+        wide = measured(ChannelModel(terms=seen, limits={"bias_instability": 1e-2}, intervals=ends), "minimum")
         assert (wide.value, wide.low) == (narrow.value, narrow.low)
         floor = math.sqrt(2 * N * 1e-4 / math.sqrt(3))
         assert wide.high == pytest.approx(math.hypot(floor, BIAS_LEVEL * 1e-2), rel=1e-5)
@@ -221,19 +215,22 @@ class TestMinimumOfAllThatTheModelHas:
         assert judge(model, minimum(found.lower_limit)).status == "undecided"
 
     def test_the_lower_bound_has_the_error_of_its_terms(self):
-        relative = np.array([0.02, 0.1])
-        covariance = (tuple(WALKS), np.diag((relative * np.array([N, 1e-4])) ** 2))
-        model = ChannelModel(terms=WALKS, covariance=covariance)
-        low = FLOOR * math.exp(-1.96 * math.hypot(*relative) / 2)
-        assert measured(model, "minimum").lower_limit == pytest.approx(low, rel=1e-4)
+        ends = {"random_walk": (N / 1.1, N * 1.1), "rate_random_walk": (1e-4 / 1.6, 1.6e-4)}
+        model = ChannelModel(terms=WALKS, intervals=ends)
+        low = FLOOR / math.sqrt(1.1 * 1.6)
+        assert measured(model, "minimum").lower_limit == pytest.approx(low, rel=1e-5)
         assert judge(model, minimum(0.99 * low)).status == "out"
         assert judge(model, minimum(0.99 * low), level=0.99).status == "undecided"  # the end of 95 % is one of 97.5 %
         assert judge(model, minimum(0.99 * FLOOR)).status == "undecided"
 
-    def test_without_a_covariance_all_terms_are_at_their_ends(self):
-        ends = {term: (value / 1.2, value * 1.1) for term, value in WALKS.items()}
-        found = measured(ChannelModel(terms=WALKS, intervals=ends, limits={"bias_instability": 1e-9}), "minimum")
-        assert (found.low, found.high) == pytest.approx((FLOOR / 1.2, FLOOR * 1.1), rel=1e-5)
+    def test_a_ramp_that_was_seen_has_its_interval_there(self):
+        """σ² = N²/τ + R²τ²/2 is least, 1.5·(N²R)^⅔, at τ = (N/R)^⅔."""
+        terms = {"random_walk": N, "rate_ramp": -1e-6}
+        ends = {"random_walk": (N / 1.1, N * 1.1), "rate_ramp": (-1.3e-6, -1e-6 / 1.3)}
+        found = measured(ChannelModel(terms=terms, intervals=ends, limits={"bias_instability": 1e-9}), "minimum")
+        least = math.sqrt(1.5 * (N * N * 1e-6) ** (2 / 3))
+        size = (1.1**2 * 1.3) ** (1 / 3)
+        assert (found.low, found.value, found.high) == pytest.approx((least / size, least, least * size), rel=1e-5)
 
     def test_the_reason_is_in_the_table(self):
         model = ChannelModel(terms=WALKS)

@@ -186,6 +186,12 @@ def test_to_dict_is_plain():
         assert len(content["claims"]) == len(one.claims)
 
 
+def test_the_stim300s_gyro_says_what_its_maker_says():
+    """sensonor.com, FAQ: "Bias instability [°/h] is found as lowest point of curve"; of the accelerometers it says nothing."""
+    conventions = {c.sensor: c.convention for c in datasheet("stim300").claims if c.key == "bias_instability"}
+    assert conventions == {"gyro": "minimum", "accel": "unknown"}
+
+
 class TestAxes:
     def test_are_three_by_default_and_those_of_the_sheet_else(self):
         text = 'random_walk = { typical = "0.3 deg/sqrt(h)" }'

@@ -130,6 +130,8 @@ REFUSED = {
     '[gyro]\nrandom_walk = {typical = "1 m/s/sqrt(h)"}': "gyro: typical of random_walk: the unit .* does not fit",
     '[gyro]\nrandom_walk = {typical = "-1 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
     '[gyro]\nrandom_walk = {typical = "1e999 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
+    '[gyro]\nrandom_walk = {maximum = "1e300 deg/sqrt(h)"}': r"gyro: maximum of random_walk must be from 1e-100 to 1e\+100",
+    '[gyro]\nrandom_walk = {maximum = "1e-300 deg/sqrt(h)"}': "gyro: maximum of random_walk must be from 1e-100",
     '[gyro]\nrandom_walk = {typical = "2 deg/sqrt(h)", maximum = "1 deg/sqrt(h)"}': "gyro: random_walk: typical 2 .* above",
     '[gyro]\narw = {typical = "1 deg/sqrt(h)"}': "gyro: unknown key 'arw'; keys: noise_density",
     '[gyro]\nfull_scale = "2 deg/s"': "gyro: full_scale = '2 deg/s'; write a list",
@@ -187,7 +189,7 @@ def test_to_dict_is_plain():
 
 
 def test_the_stim300s_gyro_says_what_its_maker_says():
-    """sensonor.com, FAQ: "Bias instability [°/h] is found as lowest point of curve"; of the accelerometers it says nothing."""
+    """sensonor.com, FAQ: "Bias instability [°/h] is found as lowest point of curve"; not of accelerometers."""
     conventions = {c.sensor: c.convention for c in datasheet("stim300").claims if c.key == "bias_instability"}
     assert conventions == {"gyro": "minimum", "accel": "unknown"}
 

@@ -460,6 +460,8 @@ class TestResults:
             compare_with(analysis, claims, level=1.0)
         with pytest.raises(OptionError, match="`factor`"):
             compare_with(analysis, claims, factor=float("nan"))
+        with pytest.raises(OptionError, match="`factor`"):
+            compare_with(analysis, claims, factor=1e101)
         with pytest.raises(OptionError, match="`sided`"):
             compare_with(analysis, claims, sided="three")
         with pytest.raises(OptionError, match="`bias`"):

@@ -33,6 +33,7 @@ from typing import Any
 from sigmatau.datasheet.claims import KEYS, QUANTITIES, Claim
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import value_in_si
+from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.terms import coefficient_unit
 
 __all__ = ["AXES", "SENSORS", "TEXTS", "axes_of", "claims_of", "data_of", "parsed", "texts_of"]
@@ -173,6 +174,8 @@ def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:
         raise DataError(message if message.startswith(sensor) else f"{what}: {message}") from None
     if not (math.isfinite(value) and value > 0):
         raise DataError(f"{what} must be positive, not {text}")
+    if not SMALLEST <= value <= LARGEST:
+        raise DataError(f"{what} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {text}")
     return value
 
 

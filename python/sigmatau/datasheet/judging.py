@@ -1,8 +1,12 @@
 """Whether a sensor keeps to its datasheet: term by term, with the error of the measurement.
 
-A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in fewer than 1 − level of
+A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in at most 1 − level of
 records, *below* it likewise, and else *undecided*: the record is too short to tell. That is the rule of ISO 14253-1 for
 proving conformity and proving the lack of it.
+
+Standard errors are those of the intervals, which allow for the terms that were not seen and so are wider than the errors of
+the terms that were chosen. With those a K beside an unseen B, exactly at its limit, is called out in 24 % of 183 simulated
+records in place of 5 %.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Status, Verd
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noisefit import NoiseFit
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.processes import LARGEST
 from sigmatau.model.result import models_of, results_by_channel
 from sigmatau.record import stream_name
 
@@ -56,7 +61,7 @@ def compare_with(
     unit : str, optional
         What the result is of, for the lines that are printed.
     level : float, optional
-        One-sided confidence: a unit exactly at its limit is called out in a share of 1 − level of records.
+        One-sided confidence: a unit exactly at its limit is called out in at most a share of 1 − level of records.
     factor : float, optional
         Where the sheet has a typical value only: the maximum is `factor` times it. Default: there is none, and a value
         above the typical one is said but is not out.
@@ -84,8 +89,8 @@ def compare_with(
     check_meanings(sided, bias)
     if not 0.5 <= level < 1:
         raise OptionError(f"`level` must be from 0.5 to below 1, not {level!r}", option="level")
-    if factor is not None and not (math.isfinite(factor) and factor >= 1):
-        raise OptionError(f"`factor` must be a number from 1 on, not {factor!r}", option="factor")
+    if factor is not None and not 1 <= factor <= LARGEST:
+        raise OptionError(f"`factor` must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
     models, without = _models(result)
     judged, unsaid = [], []
     for channel, model in models.items():

@@ -129,8 +129,8 @@ small one 1e-4), K = 1e-4 in SI.
 
 | compared | percent | {ratios} |"""
 
-_AT_LIMIT = f"""Of units exactly at the limit, the percentage that is called out, by `level`. It is at most 1 - level, and mostly less,
-since the intervals allow for terms that the record does not show.
+_AT_LIMIT = f"""Of units exactly at the limit, the percentage that is called out, by `level`. It is at most 1 - level, and
+mostly less, since the intervals allow for terms that the record does not show.
 
 | compared | {" | ".join(f"{level:g}" for level in LEVELS)} |"""
 

@@ -88,7 +88,7 @@ def verdicts() -> dict[str, Verdict]:
 def page() -> str:
     """The page."""
     found = verdicts()
-    judged = [j for verdict in found.values() for j in verdict.judged if j.readings[0].measured.anything]
+    judged = [j for verdict in found.values() for j in verdict.judged if j.readings[0].measured.value is not None]
     total = sum(len(table) for table in TABLES.values())
     counts = {status: sum(j.status == status for j in judged) for status in ("within", "undecided", "out")}
     with_maximum = [j for j in judged if j.claim.maximum is not None]

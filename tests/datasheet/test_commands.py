@@ -94,6 +94,18 @@ def test_undecided_is_said_when_it_passes(folder, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_axes_that_are_missing_do_not_pass_as_decided(folder, contents, capsys):
+    content = json.loads(contents["good"])
+    for name in ("gyro_y", "gyro_z", "accel_y", "accel_z"):
+        del content["channels"][name]
+    (folder / "one.json").write_text(json.dumps(content))
+    assert run("sigmatau compare one.json --datasheet spec.toml --undecided fail") == 3
+    assert "accel_y, accel_z, gyro_y, gyro_z: in the datasheet, not in the result" in capsys.readouterr().out
+    single = re.sub(r"^\[(gyro|accel)\].*$", r'[\1]\naxes = ["x"]', SPEC.partition("[accel_z]")[0], flags=re.MULTILINE)
+    (folder / "single.toml").write_text(single, encoding="utf-8")
+    assert run("sigmatau compare one.json --datasheet single.toml --undecided fail") == 0
+
+
 def test_json_is_the_verdicts(folder, capsys):
     assert run("sigmatau compare good.json bad.json --datasheet spec.toml --json") == 3
     content = json.loads(capsys.readouterr().out)
@@ -167,3 +179,17 @@ def test_list_and_show(capsys):
     out = capsys.readouterr().out
     assert out.startswith("# maximum values of ISM330DHCX (STMicroelectronics); ")
     assert set(tomllib.loads(out)["channels"]) == {f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"}
+
+
+def test_the_pages_shares_are_those_of_the_study():
+    """Its table: at the limit by two levels, then 10 and 25 % above it."""
+    study = (ROOT / "docs" / "study" / "datasheets.md").read_text(encoding="utf-8")
+    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in study.splitlines() if line.startswith("| ")]
+    header = next(row for row in cells if row[:2] == ["compared", "percent"])
+    by_ratio = {row[0]: dict(zip(header, row, strict=True)) for row in cells if row[1:2] == ["out"]}
+    by_level = {row[0]: row[1:] for row in cells if len(row) == 4 and row[0] != "compared"}
+    rows = re.findall(r"^\| (\w.*?) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", PAGE, flags=re.MULTILINE)
+    assert len(rows) == 5
+    for name, *shares in rows:
+        assert shares == [*by_level[name][:2], by_ratio[name]["1.1"], by_ratio[name]["1.25"]]
+    assert {row["0.9"] for row in by_ratio.values()} == {"0.0"}

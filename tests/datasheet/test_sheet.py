@@ -130,6 +130,8 @@ REFUSED = {
     '[gyro]\nrandom_walk = {typical = "1 m/s/sqrt(h)"}': "gyro: typical of random_walk: the unit .* does not fit",
     '[gyro]\nrandom_walk = {typical = "-1 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
     '[gyro]\nrandom_walk = {typical = "1e999 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
+    '[gyro]\nrandom_walk = {maximum = "1e300 deg/sqrt(h)"}': r"gyro: maximum of random_walk must be from 1e-100 to 1e\+100",
+    '[gyro]\nrandom_walk = {maximum = "1e-300 deg/sqrt(h)"}': "gyro: maximum of random_walk must be from 1e-100",
     '[gyro]\nrandom_walk = {typical = "2 deg/sqrt(h)", maximum = "1 deg/sqrt(h)"}': "gyro: random_walk: typical 2 .* above",
     '[gyro]\narw = {typical = "1 deg/sqrt(h)"}': "gyro: unknown key 'arw'; keys: noise_density",
     '[gyro]\nfull_scale = "2 deg/s"': "gyro: full_scale = '2 deg/s'; write a list",
@@ -184,3 +186,34 @@ def test_to_dict_is_plain():
         content = json.loads(json.dumps(one.to_dict(), allow_nan=False))
         assert content["name"] == one.name
         assert len(content["claims"]) == len(one.claims)
+
+
+def test_the_stim300s_gyro_says_what_its_maker_says():
+    """sensonor.com, FAQ: "Bias instability [°/h] is found as lowest point of curve"; not of accelerometers."""
+    conventions = {c.sensor: c.convention for c in datasheet("stim300").claims if c.key == "bias_instability"}
+    assert conventions == {"gyro": "minimum", "accel": "unknown"}
+
+
+class TestAxes:
+    def test_are_three_by_default_and_those_of_the_sheet_else(self):
+        text = 'random_walk = { typical = "0.3 deg/sqrt(h)" }'
+        assert sheet(f"[gyro]\n{text}").channels("gyro") == ("gyro_x", "gyro_y", "gyro_z")
+        one = sheet(f'[gyro]\naxes = ["z", "x"]\n{text}')
+        assert one.channels("gyro") == ("gyro_x", "gyro_z")
+        assert one.channels("accel") == ()
+        assert tuple(one.model().channels) == ("gyro_x", "gyro_z")
+        assert one.to_dict()["axes"] == {"gyro": ["x", "z"]}
+        assert repr(one).splitlines()[-1].split() == ["gyro", "axes", "x,", "z"]
+
+    @pytest.mark.parametrize("axes", ["[]", '"x"', "3", '["w"]', '["x", "x"]', "[1]", "[[]]"])
+    def test_that_are_none(self, axes):
+        with pytest.raises(DataError, match=r"gyro: axes = .*write those that a unit has"):
+            sheet(f"[gyro]\naxes = {axes}")
+
+    def test_leave_out_none_that_has_claims(self):
+        with pytest.raises(DataError, match=r"gyro: axes = \['x'\], but there is \[gyro_z\]"):
+            sheet('[gyro]\naxes = ["x"]\n[gyro_z]\nrandom_walk = { typical = "0.3 deg/sqrt(h)" }')
+
+    def test_are_those_of_a_sensor_not_of_an_axis(self):
+        with pytest.raises(DataError, match="gyro_x: unknown key 'axes'"):
+            sheet('[gyro_x]\naxes = ["x"]')

@@ -43,7 +43,7 @@ def compare_command(
     datasheet
         A name of "sigmatau datasheet list", or a file of your own (.toml).
     level
-        One-sided confidence: a unit exactly at its limit is called out in a share of 1 - level.
+        One-sided confidence: a unit exactly at its limit is called out in at most a share of 1 - level.
     factor
         Where the sheet has no maximum, FACTOR times typical is one. Default: typical values fail nobody.
     sided

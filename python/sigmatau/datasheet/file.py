@@ -9,6 +9,7 @@
     confirmed = "https://…, page 9"            # where somebody has looked it up
 
     [gyro]
+    axes = ["x", "y", "z"]                                                # those that a unit has; these by default
     noise_density = { typical = "5 mdeg/s/sqrt(Hz)", sided = "one" }      # or "two", or "unknown"
     random_walk = { typical = "0.21 deg/sqrt(h)" }
     bias_instability = { typical = "3 deg/h", as = "minimum" }            # or "coefficient", or "unknown"
@@ -32,12 +33,15 @@ from typing import Any
 from sigmatau.datasheet.claims import KEYS, QUANTITIES, Claim
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import value_in_si
+from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.terms import coefficient_unit
 
-__all__ = ["SENSORS", "TEXTS", "claims_of", "data_of", "parsed", "texts_of"]
+__all__ = ["AXES", "SENSORS", "TEXTS", "axes_of", "claims_of", "data_of", "parsed", "texts_of"]
+
+AXES = ("x", "y", "z")
 
 TEXTS = ("name", "maker", "kind", "source", "confirmed", "note")
-SENSORS = (*QUANTITIES, *(f"{sensor}_{axis}" for sensor in QUANTITIES for axis in "xyz"))
+SENSORS = (*QUANTITIES, *(f"{sensor}_{axis}" for sensor in QUANTITIES for axis in AXES))
 
 _NEEDED = ("name", "maker", "source")
 _LONGEST = 400
@@ -96,12 +100,29 @@ def data_of(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for sensor in SENSORS:
         table = _table(content, sensor)
-        unknown = next((key for key in table if key not in KEYS and key not in _LISTS), None)
+        allowed = (*KEYS, *_LISTS, *(("axes",) if sensor in QUANTITIES else ()))
+        unknown = next((key for key in table if key not in allowed), None)
         if unknown is not None:
-            raise DataError(f"{sensor}: unknown key {unknown!r}; keys: {', '.join((*KEYS, *_LISTS))}")
+            raise DataError(f"{sensor}: unknown key {unknown!r}; keys: {', '.join(allowed)}")
         for key in _LISTS:
             if key in table:
                 found.setdefault(sensor, {})[key] = _listed(sensor, key, table[key])
+    return found
+
+
+def axes_of(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    """The axes that a unit has, by sensor, where the sheet says it."""
+    found = {}
+    for sensor in QUANTITIES:
+        axes = _table(content, sensor).get("axes")
+        if axes is None:
+            continue
+        if not isinstance(axes, list) or not axes or any(axis not in AXES for axis in axes) or len({*axes}) < len(axes):
+            raise DataError(f'{sensor}: axes = {axes!r}; write those that a unit has, axes = ["x", "y", "z"]')
+        other = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
+        if other is not None:
+            raise DataError(f"{sensor}: axes = {axes!r}, but there is [{sensor}_{other}]")
+        found[sensor] = tuple(axis for axis in AXES if axis in axes)
     return found
 
 
@@ -153,6 +174,8 @@ def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:
         raise DataError(message if message.startswith(sensor) else f"{what}: {message}") from None
     if not (math.isfinite(value) and value > 0):
         raise DataError(f"{what} must be positive, not {text}")
+    if not SMALLEST <= value <= LARGEST:
+        raise DataError(f"{what} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {text}")
     return value
 
 

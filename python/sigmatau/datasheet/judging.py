@@ -1,29 +1,36 @@
 """Whether a sensor keeps to its datasheet: term by term, with the error of the measurement.
 
-A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in fewer than 1 − level of
+A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in at most 1 − level of
 records, *below* it likewise, and else *undecided*: the record is too short to tell. That is the rule of ISO 14253-1 for
 proving conformity and proving the lack of it.
+
+Standard errors are those of the intervals, which allow for the terms that were not seen and so are wider than the errors of
+the terms that were chosen. With those a K beside an unseen B, exactly at its limit, is called out in 24 % of 183 simulated
+records in place of 5 %.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from statistics import NormalDist
 from typing import Any, Protocol
 
 from sigmatau.datasheet.claims import QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheet.file import AXES
 from sigmatau.datasheet.measured import Measured, measured
 from sigmatau.datasheet.sheet import Datasheet
 from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Status, Verdict
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noisefit import NoiseFit
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.processes import LARGEST
 from sigmatau.model.result import models_of, results_by_channel
 from sigmatau.record import stream_name
 
 __all__ = ["compare_with"]
 
+_SAME = 1e-9  # relative, of numbers without errors
 _MOST_SIGMAS = 1e6  # of an interval without width
 
 
@@ -54,7 +61,7 @@ def compare_with(
     unit : str, optional
         What the result is of, for the lines that are printed.
     level : float, optional
-        One-sided confidence: a unit exactly at its limit is called out in a share of 1 − level of records.
+        One-sided confidence: a unit exactly at its limit is called out in at most a share of 1 − level of records.
     factor : float, optional
         Where the sheet has a typical value only: the maximum is `factor` times it. Default: there is none, and a value
         above the typical one is said but is not out.
@@ -82,8 +89,8 @@ def compare_with(
     check_meanings(sided, bias)
     if not 0.5 <= level < 1:
         raise OptionError(f"`level` must be from 0.5 to below 1, not {level!r}", option="level")
-    if factor is not None and not (math.isfinite(factor) and factor >= 1):
-        raise OptionError(f"`factor` must be a number from 1 on, not {factor!r}", option="factor")
+    if factor is not None and not 1 <= factor <= LARGEST:
+        raise OptionError(f"`factor` must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
     models, without = _models(result)
     judged, unsaid = [], []
     for channel, model in models.items():
@@ -96,23 +103,30 @@ def compare_with(
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
         said = {claim.term for claim in claims}
         unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
-    sensors = {claim.sensor for claim in datasheet.claims}
-    missing = [name for name in without if datasheet.of(name)]
-    missing += sorted(
-        name
-        for name in sensors
-        if not any(channel == name or stream_name(channel) == name for channel in models)
-        and not any(stream_name(channel) == name or channel == name for channel in without)
-    )
+    absent = _absent(datasheet, [*models, *without])
     return Verdict(
         unit=unit,
         datasheet=datasheet.name,
         judged=tuple(judged),
         unsaid=tuple(unsaid),
-        missing=tuple(missing),
+        missing=(*(name for name in without if datasheet.of(name)), *absent),
+        absent=absent,
         level=level,
         factor=factor,
     )
+
+
+def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
+    """Sensors and axes of which the sheet states something and the result has nothing.
+
+    A sensor of which any axis is there has all that the sheet says; one channel of the sensor's own name is all of it.
+    """
+    absent = {claim.sensor for claim in datasheet.claims}
+    absent -= {*channels, *map(stream_name, channels)}
+    for sensor in QUANTITIES:
+        if sensor not in channels and any(f"{sensor}_{axis}" in channels for axis in AXES):
+            absent |= {*datasheet.channels(sensor)} - {*channels}
+    return tuple(sorted(absent))
 
 
 def _models(result: NoiseModel | _Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
@@ -157,10 +171,12 @@ def _compared(found: Measured, stated: float | None, factor: float, level: float
     limit = factor * stated
     if found.value is None:
         # A limit of 95 % shows nothing with 99 %.
-        below = found.upper_limit is not None and found.upper_limit < limit and level <= found.level
-        return Comparison(limit=limit, side="below" if below else "undecided")
+        shows = level <= found.level
+        below = shows and found.upper_limit is not None and found.upper_limit < limit
+        above = shows and found.lower_limit is not None and found.lower_limit > limit * (1 + _SAME)
+        return Comparison(limit=limit, side="above" if above else "below" if below else "undecided")
     if found.low is None or found.high is None:
-        if math.isclose(found.value, limit, rel_tol=1e-9):
+        if math.isclose(found.value, limit, rel_tol=_SAME):
             return Comparison(limit=limit, side="undecided")
         return Comparison(limit=limit, side="above" if found.value > limit else "below")
     sigmas = _sigmas(found.value, found.low, found.high, limit, found.level)

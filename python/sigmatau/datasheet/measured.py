@@ -1,10 +1,10 @@
-"""What a result says of a term, or of the minimum of its Allan deviation: a value, or what it is below."""
+"""What a result says of a term, or of the minimum of its Allan deviation: a value, or between what it is."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ __all__ = ["Measured", "measured"]
 Floats = NDArray[np.float64]
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
-_RISING = ("rate_random_walk", "rate_ramp")
+_NEGLIGIBLE = 0.01  # of a variance; half of that of a deviation
 _TAU = (-6.0, 12.0)  # decades that are searched for a minimum; a random walk alone has none in any range [log10 s]
 
 
@@ -36,8 +36,10 @@ class Measured:
         Its interval, if it has one.
     upper_limit : float or None
         What it is below, if it was not observed.
+    lower_limit : float or None
+        What it is above, if only a part of it is known.
     level : float
-        Probability of the interval.
+        Probability of the interval, or of the limits; 1 for a limit of a model that is taken as it is.
     words : str
         Why there is nothing, or what was not seen and may be there.
     """
@@ -46,16 +48,18 @@ class Measured:
     low: float | None = None
     high: float | None = None
     upper_limit: float | None = None
+    lower_limit: float | None = None
     level: float = 0.95
     words: str = ""
 
     @property
     def anything(self) -> bool:
         """Whether there is a value or a limit."""
-        return self.value is not None or self.upper_limit is not None
+        return not (self.value is None and self.upper_limit is None and self.lower_limit is None)
 
     def to_dict(self) -> dict[str, Any]:
-        known = {"value": self.value, "low": self.low, "high": self.high, "upper_limit": self.upper_limit}
+        names = ("value", "low", "high", "upper_limit", "lower_limit")
+        known = {name: getattr(self, name) for name in names}
         kept = {key: value for key, value in known.items() if value is not None}
         return {**kept, **({"level": self.level} if kept else {}), **({"words": self.words} if self.words else {})}
 
@@ -79,59 +83,100 @@ def measured(model: ChannelModel, of: str) -> Measured:
 
 
 def _minimum(model: ChannelModel) -> Measured:
-    """The least Allan deviation at any time, of the model's own curve: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2.
+    """The least Allan deviation at any time, of the model's own curve: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + …
 
-    That is what a maker reads off a record that is long enough. Terms that were not seen can make it larger, so the upper
-    end is that of the curve with all of them at their limits.
+    That is what a maker reads off a record that is long enough. Each part of the noise can only add to it, so what was seen
+    makes a lower bound, and what was seen together with the limits of what was not an upper one.
     """
-    if model.gauss_markov or model.sinusoid:
-        return Measured(words="a Gauss-Markov process or a sinusoid leaves the curve more than one minimum")
     seen = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
     unseen = {term: limit for term, limit in model.limits.items() if term in _SLOW}
-    if "bias_instability" not in seen and "bias_instability" not in unseen:
-        # A model may be silent of it, which does not make it zero.
-        return Measured(words="the result says nothing of it")
+    # A model may be silent of it, which does not make it zero.
+    silent = "bias_instability" not in seen and "bias_instability" not in unseen
     if not any(term in seen for term in _SLOW):
-        # What was seen is taken at the upper end of its interval, what was not at its limit.
-        ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
-        limit, _ = _least({**ends, **unseen})
-        return Measured(upper_limit=limit, level=model.level)
-    value, tau = _least(seen)
-    low, high = _interval(model, seen, value, tau)
-    if high is not None and unseen:
-        high = max(high, _least({**seen, **unseen})[0])
+        return Measured(words="the result says nothing of it") if silent else _below(model, seen, unseen)
+    floor, _ = _least(seen)
+    low, high = _interval(model, seen)
+    if silent:
+        return _above(model, low, seen, "the result says nothing of bias instability")
+    value, tau = _least(seen, _cancelled(model))
+    if low is None or high is None:
+        return Measured(value=value, level=model.level)
+    if _full(model)(np.array(tau)) > _NEGLIGIBLE * value**2:
+        return _above(model, low, seen, "a Gauss-Markov process or a sinusoid adds to the minimum")
+    high *= value / floor
+    if unseen:
+        high = max(high, _least({**seen, **unseen}, _full(model))[0])
     words = f"with {' and '.join(sorted(unseen)).replace('_', ' ')} at the limit up to the upper end" if unseen else ""
-    return Measured(value=value, low=low, high=high, level=model.level, words=words if high is not None else "")
+    return Measured(value=value, low=low, high=high, level=model.level, words=words)
 
 
-def _interval(
-    model: ChannelModel, seen: dict[str, float], value: float, tau: float
-) -> tuple[float, float] | tuple[None, None]:
-    if not any(term in seen for term in _RISING):
-        # A plateau alone: its own interval, which need not be symmetrical.
-        plateau = measured(model, "bias_instability")
-        if plateau.low is None or plateau.high is None:
-            return None, None
-        return BIAS_LEVEL * plateau.low, BIAS_LEVEL * plateau.high
-    names, covariance = model.covariance
-    if not set(seen) <= set(names):
+def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
+    """Nothing slow was seen: what was is taken at the upper end of its interval, what was not at its limit."""
+    ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
+    limit, tau = _least({**ends, **unseen}, _full(model))
+    if _full(model)(np.array(tau)) > _NEGLIGIBLE * limit**2:
+        return Measured(
+            words="a Gauss-Markov process or a sinusoid, whose error the model does not have, makes the minimum"
+        )
+    return Measured(upper_limit=limit, level=model.level)
+
+
+def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: str) -> Measured:
+    """A lower bound: the lower end of what the terms that were seen make, or that of a model as it stands."""
+    words = f"{why}, so this is a lower bound"
+    if low is None:
+        return Measured(lower_limit=_least(seen, _cancelled(model))[0], level=1.0, words=words)
+    return Measured(lower_limit=low, level=(1 + model.level) / 2, words=words)
+
+
+def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
+    """Of the minimum that the five terms make: all at their lower ends, and all at their upper ones.
+
+    Their covariance would make it narrower, but is that of the terms that were chosen: where a rate random walk is found by
+    chance, the minimum is above the true one by more than that. Of 183 simulated records of N and B exactly at the limit,
+    3.8 % were called out with 99 % in place of 1 %.
+    """
+    found = {term: measured(model, term) for term in seen}
+    if all(one.low is None for one in found.values()):
         return None, None
-    # At a minimum the time has no first-order effect: dσ²/dc = 2·c·a(τ).
-    gradient = np.array([2 * seen[n] * float(_share(n, np.array(tau))) if n in seen else 0.0 for n in names])
-    variance = float(gradient @ covariance @ gradient)
-    if not (math.isfinite(variance) and variance >= 0):
-        return None, None
-    relative = math.sqrt(variance) / (2 * value**2)
-    reach = NormalDist().inv_cdf((1 + model.level) / 2) * relative
-    return value * math.exp(-reach), value * math.exp(reach)
+    lows = {term: seen[term] if one.low is None else one.low for term, one in found.items()}
+    highs = {term: seen[term] if one.high is None else one.high for term, one in found.items()}
+    return _least(lows)[0], _least(highs)[0]
 
 
-def _least(coefficients: dict[str, float]) -> tuple[float, float]:
+def _cancelled(model: ChannelModel) -> Callable[[Floats], Floats]:
+    """σ²(τ) of processes and lines where the curve is least: after whole periods a line cancels."""
+    return lambda tau: _extra(model, tau, cancelled=True)
+
+
+def _full(model: ChannelModel) -> Callable[[Floats], Floats]:
+    """σ²(τ) of processes and lines with the lines at the crests of their ripples."""
+    return lambda tau: _extra(model, tau, cancelled=False)
+
+
+def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
+    """IEEE Std 952-2020, annex C, of Gauss-Markov processes and sinusoids."""
+    total = np.zeros_like(tau)
+    for process in model.gauss_markov:
+        x = tau / process.time
+        exact = 1 - (3 - 4 * np.exp(-x) + np.exp(-2 * x)) / (2 * x)
+        total += 2 * process.sigma**2 / x * np.where(x < 1e-3, x**2 / 3 - x**3 / 4, exact)
+    for line in model.sinusoid:
+        periods = line.frequency * tau
+        ripple = np.sin(math.pi * np.minimum(periods, 1.0)) ** 4
+        at = np.where(periods >= 1, 0.0, ripple) if cancelled else np.where(periods >= 0.5, 1.0, ripple)
+        total += line.amplitude**2 * at / (math.pi * periods) ** 2
+    return total
+
+
+def _least(coefficients: dict[str, float], more: Callable[[Floats], Floats] | None = None) -> tuple[float, float]:
     """The least of the Allan deviation, and where; relative error below 1e-6."""
     low, high = _TAU
     for points in (721, 201):  # the second grid is within a step of the first's least point
         log_tau = np.linspace(low, high, points)
-        avar = sum(value**2 * _share(term, 10.0**log_tau) for term, value in coefficients.items())
+        tau = 10.0**log_tau
+        avar = sum(value**2 * _share(term, tau) for term, value in coefficients.items())
+        avar = avar if more is None else avar + more(tau)
         k = int(np.argmin(avar))
         step = float(log_tau[1] - log_tau[0])
         low, high = float(log_tau[k]) - step, float(log_tau[k]) + step

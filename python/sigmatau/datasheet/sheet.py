@@ -19,7 +19,6 @@ from sigmatau.terms import BIAS_LEVEL
 
 __all__ = ["Datasheet", "datasheet", "datasheets"]
 
-_AXES = "xyz"
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
 _OPEN = {"noise_density": "one- or two-sided: not said", "bias_instability": "Allan minimum or coefficient B: not said"}
 
@@ -41,6 +40,8 @@ class Datasheet(Printed):
         What is stated of the noise.
     data : mapping of str to mapping of str to tuple of str
         By sensor, what is stated beside it: full scale, bandwidth, output rates, and what no record at rest can show.
+    axes : mapping of str to tuple of str
+        By sensor, the axes that a unit has; x, y and z where there is nothing.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Datasheet(Printed):
     note: str = ""
     claims: tuple[Claim, ...]
     data: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    axes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
@@ -71,7 +73,8 @@ class Datasheet(Printed):
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
         """The datasheet of a parsed file; raises `DataError` that names sensor and key."""
         texts = file.texts_of(content)
-        return cls(**texts, data=file.data_of(content), claims=file.claims_of(content))
+        data, axes = file.data_of(content), file.axes_of(content)
+        return cls(**texts, data=data, axes=axes, claims=file.claims_of(content))
 
     def of(self, channel: str) -> tuple[Claim, ...]:
         """What is stated of a channel: of its axis where the sheet has it, else of its sensor."""
@@ -81,6 +84,11 @@ class Datasheet(Printed):
         common = {claim.key: claim for claim in self.claims if claim.sensor == sensor}
         return tuple({**common, **own}.values())
 
+    def channels(self, sensor: str) -> tuple[str, ...]:
+        """The channels of a unit's ``"gyro"`` or ``"accel"`` of which something is stated: ``("gyro_x", …)``."""
+        names = (f"{sensor}_{axis}" for axis in self.axes.get(sensor, file.AXES))
+        return tuple(name for name in names if self.of(name))
+
     def model(
         self,
         *,
@@ -88,7 +96,7 @@ class Datasheet(Printed):
         sided: Sided | None = None,
         bias: Bias | None = None,
     ) -> NoiseModel:
-        """A noise model with the sheet's numbers, three axes a sensor, for `simulate` and `plan`.
+        """A noise model with the sheet's numbers, of each axis that a unit has, for `simulate` and `plan`.
 
         A random walk is taken before a noise density where the sheet has both. The minimum of an Allan deviation becomes a
         bias instability of 1/0.664 of it, which is what it is at most, since a random walk adds to a minimum.
@@ -113,13 +121,12 @@ class Datasheet(Printed):
         if use not in ("typical", "maximum"):
             raise OptionError(f"`use` must be 'typical' or 'maximum', not {use!r}", option="use")
         channels: dict[str, dict[str, float]] = {}
-        for channel in (f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in _AXES):
+        for channel in (*self.channels("gyro"), *self.channels("accel")):
             claims = self.of(channel)
             terms: dict[str, float] = {}
             for claim in sorted(claims, key=lambda claim: claim.key == "noise_density"):
                 terms.setdefault(claim.term, self._number(claim, use, sided, bias))
-            if terms:
-                channels[channel] = terms
+            channels[channel] = terms
         if not channels:
             raise DataError(f"{self.name}: the datasheet states nothing of the noise, so there is no model of it")
         return NoiseModel(channels=channels)
@@ -144,6 +151,7 @@ class Datasheet(Printed):
         return {
             **{key: getattr(self, key) for key in file.TEXTS if getattr(self, key)},
             "claims": [claim.to_dict() for claim in self.claims],
+            **({"axes": {sensor: list(axes) for sensor, axes in self.axes.items()}} if self.axes else {}),
             "data": {sensor: {k: list(v) for k, v in table.items()} for sensor, table in self.data.items()},
         }
 
@@ -161,6 +169,7 @@ class Datasheet(Printed):
             for sensor, table in self.data.items()
             for key, values in table.items()
         ]
+        rows += [(sensor, "axes", ", ".join(axes), "") for sensor, axes in self.axes.items()]
         widths = [max((len(row[k]) for row in rows), default=0) for k in range(2)]
         lines += [
             f"  {row[0].ljust(widths[0])}  {row[1].ljust(widths[1])}   {'; '.join(filter(None, row[2:]))}"

@@ -118,6 +118,8 @@ class Verdict(Printed):
         Channels and terms that were measured and of which the sheet says nothing.
     missing : tuple of str
         Sensors and axes of which the sheet states something and that the result has not, or has no model of.
+    absent : tuple of str
+        Those of them that it has not.
     level : float
         One-sided confidence of the comparisons.
     factor : float or None
@@ -129,6 +131,7 @@ class Verdict(Printed):
     judged: tuple[Judged, ...]
     unsaid: tuple[tuple[str, str], ...] = ()
     missing: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
     level: float = 0.95
     factor: float | None = None
 
@@ -167,6 +170,7 @@ class Verdict(Printed):
             "claims": [judged.to_dict() for judged in self.judged],
             "not_in_the_datasheet": [{"channel": channel, "term": term} for channel, term in self.unsaid],
             "missing": list(self.missing),
+            "not_in_the_result": list(self.absent),
         }
 
     def __repr__(self) -> str:
@@ -179,7 +183,13 @@ class Verdict(Printed):
             lines.append("  " + "   ".join(cells).rstrip())
         if not self.judged:
             lines.append("  the datasheet states nothing of the noise of these channels")
-        lines += [f"  {name}: in the datasheet, but the result has no model of it" for name in self.missing]
+        lines += [
+            f"  {name}: in the datasheet, but the result has no model of it"
+            for name in self.missing
+            if name not in self.absent
+        ]
+        if self.absent:
+            lines.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
         by_term: dict[str, list[str]] = {}
         for channel, term in self.unsaid:
             by_term.setdefault(term, []).append(channel)
@@ -199,6 +209,10 @@ def _by(judged: Judged) -> str:
     return ""
 
 
+def _hint(absent: tuple[str, ...]) -> str:
+    return '; of a sensor with fewer axes the sheet says axes = ["x"]' if any("_" in name for name in absent) else ""
+
+
 def _rows(judged: Judged) -> list[tuple[str, ...]]:
     """Channel, claim, value, limits, status; and why it is undecided in a row of its own."""
     claim = judged.claim
@@ -206,7 +220,8 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
     if not any(reading.measured.anything for reading in judged.readings):
         stated = [("typical", claim.typical_text), ("maximum", claim.maximum_text)]
         limits = "; ".join(f"{name} {value}" for name, value in stated if value)
-        return [(judged.channel, claim.label, "not measured", limits, judged.status)]
+        row: tuple[str, ...] = (judged.channel, claim.label, "not measured", limits, judged.status)
+        return [row, ("", f"  {judged.reason}")] if judged.reason else [row]
     rows: list[tuple[str, ...]] = []
     for k, reading in enumerate(judged.readings):
         words = f", {reading.meaning.words}" if reading.meaning.words else ""
@@ -226,4 +241,6 @@ def _value_text(found: Measured, text: str, size: float) -> str:
         low = None if found.low is None else found.low / size
         high = None if found.high is None else found.high / size
         return " ".join(part for part in (*interval_texts(found.value / size, low, high), text) if part)
+    if found.lower_limit is not None:
+        return f"at least {two_digits(found.lower_limit / size)} {text}"
     return "not measured" if found.upper_limit is None else f"below {two_digits(found.upper_limit / size)} {text}"

@@ -386,6 +386,17 @@ class TestRos:
         assert "samples are correlated" in text
         assert "N^2*rate = 0.0002 instead" in text
 
+    @pytest.mark.parametrize("axes", ["worst", "mean", "each"])
+    def test_a_random_walk_that_was_chosen_is_in_a_sample(self, axes):
+        """Quantization covers that of the gyros: a value, or what it is below."""
+        hidden = ChannelModel(terms={"quantization": 1e-6}, limits={"random_walk": 5e-5})
+        given = NoiseModel(channels={f"gyro_{axis}": hidden for axis in AXES})
+        for chosen, n in ((3e-5, 3e-5), ("upper-limit", 5e-5)):
+            _, gyro, _ = self.read(given, noise={"gyro": chosen}, noise_factor=2.0, axes=axes)
+            assert np.diag(gyro) == pytest.approx([4 * (n**2 * RATE + 2 * (1e-6 * RATE) ** 2)] * 3, rel=EXACT)
+        with pytest.raises(OptionError, match="choose --random-walk"):
+            self.read(given, axes=axes)
+
     def test_samples_have_it(self):
         """Quantization and white noise, simulated: the mean square of the samples."""
         given = NoiseModel(channels={"gyro_x": {"random_walk": 1e-3, "quantization": 2e-5}})

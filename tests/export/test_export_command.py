@@ -1,5 +1,8 @@
 """``sigmatau export`` and ``analyze --export`` as a user meets them."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,8 +10,9 @@ import vio
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, analyze, simulate
 from sigmatau.cli import main
-from sigmatau.export import NAMES, Choices, target
+from sigmatau.export import NAMES, Choices, export, target
 from sigmatau.io.write import write_record
+from sigmatau.model import ChannelModel, Sinusoid
 
 WALKS = ("--rate-random-walk", "gyro=upper-limit,accel=1e-5 m/s^3/sqrt(Hz)")
 
@@ -133,6 +137,41 @@ def test_horizon(tmp_path, capsys):
     code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", *walk, "--horizon", "2s", capsys=capsys)
     assert code == 2
     assert "no slow noise" in err
+
+
+def test_a_line_is_no_walk():
+    """σ²(T) without the sinusoid; an axis that has nothing slow but a line has no slow noise."""
+    b, line = 1e-5, (Sinusoid(amplitude=1e-2, frequency=0.05),)
+    flicker = {"random_walk": 1e-3, "bias_instability": b}
+    accel = {"random_walk": 1e-3, "bias_instability": b}
+    chosen = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, rate=100.0)
+
+    def gyro(**axes):
+        text = export(NoiseModel(channels={**axes, "accel_x": accel}), to="kalibr", choices=chosen)
+        assert "left out of the gyros: sinusoids" in text
+        return vio.parse(text)["gyroscope_random_walk"]
+
+    wanted = math.sqrt(3 * 2 * math.log(2) / math.pi * b**2 / 10.0)
+    with_line = ChannelModel(terms=flicker, sinusoid=line)
+    only_line = ChannelModel(terms={"random_walk": 1e-3}, sinusoid=line)
+    assert gyro(gyro_x=with_line) == pytest.approx(wanted, rel=1e-5)  # the flicker of samples, τ₀²/τ² off the plateau
+    assert gyro(gyro_x=only_line, gyro_y=with_line) == pytest.approx(wanted, rel=1e-5)
+    with pytest.raises(OptionError, match="no slow noise but a sinusoid"):
+        gyro(gyro_x=only_line)
+
+
+def test_a_horizon_is_whole_samples_and_the_file_says_which():
+    """7 ms at 200 Hz are one sample: matched at 5 ms, and said so."""
+    k, q = 1e-3, Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=0.007, rate=200.0)
+    terms = {"random_walk": 1e-3, "rate_random_walk": k}
+    text = export(NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=q)
+    assert "at 0.005 s, whole samples in place of 0.007 s" in text
+    # One sample: K²·τ₀/2 of a walk between samples.
+    assert vio.parse(text)["lio_sam"]["imuGyrBiasN"] == pytest.approx(k * math.sqrt(1.5), rel=1e-12)
+    even = export(
+        NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=replace(q, horizon=0.01)
+    )
+    assert "whole samples" not in even
 
 
 def test_a_model_has_no_rate(tmp_path, capsys):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.export.horizon import matching_walk, sampled
 from sigmatau.model import ChannelModel, NoiseModel
 from sigmatau.record import stream_name
 from sigmatau.results import seconds, two_digits
@@ -21,6 +22,7 @@ __all__ = ["Axes", "Choices", "Number", "Numbers"]
 
 Axes = Literal["worst", "mean", "each"]
 
+_SAME = 1e-3  # relative: below what is said of a time
 _KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
 
@@ -175,7 +177,7 @@ class Numbers:
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
         if wanted == "horizon":  # an axis without slow noise adds none to that of the others
-            names = [name for name in names if self._slow_noise(name)[0] > 0] or names
+            names = [name for name in names if self._matching(name) > 0] or names
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
         observed = [name for name in names if term in self.model.channels[name]]
@@ -190,8 +192,13 @@ class Numbers:
         wanted = self._chosen(sensor, term)
         factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
         if wanted == "horizon":
-            at = f"{seconds(self._horizon())} s"
+            asked, time = self._horizon(), sampled(self._horizon(), self.choices.rate)
+            at = f"{seconds(time)} s"
+            if abs(time - asked) > _SAME * asked:
+                at += f", whole samples in place of {seconds(asked)} s"
             words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
+            if model.sinusoid:
+                words += ", its sinusoids left out"
             return _number(self._at_horizon(channel), words, factor)
         if term in model:
             return _number(model[term], self._words(channel, term), factor)
@@ -227,25 +234,20 @@ class Numbers:
         assert self.choices.horizon is not None  # Choices has seen to it
         return self.choices.horizon
 
-    def _slow_noise(self, channel: str) -> tuple[float, float]:
-        """Allan variance of all but random walk and quantization at the horizon, and that time in whole samples. [s]"""
-        model, time = self.model.channels[channel], self._horizon()
-        tau0 = 1 / self.choices.rate if self.choices.rate else time / 1000
-        m = max(round(time / tau0), 1)
-        parts = model.avar_of_parts(m=[m], tau0=tau0)
-        rest = sum(float(avar[0]) for term, avar in parts.items() if term not in ("random_walk", "quantization"))
-        return rest, m * tau0
-
     def _at_horizon(self, channel: str) -> float:
-        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
-        rest, time = self._slow_noise(channel)
-        if not rest > 0:
+        """K that stands for the slow noise of one channel."""
+        walk = self._matching(channel)
+        if not walk > 0:
+            line = " but a sinusoid, which is no walk" if self.model.channels[channel].sinusoid else ""
             raise OptionError(
-                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon; choose upper-limit or"
-                " a value",
+                f"{channel}: the model has no slow noise{line}, so that no walk matches it at a horizon; choose upper-limit"
+                " or a value",
                 option="rate_random_walk",
             )
-        return math.sqrt(3 * rest / time)
+        return walk
+
+    def _matching(self, channel: str) -> float:
+        return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.choices.rate)
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by the user's choice."""

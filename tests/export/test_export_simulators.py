@@ -386,7 +386,14 @@ class TestRos:
         assert "samples are correlated" in text
         assert "N^2*rate = 0.0002 instead" in text
 
-    @pytest.mark.parametrize("axes", ["worst", "mean", "each"])
+    @pytest.mark.parametrize(("axes", "square"), [("worst", 100.0), ("mean", 50.5)])
+    def test_what_independent_samples_need_is_of_the_axes_that_were_chosen(self, axes, square):
+        band = LowPass(order=1, corner=30.0)
+        x, y = (ChannelModel(terms={"random_walk": n}, bandwidth=band) for n in (1e-4, 1e-3))
+        text = export(NoiseModel(channels={"gyro_x": x, "gyro_y": y}), to="ros", choices=Choices(rate=RATE, axes=axes))
+        assert float(re.search(r"N\^2\*rate = (\S+) instead", text)[1]) == pytest.approx(square * 1e-8 * RATE, rel=1e-3)
+
+    @every_axis_policy
     def test_a_random_walk_that_was_chosen_is_in_a_sample(self, axes):
         """Quantization covers that of the gyros: a value, or what it is below."""
         hidden = ChannelModel(terms={"quantization": 1e-6}, limits={"random_walk": 5e-5})

@@ -75,9 +75,9 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
     if any("quantization" in model for model in models):
         parts += " + 2*(Q*rate)^2"
     limited = [model for model in models if model.bandwidth is not None]
-    if limited:
+    if limited:  # of all axes: what is worst behind a filter need not be worst without
         corner = ", ".join(dict.fromkeys(f"{m.bandwidth.corner:g} Hz" for m in limited if m.bandwidth is not None))
-        plain = numbers.noise_of(next(iter(channels))).value ** 2 * rate
+        plain = numbers.noise(sensor).value ** 2 * rate
         parts += (
             f" of {corner}: samples are correlated, and a filter that takes them for independent needs N^2*rate ="
             f" {plain:.4g} instead"

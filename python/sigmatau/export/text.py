@@ -25,6 +25,9 @@ __all__ = [
     "vector",
 ]
 
+LARGEST = 1e9
+"""The most that a constant beside the noise can be, in any unit."""
+
 _LONGEST = 600  # characters of a comment: some parsers have line buffers
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
@@ -87,14 +90,14 @@ def topic(text: str) -> str:
     return f'"{text}"'
 
 
-def number(text: str, key: str, *, least: float = 0.0) -> float:
-    """A number that the user gave beside those of the model; raises `OptionError` unless it is finite and not too small."""
+def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) -> float:
+    """A number that the user gave beside those of the model; raises `OptionError` unless it is from `least` to `most`."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value >= least):
-        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g}", option="name")
+    if not least <= value <= most:
+        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g} to {most:g}", option="name")
     return value
 
 

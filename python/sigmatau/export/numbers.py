@@ -14,6 +14,7 @@ from typing import Literal
 from sigmatau.errors import DataError, OptionError
 from sigmatau.export.horizon import matching_walk, sampled
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.record import stream_name
 from sigmatau.results import seconds, two_digits
 from sigmatau.terms import TERMS, display_units
@@ -22,6 +23,14 @@ __all__ = ["Axes", "Choices", "Number", "Numbers"]
 
 Axes = Literal["worst", "mean", "each"]
 
+# Beyond these a number is a slip of the keyboard, and its squares and products leave the range of what is written.
+_RANGES = {
+    "horizon": (1e-9, 1e12, " s"),
+    "noise_factor": (1e-6, 1e6, ""),
+    "walk_factor": (1e-6, 1e6, ""),
+    "rate": (1e-6, 1e9, " Hz"),
+    "step": (1e-9, 1e6, " s"),
+}
 _SAME = 1e-3  # relative: below what is said of a time
 _KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
@@ -68,8 +77,11 @@ class Choices:
             raise OptionError(f"`axes` must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
         for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
+            low, high, unit = _RANGES[name]
+            if value is not None and not low <= value <= high:
+                raise OptionError(
+                    f"`{name}` must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}", option=name
+                )
         _check("walk", self.walk, ("upper-limit", "horizon"))
         _check("noise", self.noise, ("upper-limit",))
         if "horizon" in self.walk.values() and self.horizon is None:
@@ -279,10 +291,16 @@ def _check(name: str, chosen: Mapping[str, str | float], words: tuple[str, ...])
             raise OptionError(
                 f"`{name}` of {sensor}: {wanted!r} is neither {' nor '.join(words)} nor a value", option=option
             )
-        if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
-            raise OptionError(f"`{name}` of {sensor} must be positive, not {wanted!r}", option=option)
+        if not isinstance(wanted, str) and not SMALLEST <= wanted <= LARGEST:
+            raise OptionError(
+                f"`{name}` of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
+                option=option,
+            )
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:
     """With its factor, which the words keep apart from the estimate so that it can be undone."""
+    low, high = _RANGES["walk_factor"][:2]
+    if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # as a limit can be, whose square would be 0
+        raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")

@@ -122,6 +122,24 @@ def test_noise_that_is_covered(tmp_path, capsys):
     assert vio.parse(out)["lio_sam"]["imuGyrNoise"] == pytest.approx(np.radians(0.001), rel=1e-12)
 
 
+def test_a_value_for_what_was_observed_is_not_used_and_said(tmp_path, capsys):
+    both = {"random_walk": 1e-3, "rate_random_walk": 1e-5}
+    given = NoiseModel(channels={"gyro_x": both, "accel_x": both})
+    given.write(tmp_path / "m.toml")
+    more = ("--rate-random-walk", "gyro=1e-1 rad/s/sqrt(s)", "--random-walk", "accel=1 m/s/sqrt(s)")
+    code, out, err = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, capsys=capsys)
+    assert code == 0
+    assert vio.parse(out)["lio_sam"]["imuGyrBiasN"] == 1e-5
+    assert "--rate-random-walk gyro not used: it was observed" in out
+    assert "warning: --rate-random-walk gyro was not used: the rate random walk of the gyros was observed" in err
+    assert "warning: --random-walk accel was not used" in err
+    assert run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, "-q", capsys=capsys)[2] == ""
+    NoiseModel(channels={"gyro_x": both, "gyro_y": {"random_walk": 1e-3}, "accel_x": both}).write(tmp_path / "m.toml")
+    _, out, err = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more[:2], capsys=capsys)
+    assert err == ""  # one axis needs it
+    assert vio.parse(out)["lio_sam"]["imuGyrBiasN"] == 0.1
+
+
 def test_horizon(tmp_path, capsys):
     slow = {"random_walk": 1e-3, "bias_instability": 1e-3}
     model = NoiseModel(channels={"gyro_x": slow, "gyro_y": {"random_walk": 1e-3}, "accel_x": slow, "accel_y": slow})
@@ -203,6 +221,13 @@ class TestAnalyze:
         ]
         for name, file in zip(("kalibr", "gtsam"), files, strict=True):
             assert file.read_text() == run("export", result, "--to", name, *WALKS, capsys=capsys)[1]
+
+    def test_a_value_that_is_not_used_is_said_once(self, log, tmp_path, capsys):
+        files = [f"kalibr={tmp_path / 'imu.yaml'}", f"gtsam={tmp_path / 'imu.py'}"]
+        more = ("--random-walk", "gyro=1 rad/sqrt(s)")
+        code, _, err = run("analyze", log, "--export", files[0], "--export", files[1], *WALKS, *more, capsys=capsys)
+        assert code == 0
+        assert err.count("--random-walk gyro was not used") == 1
 
     def test_what_has_to_be_chosen_is_said_after_the_results(self, log, tmp_path, capsys):
         code, out, err = run(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from sigmatau.errors import DataError, OptionError
@@ -16,7 +16,7 @@ from sigmatau.export.horizon import matching_walk, sampled
 from sigmatau.model import ChannelModel, NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.record import stream_name
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import Finding, seconds, two_digits
 from sigmatau.terms import TERMS, display_units
 
 __all__ = ["Axes", "Choices", "Number", "Numbers"]
@@ -32,6 +32,7 @@ _RANGES = {
     "step": (1e-9, 1e6, " s"),
 }
 _SAME = 1e-3  # relative: below what is said of a time
+_OPTIONS = {"random_walk": "random-walk", "rate_random_walk": "rate-random-walk"}
 _KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
 
@@ -181,6 +182,27 @@ class Numbers:
                 said.append(f"Without place here, and left out of the {_KINDS[sensor]}: {', '.join(left)}{more}.")
         return said
 
+    def not_used(self) -> tuple[Finding, ...]:
+        """What was chosen in the place of a coefficient that was observed of every axis, or of a sensor there is none of."""
+        found = []
+        for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
+            for sensor, wanted in chosen.items():
+                models = [model for name, model in self.model.channels.items() if stream_name(name) == sensor]
+                if wanted == "horizon" or any(term not in model for model in models):
+                    continue
+                label = TERMS[term].label(models[0].quantity) if models else ""
+                found.append(
+                    Finding(
+                        code="choice_not_used",
+                        severity="warning",
+                        message=f"--{_OPTIONS[term]} {sensor} was not used: "
+                        + (f"the {label} of the {_KINDS[sensor]} was observed" if models else f"no {_KINDS[sensor]}"),
+                        effect="what was observed is written" if models else "nothing is written in its place",
+                        remedy="put another value into a model file, or inflate what was observed with a factor",
+                    )
+                )
+        return tuple(found)
+
     def _chosen(self, sensor: str, term: str) -> str | float | None:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 
@@ -213,7 +235,9 @@ class Numbers:
                 words += ", its sinusoids left out"
             return _number(self._at_horizon(channel), words, factor)
         if term in model:
-            return _number(model[term], self._words(channel, term), factor)
+            not_used = "" if wanted is None else f"; --{_OPTIONS[term]} {sensor} not used: it was observed"
+            found = _number(model[term], self._words(channel, term), factor)
+            return replace(found, words=found.words + not_used)
         if wanted == "upper-limit":
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)

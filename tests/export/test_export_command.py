@@ -1,5 +1,8 @@
 """``sigmatau export`` and ``analyze --export`` as a user meets them."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,8 +10,9 @@ import vio
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, analyze, simulate
 from sigmatau.cli import main
-from sigmatau.export import NAMES, Choices, target
+from sigmatau.export import NAMES, Choices, export, target
 from sigmatau.io.write import write_record
+from sigmatau.model import ChannelModel, Sinusoid
 
 WALKS = ("--rate-random-walk", "gyro=upper-limit,accel=1e-5 m/s^3/sqrt(Hz)")
 
@@ -118,6 +122,24 @@ def test_noise_that_is_covered(tmp_path, capsys):
     assert vio.parse(out)["lio_sam"]["imuGyrNoise"] == pytest.approx(np.radians(0.001), rel=1e-12)
 
 
+def test_a_value_for_what_was_observed_is_not_used_and_said(tmp_path, capsys):
+    both = {"random_walk": 1e-3, "rate_random_walk": 1e-5}
+    given = NoiseModel(channels={"gyro_x": both, "accel_x": both})
+    given.write(tmp_path / "m.toml")
+    more = ("--rate-random-walk", "gyro=1e-1 rad/s/sqrt(s)", "--random-walk", "accel=1 m/s/sqrt(s)")
+    code, out, err = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, capsys=capsys)
+    assert code == 0
+    assert vio.parse(out)["lio_sam"]["imuGyrBiasN"] == 1e-5
+    assert "--rate-random-walk gyro not used: it was observed" in out
+    assert "warning: --rate-random-walk gyro was not used: the rate random walk of the gyros was observed" in err
+    assert "warning: --random-walk accel was not used" in err
+    assert run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, "-q", capsys=capsys)[2] == ""
+    NoiseModel(channels={"gyro_x": both, "gyro_y": {"random_walk": 1e-3}, "accel_x": both}).write(tmp_path / "m.toml")
+    _, out, err = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more[:2], capsys=capsys)
+    assert err == ""  # one axis needs it
+    assert vio.parse(out)["lio_sam"]["imuGyrBiasN"] == 0.1
+
+
 def test_horizon(tmp_path, capsys):
     slow = {"random_walk": 1e-3, "bias_instability": 1e-3}
     model = NoiseModel(channels={"gyro_x": slow, "gyro_y": {"random_walk": 1e-3}, "accel_x": slow, "accel_y": slow})
@@ -133,6 +155,41 @@ def test_horizon(tmp_path, capsys):
     code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", *walk, "--horizon", "2s", capsys=capsys)
     assert code == 2
     assert "no slow noise" in err
+
+
+def test_a_line_is_no_walk():
+    """σ²(T) without the sinusoid; an axis that has nothing slow but a line has no slow noise."""
+    b, line = 1e-5, (Sinusoid(amplitude=1e-2, frequency=0.05),)
+    flicker = {"random_walk": 1e-3, "bias_instability": b}
+    accel = {"random_walk": 1e-3, "bias_instability": b}
+    chosen = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, rate=100.0)
+
+    def gyro(**axes):
+        text = export(NoiseModel(channels={**axes, "accel_x": accel}), to="kalibr", choices=chosen)
+        assert "left out of the gyros: sinusoids" in text
+        return vio.parse(text)["gyroscope_random_walk"]
+
+    wanted = math.sqrt(3 * 2 * math.log(2) / math.pi * b**2 / 10.0)
+    with_line = ChannelModel(terms=flicker, sinusoid=line)
+    only_line = ChannelModel(terms={"random_walk": 1e-3}, sinusoid=line)
+    assert gyro(gyro_x=with_line) == pytest.approx(wanted, rel=1e-5)  # the flicker of samples, τ₀²/τ² off the plateau
+    assert gyro(gyro_x=only_line, gyro_y=with_line) == pytest.approx(wanted, rel=1e-5)
+    with pytest.raises(OptionError, match="no slow noise but a sinusoid"):
+        gyro(gyro_x=only_line)
+
+
+def test_a_horizon_is_whole_samples_and_the_file_says_which():
+    """7 ms at 200 Hz are one sample: matched at 5 ms, and said so."""
+    k, q = 1e-3, Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=0.007, rate=200.0)
+    terms = {"random_walk": 1e-3, "rate_random_walk": k}
+    text = export(NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=q)
+    assert "at 0.005 s, whole samples in place of 0.007 s" in text
+    # One sample: K²·τ₀/2 of a walk between samples.
+    assert vio.parse(text)["lio_sam"]["imuGyrBiasN"] == pytest.approx(k * math.sqrt(1.5), rel=1e-12)
+    even = export(
+        NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=replace(q, horizon=0.01)
+    )
+    assert "whole samples" not in even
 
 
 def test_a_model_has_no_rate(tmp_path, capsys):
@@ -164,6 +221,13 @@ class TestAnalyze:
         ]
         for name, file in zip(("kalibr", "gtsam"), files, strict=True):
             assert file.read_text() == run("export", result, "--to", name, *WALKS, capsys=capsys)[1]
+
+    def test_a_value_that_is_not_used_is_said_once(self, log, tmp_path, capsys):
+        files = [f"kalibr={tmp_path / 'imu.yaml'}", f"gtsam={tmp_path / 'imu.py'}"]
+        more = ("--random-walk", "gyro=1 rad/sqrt(s)")
+        code, _, err = run("analyze", log, "--export", files[0], "--export", files[1], *WALKS, *more, capsys=capsys)
+        assert code == 0
+        assert err.count("--random-walk gyro was not used") == 1
 
     def test_what_has_to_be_chosen_is_said_after_the_results(self, log, tmp_path, capsys):
         code, out, err = run(

@@ -116,6 +116,16 @@ def test_choices_are_in_the_matrices():
     assert (slow["R"] == plain["R"]).all()
 
 
+@pytest.mark.parametrize("form", ["channels", "joint"])
+def test_a_random_walk_that_was_chosen_is_in_the_variance_of_a_measurement(form):
+    hidden = ChannelModel(terms={"quantization": 1e-6}, limits={"random_walk": 5e-5})
+    quiet = NoiseModel(channels={"gyro_x": hidden})
+    for chosen, n in ((3e-5, 3e-5), ("upper-limit", 5e-5)):
+        choices = Choices(step=DT, noise={"gyro": chosen}, noise_factor=2.0, names={"form": form})
+        (found,) = of_json(export(quiet, to="state-space", choices=choices)).values()
+        assert found["R"][0, 0] == pytest.approx(4 * n**2 / DT, rel=1e-12)
+
+
 FOUR = {"quantization": 1e-6, "random_walk": 1e-4, "bias_instability": 5e-5, "rate_random_walk": 1e-6}
 
 
@@ -274,6 +284,12 @@ def test_sheet_of_what_was_not_seen_and_what_is_beside_the_five():
     si = {letter: float(row[-1].split()[0]) for letter, row in rows.items() if letter not in "QNBKR"}
     assert si == {"σ1": 3e-5, "Tc1": 250.0, "qc1": 3e-5 * math.sqrt(2 / 250), "Ω1": 1e-4, "f1": 0.37, "fc": 30.0}
     assert found["battery"][1] == ["N", "random walk", "0.1 V*sqrt(s)", "no interval", "0.1 V*sqrt(s)"]
-    for choice in ({"noise_factor": 2.0}, {"walk": {"gyro": 1.0}}, {"step": 1.0}, {"axes": "mean"}):
+    for choice in (
+        {"noise_factor": 2.0},
+        {"walk": {"gyro": 1.0}},
+        {"noise": {"gyro": 1.0}},
+        {"step": 1.0},
+        {"axes": "mean"},
+    ):
         with pytest.raises(OptionError, match="ieee952"):
             export(NoiseModel(channels={"gyro_x": gyro}), to="ieee952", choices=Choices(**choice))

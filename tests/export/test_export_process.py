@@ -92,8 +92,8 @@ def test_a_walk_is_followed_up_to_the_horizon():
     assert found.density == pytest.approx(K, rel=1e-14)
     assert found.time == 600.0
     assert math.sqrt(avar_of(found, 60.0) / (K**2 * 60 / 3)) == pytest.approx(1 - 0.036, abs=1e-3)
-    # In a target with one time for all, the walk stays what it was.
-    assert found.at(1e4).density == pytest.approx(K, rel=1e-14)
+    # In a target with one time for all, it is right at the horizon.
+    assert math.sqrt(avar_of(found.at(1e4), 60.0) / (K**2 * 60 / 3)) == pytest.approx(1, abs=1e-6)
 
 
 def test_a_walk_that_was_not_seen_is_chosen():
@@ -115,3 +115,13 @@ def test_axes():
     assert (mean.sigma, mean.time) == pytest.approx((math.sqrt(7) * SIGMA_OF_FLICKER * B, tau / 2), rel=1e-9)
     assert "worst of 3 axes, gyro_z" in worst.words
     assert "root mean square of gyro_x, gyro_y, gyro_z" in mean.words
+    assert "right at" not in mean.words  # three bottoms, and none of them its own
+
+
+def test_the_mean_of_axes_of_several_kinds_is_of_processes_of_one_time():
+    """The σ of a walk belongs to its time; beside that of another time it says nothing."""
+    flicker = {"random_walk": N, "bias_instability": B}
+    walk = {"random_walk": N, "rate_random_walk": K}
+    mean = of({"gyro_x": flicker, "gyro_y": walk}, axes="mean", horizon=60.0)
+    wanted = (2 * math.log(2) / math.pi * B**2 + K**2 * 60 / 3) / 2
+    assert avar_of(mean, 60.0) == pytest.approx(wanted, rel=1e-5)

@@ -71,6 +71,14 @@ def block_yaml(text):
     return found
 
 
+def adev(sigma, time, tau):
+    """Allan deviation of a Gauss-Markov process of any scale, IEEE Std 952; as a walk where three terms would cancel."""
+    x = tau / time
+    if x < 1e-4:
+        return np.asarray(sigma) * math.sqrt(2 * x / 3 - x**2 / 2)
+    return np.asarray(sigma) * math.sqrt(2 * (1 - (3 - 4 * math.exp(-x) + math.exp(-2 * x)) / (2 * x)) / x)
+
+
 class TestKfGins:
     def read(self, given, **choices):
         """As loadConfig of kf_gins.cpp converts them."""
@@ -92,22 +100,63 @@ class TestKfGins:
         for key, sensor in (("arw", "gyro"), ("vrw", "accel")):
             assert found[key] == pytest.approx(expected(N, sensor, axes), rel=EXACT)
         for key, sensor in (("gbstd", "gyro"), ("abstd", "accel")):
-            wanted = SIGMA_OF_FLICKER * np.array(expected(B, sensor, axes))
-            assert found[key] == pytest.approx(wanted, rel=EXACT)
+            bottom = PEAK_TIME * TAU[sensor]  # of each sensor another, and there 0.664 B with the time that both share
+            plateau = math.sqrt(2 * math.log(2) / math.pi) * np.array(expected(B, sensor, axes))
+            assert adev(found[key], found["corrtime"], bottom) == pytest.approx(plateau, rel=1e-9)
         assert found["corrtime"] == pytest.approx(math.sqrt(TAU["gyro"] * TAU["accel"]), rel=1e-9)
         assert list(found["gsstd"]) == [300e-6] * 3
 
     def test_one_time_for_all(self):
         found = self.read(model(), names={"corrtime": "4", "gsstd": "120", "asstd": "0"})
         assert (found["corrtime"], found["gsstd"][0], found["asstd"][0]) == (14400.0, pytest.approx(120e-6), 0.0)
-        # Flicker: the height of the hump stays. A walk: 2σ²/corrtime, which is what the filter integrates.
-        assert found["gbstd"][0] == pytest.approx(SIGMA_OF_FLICKER * 1.3 * B["gyro"], rel=EXACT)
-        walk = NoiseModel(
-            channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}, "accel_x": {"random_walk": 1e-3}}
+        bottom = PEAK_TIME * TAU["gyro"]
+        plateau = math.sqrt(2 * math.log(2) / math.pi) * 1.3 * B["gyro"]
+        assert adev(found["gbstd"][0], 14400.0, bottom) == pytest.approx(plateau, rel=1e-9)
+
+    @pytest.mark.parametrize("hours", ["", "1e-3", "0.05", "1", "4", "1e6"])
+    def test_the_allan_deviation_is_right_at_the_horizon_whatever_the_time(self, hours):
+        horizon = 60.0
+        given = NoiseModel(
+            channels={
+                "gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5},
+                "accel_x": {"random_walk": 1e-3, "rate_random_walk": 1e-5},
+            }
         )
-        found = self.read(walk, horizon=60.0, walk={"accel": 1e-5}, names={"corrtime": "4"})
-        assert math.sqrt(2 * found["gbstd"][0] ** 2 / 14400) == pytest.approx(1e-6, rel=EXACT)
-        assert math.sqrt(2 * found["abstd"][0] ** 2 / 14400) == pytest.approx(1e-5, rel=EXACT)
+        found = self.read(given, horizon=horizon, walk_factor=2.0, names={"corrtime": hours} if hours else {})
+        time = found["corrtime"]
+        gyro, accel = 2e-5 * math.sqrt(2 * math.log(2) / math.pi), 2e-5 * math.sqrt(horizon / 3)
+        assert adev(found["gbstd"][0], time, horizon) == pytest.approx(gyro, rel=1e-9)
+        assert adev(found["abstd"][0], time, horizon) == pytest.approx(accel, rel=1e-9)
+
+    def test_the_comment_has_the_true_error(self):
+        given = NoiseModel(
+            channels={
+                "gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5},
+                "accel_x": {"random_walk": 1e-3, "rate_random_walk": 1e-5},
+            }
+        )
+        choices = Choices(horizon=10.0, names={"corrtime": "0.01"})
+        lines = export(given, to="kf-gins", choices=choices).splitlines()
+        for key, size, of in (
+            ("gbstd", D2R / 3600, lambda tau: 1e-5 * math.sqrt(2 * math.log(2) / math.pi)),
+            ("abstd", 1e-5, lambda tau: 1e-5 * math.sqrt(tau / 3)),
+        ):
+            (line,) = (line for line in lines if line.startswith(f"  {key}"))
+            assert "with 36 s in place of its own" in line
+            assert "right at the horizon, 10 s" in line
+            sigma = size * ast.literal_eval(re.search(r"\[.*?\]", line)[0])[0]
+            errors = re.findall(r"([\d.]+) % (low|high) at ([\d.]+) s", line)
+            assert [float(tau) for *_, tau in errors] == [3.16, 31.6]
+            for text, side, tau in errors:
+                ratio = adev(sigma, 36.0, float(tau)) / of(float(tau))
+                assert float(text) == pytest.approx(100 * abs(ratio - 1), rel=0.05)
+                assert (side == "low") == (ratio < 1)
+
+    def test_the_models_own_process_keeps_its_peak(self):
+        own = one(gauss_markov=(GaussMarkov(sigma=3e-5, time=250.0),))
+        found = self.read(own, names={"corrtime": "1"})
+        peak = PEAK_TIME * 250.0
+        assert adev(found["gbstd"][0], 3600.0, peak) == pytest.approx(adev(3e-5, 250.0, peak), rel=1e-9)
 
     def test_yaml_of_others_agrees(self):
         text = export(model(), to="kf-gins", choices=Choices(axes="each"))
@@ -123,6 +172,8 @@ class TestKfGins:
             self.read(model(), step=0.01)
         with pytest.raises(OptionError, match="corrtime"):
             self.read(model(), names={"corrtime": "4 # 5\nimunoise: 3"})
+        with pytest.raises(OptionError, match="from 1e-06 to 1e"):
+            self.read(model(), names={"corrtime": "1e300"})
 
 
 class TestGnssInsSim:
@@ -385,6 +436,24 @@ class TestRos:
         text = export(given, to="ros", choices=Choices(rate=RATE))
         assert "samples are correlated" in text
         assert "N^2*rate = 0.0002 instead" in text
+
+    @pytest.mark.parametrize(("axes", "square"), [("worst", 100.0), ("mean", 50.5)])
+    def test_what_independent_samples_need_is_of_the_axes_that_were_chosen(self, axes, square):
+        band = LowPass(order=1, corner=30.0)
+        x, y = (ChannelModel(terms={"random_walk": n}, bandwidth=band) for n in (1e-4, 1e-3))
+        text = export(NoiseModel(channels={"gyro_x": x, "gyro_y": y}), to="ros", choices=Choices(rate=RATE, axes=axes))
+        assert float(re.search(r"N\^2\*rate = (\S+) instead", text)[1]) == pytest.approx(square * 1e-8 * RATE, rel=1e-3)
+
+    @every_axis_policy
+    def test_a_random_walk_that_was_chosen_is_in_a_sample(self, axes):
+        """Quantization covers that of the gyros: a value, or what it is below."""
+        hidden = ChannelModel(terms={"quantization": 1e-6}, limits={"random_walk": 5e-5})
+        given = NoiseModel(channels={f"gyro_{axis}": hidden for axis in AXES})
+        for chosen, n in ((3e-5, 3e-5), ("upper-limit", 5e-5)):
+            _, gyro, _ = self.read(given, noise={"gyro": chosen}, noise_factor=2.0, axes=axes)
+            assert np.diag(gyro) == pytest.approx([4 * (n**2 * RATE + 2 * (1e-6 * RATE) ** 2)] * 3, rel=EXACT)
+        with pytest.raises(OptionError, match="choose --random-walk"):
+            self.read(given, axes=axes)
 
     def test_samples_have_it(self):
         """Quantization and white noise, simulated: the mean square of the samples."""

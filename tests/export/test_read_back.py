@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.cli import main
@@ -133,6 +134,83 @@ def test_parts_of_yaml_that_are_passed_over():
     assert read_yaml(text).model == read_yaml(KALIBR).model
     quoted = KALIBR.replace("gyroscope_noise_density", '"gyroscope_noise_density"')
     assert read_yaml(quoted).model == read_yaml(KALIBR).model
+
+
+@pytest.mark.parametrize(
+    "legal",
+    [
+        "gyroscope_noise_density:\t1.87e-04",
+        "gyroscope_noise_density :  \t 1.87e-04",
+        "gyroscope_noise_density:\n  1.87e-04",
+        "gyroscope_noise_density:   # in what follows\n\n     1.87e-04 # here",
+        "gyroscope_noise_density: !!float 1.87e-04",
+        "gyroscope_noise_density: &n 1.87e-04",
+        "gyroscope_noise_density: 187.0e-06",
+        "gyroscope_noise_density: .000187",
+    ],
+)
+def test_scalars_as_yaml_reads_them(legal):
+    text = KALIBR.replace("gyroscope_noise_density:     1.87e-04", legal)
+    if "\t" not in legal:  # which the standard allows there, and this reader does not
+        assert float(YAML(typ="safe").load(text)["gyroscope_noise_density"]) == 1.87e-4
+    assert read_yaml(text).model == read_yaml(KALIBR).model
+
+
+def test_what_stands_in_a_text_is_no_key():
+    text = KALIBR + "comment: |\n  gyroscope_noise_density: 5\n  as in 2020\n"
+    assert read_yaml(text).model == read_yaml(KALIBR).model
+    with pytest.raises(DataError, match=r"'1.87e-04 2' is no positive number"):
+        read_yaml(KALIBR.replace("1.87e-04", "1.87e-04\n  2"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "gyroscope_noise_density",
+            "Gyroscope_noise_density",
+            "no gyroscope_noise_density: .*four densities; is 'Gyroscope_noise_density' gyroscope_noise_density?",
+        ),
+        ("gyroscope_random_walk", "gyro_random_walk", "is 'gyro_random_walk' gyroscope_random_walk?"),
+        ("update_rate", "updat_rate", "is 'updat_rate' update_rate?"),
+        ("gyroscope_random_walk:  ", "# ", "^no gyroscope_random_walk: a file of this kind has all four densities$"),
+        ("gyroscope_random_walk:       ", "gyroscope_random_walk:", "no gyroscope_random_walk"),
+        ("_", "-", "neither a Kalibr.*; is 'accelerometer-noise-density' accelerometer_noise_density?"),
+    ],
+)
+def test_keys_that_are_nearly_right(old, new, message):
+    with pytest.raises(DataError, match=message):
+        read_yaml(KALIBR.replace(old, new))
+
+
+def test_keys_that_are_not_read_are_said():
+    back = read_yaml(KALIBR + "temperature: 25\nserial: 7\n")
+    assert [finding.code for finding in back.findings] == ["imported_without_intervals", "keys_not_read"]
+    assert "temperature, serial" in str(back.findings[1])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("Gyr:", "Gyro:", r"Gyro\.unit is not understood; is 'Gyro' Gyr\?"),
+        ("z-axis", "Z-axis", "is 'Z-axis' z-axis?"),
+        ("gyr_n", "gyr_N", "is 'gyr_N' gyr_n?"),
+        ("gyr_n", "drift", r"drift is not understood; there are gyr_n, gyr_w"),
+        (" rad/s", "rad", "Gyr.unit: 'rad' is no unit of Gyr"),
+        (" m/s^2", "deg/s", "Acc.unit: 'deg/s' is no unit of Acc"),
+        (" rad/s", "turns/s", "Gyr.unit: unknown unit"),
+    ],
+)
+def test_imu_utils_with_keys_and_units_that_are_not_its_own(old, new, message):
+    with pytest.raises(DataError, match=message):
+        read_yaml(IMU_UTILS.replace(old, new), rate=400.0)
+
+
+def test_the_unit_of_imu_utils_is_that_of_its_numbers():
+    text = IMU_UTILS.replace('" rad/s"', '" deg/s"').replace('" m/s^2"', "g")
+    plain, other = (read_yaml(given, rate=400.0).model.channels for given in (IMU_UTILS, text))
+    assert other["gyro_y"]["random_walk"] == pytest.approx(np.radians(plain["gyro_y"]["random_walk"]), rel=1e-12)
+    assert other["accel_y"]["random_walk"] == pytest.approx(9.80665 * plain["accel_y"]["random_walk"], rel=1e-12)
 
 
 class TestSource:

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
-from sigmatau.export import NAMES, export, target
+from sigmatau.export import NAMES, Numbers, export, target
 from sigmatau.export.source import one_rate, read_source
 
 __all__ = ["export_command"]
@@ -62,7 +62,10 @@ def export_command(
     for line in finding_lines(found.findings):
         say(line, quiet=quiet)
     used = one_rate(found.rates) if rate is None and wanted.needs_rate else rate
-    content = export(found.model, to=to, path=output, choices=choosing.choices(used))
+    choices = choosing.choices(used)
+    content = export(found.model, to=to, path=output, choices=choices)
+    for line in finding_lines(Numbers(found.model, choices).not_used()):
+        say(line, quiet=quiet)
     if output is not None:
         say(f"{output}: written for {to}", quiet=quiet)
     elif isinstance(content, bytes):

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from sigmatau.analysis import Analysis
 from sigmatau.cli.choosing import Choosing
-from sigmatau.cli.options import say
+from sigmatau.cli.options import finding_lines, say
 from sigmatau.errors import OptionError
-from sigmatau.export import Choices, check_choices, target
+from sigmatau.export import Choices, Numbers, check_choices, target
 
 __all__ = ["Exports"]
 
@@ -53,6 +53,9 @@ class Exports:
         """
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
         failed: ValueError | None = None
+        if self.files:
+            for line in finding_lines(Numbers(analysis.model, self.choices).not_used()):
+                say(line, quiet=quiet)
         for name, path in self.files.items():
             try:
                 analysis.export(to=name, path=path, choices=self.choices)

@@ -14,6 +14,7 @@ T = TypeVar("T")
 
 _OPTIONS = {
     "walk": "rate_random_walk",
+    "noise": "random_walk",
     "horizon": "horizon",
     "noise_factor": "noise_factor",
     "walk_factor": "walk_factor",

@@ -8,19 +8,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.export.horizon import matching_walk, sampled
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.record import stream_name
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import Finding, seconds, two_digits
 from sigmatau.terms import TERMS, display_units
 
 __all__ = ["Axes", "Choices", "Number", "Numbers"]
 
 Axes = Literal["worst", "mean", "each"]
 
+# Beyond these a number is a slip of the keyboard, and its squares and products leave the range of what is written.
+_RANGES = {
+    "horizon": (1e-9, 1e12, " s"),
+    "noise_factor": (1e-6, 1e6, ""),
+    "walk_factor": (1e-6, 1e6, ""),
+    "rate": (1e-6, 1e9, " Hz"),
+    "step": (1e-9, 1e6, " s"),
+}
+_SAME = 1e-3  # relative: below what is said of a time
+_OPTIONS = {"random_walk": "random-walk", "rate_random_walk": "rate-random-walk"}
 _KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
 
@@ -66,8 +78,11 @@ class Choices:
             raise OptionError(f"`axes` must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
         for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
+            low, high, unit = _RANGES[name]
+            if value is not None and not low <= value <= high:
+                raise OptionError(
+                    f"`{name}` must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}", option=name
+                )
         _check("walk", self.walk, ("upper-limit", "horizon"))
         _check("noise", self.noise, ("upper-limit",))
         if "horizon" in self.walk.values() and self.horizon is None:
@@ -167,6 +182,27 @@ class Numbers:
                 said.append(f"Without place here, and left out of the {_KINDS[sensor]}: {', '.join(left)}{more}.")
         return said
 
+    def not_used(self) -> tuple[Finding, ...]:
+        """What was chosen in the place of a coefficient that was observed of every axis, or of a sensor there is none of."""
+        found = []
+        for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
+            for sensor, wanted in chosen.items():
+                models = [model for name, model in self.model.channels.items() if stream_name(name) == sensor]
+                if wanted == "horizon" or any(term not in model for model in models):
+                    continue
+                label = TERMS[term].label(models[0].quantity) if models else ""
+                found.append(
+                    Finding(
+                        code="choice_not_used",
+                        severity="warning",
+                        message=f"--{_OPTIONS[term]} {sensor} was not used: "
+                        + (f"the {label} of the {_KINDS[sensor]} was observed" if models else f"no {_KINDS[sensor]}"),
+                        effect="what was observed is written" if models else "nothing is written in its place",
+                        remedy="put another value into a model file, or inflate what was observed with a factor",
+                    )
+                )
+        return tuple(found)
+
     def _chosen(self, sensor: str, term: str) -> str | float | None:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 
@@ -175,7 +211,7 @@ class Numbers:
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
         if wanted == "horizon":  # an axis without slow noise adds none to that of the others
-            names = [name for name in names if self._slow_noise(name)[0] > 0] or names
+            names = [name for name in names if self._matching(name) > 0] or names
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
         observed = [name for name in names if term in self.model.channels[name]]
@@ -190,11 +226,18 @@ class Numbers:
         wanted = self._chosen(sensor, term)
         factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
         if wanted == "horizon":
-            at = f"{seconds(self._horizon())} s"
+            asked, time = self._horizon(), sampled(self._horizon(), self.choices.rate)
+            at = f"{seconds(time)} s"
+            if abs(time - asked) > _SAME * asked:
+                at += f", whole samples in place of {seconds(asked)} s"
             words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
+            if model.sinusoid:
+                words += ", its sinusoids left out"
             return _number(self._at_horizon(channel), words, factor)
         if term in model:
-            return _number(model[term], self._words(channel, term), factor)
+            not_used = "" if wanted is None else f"; --{_OPTIONS[term]} {sensor} not used: it was observed"
+            found = _number(model[term], self._words(channel, term), factor)
+            return replace(found, words=found.words + not_used)
         if wanted == "upper-limit":
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)
@@ -227,25 +270,20 @@ class Numbers:
         assert self.choices.horizon is not None  # Choices has seen to it
         return self.choices.horizon
 
-    def _slow_noise(self, channel: str) -> tuple[float, float]:
-        """Allan variance of all but random walk and quantization at the horizon, and that time in whole samples. [s]"""
-        model, time = self.model.channels[channel], self._horizon()
-        tau0 = 1 / self.choices.rate if self.choices.rate else time / 1000
-        m = max(round(time / tau0), 1)
-        parts = model.avar_of_parts(m=[m], tau0=tau0)
-        rest = sum(float(avar[0]) for term, avar in parts.items() if term not in ("random_walk", "quantization"))
-        return rest, m * tau0
-
     def _at_horizon(self, channel: str) -> float:
-        """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
-        rest, time = self._slow_noise(channel)
-        if not rest > 0:
+        """K that stands for the slow noise of one channel."""
+        walk = self._matching(channel)
+        if not walk > 0:
+            line = " but a sinusoid, which is no walk" if self.model.channels[channel].sinusoid else ""
             raise OptionError(
-                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon; choose upper-limit or"
-                " a value",
+                f"{channel}: the model has no slow noise{line}, so that no walk matches it at a horizon; choose upper-limit"
+                " or a value",
                 option="rate_random_walk",
             )
-        return math.sqrt(3 * rest / time)
+        return walk
+
+    def _matching(self, channel: str) -> float:
+        return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.choices.rate)
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by the user's choice."""
@@ -277,10 +315,16 @@ def _check(name: str, chosen: Mapping[str, str | float], words: tuple[str, ...])
             raise OptionError(
                 f"`{name}` of {sensor}: {wanted!r} is neither {' nor '.join(words)} nor a value", option=option
             )
-        if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
-            raise OptionError(f"`{name}` of {sensor} must be positive, not {wanted!r}", option=option)
+        if not isinstance(wanted, str) and not SMALLEST <= wanted <= LARGEST:
+            raise OptionError(
+                f"`{name}` of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
+                option=option,
+            )
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:
     """With its factor, which the words keep apart from the estimate so that it can be undone."""
+    low, high = _RANGES["walk_factor"][:2]
+    if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # as a limit can be, whose square would be 0
+        raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")

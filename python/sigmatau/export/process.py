@@ -19,7 +19,17 @@ from sigmatau.model import ChannelModel
 from sigmatau.results import seconds, two_digits
 from sigmatau.terms import display_units
 
-__all__ = ["PEAK_TIME", "SIGMA_OF_FLICKER", "WALK_TIME", "Process", "bottom", "process", "processes", "refuse_horizon"]
+__all__ = [
+    "PEAK_TIME",
+    "SIGMA_OF_FLICKER",
+    "WALK_TIME",
+    "Process",
+    "bottom",
+    "process",
+    "processes",
+    "refuse_horizon",
+    "relative_avar",
+]
 
 PEAK_TIME = 1.8926178329
 """The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
@@ -29,6 +39,9 @@ SIGMA_OF_FLICKER = 1.0759975729
 
 WALK_TIME = 10.0
 """Correlation time of a process that stands for a walk, in horizons: there its Allan deviation is 3.6 % low."""
+
+
+_AWAY = math.sqrt(10)  # half a decade, at which it is said how wrong a process is
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,32 +54,75 @@ class Process:
         Standard deviation, with its factor. [rad/s or m/s²]
     time : float
         Correlation time. [s]
-    words : str
-        What it stands for, for a comment beside it.
+    stands : str
+        What it stands for.
+    fit : str
+        Where it is right, and how wrong elsewhere.
+    place : str
+        What is at the averaging time at which it is right.
+    left_out : str
+        What it does not stand for.
     walk : bool
-        Whether it stands for a walk, so that not σ but 2σ²/time is what was found.
+        Whether it stands for a walk, up to a tenth of its correlation time.
     own : bool
         Whether it is one of the model itself, to which no horizon belongs.
     """
 
     sigma: float
     time: float
-    words: str
+    stands: str
+    fit: str
+    place: str
+    left_out: str = ""
     walk: bool = False
     own: bool = False
+
+    @property
+    def words(self) -> str:
+        """For a comment beside it."""
+        return self.stands + self.fit + self.left_out
 
     @property
     def density(self) -> float:
         """Root of the density of the white noise that drives it, σ·√(2/time). [rad/s²/√Hz or m/s³/√Hz]"""
         return self.sigma * math.sqrt(2 / self.time)
 
+    @property
+    def match(self) -> float:
+        """Averaging time at which its Allan deviation has to be right. [s]"""
+        return self.time / WALK_TIME if self.walk else PEAK_TIME * self.time
+
+    def stood_for(self, tau: float) -> float:
+        """Allan deviation at `tau` of what it stands for: of a walk, of its own, or the plateau of flicker noise."""
+        if self.walk:
+            return self.density * math.sqrt(tau / 3)
+        return self.sigma * math.sqrt(relative_avar((tau if self.own else self.match) / self.time))
+
     def at(self, time: float) -> Process:
-        """The process with another time, in a target with one for all: of a walk the density stays, otherwise σ."""
-        if time == self.time:
-            return self
-        sigma = self.density * math.sqrt(time / 2) if self.walk else self.sigma
-        words = f"{self.words}; its own correlation time {seconds(self.time)} s"
-        return replace(self, sigma=sigma, time=time, words=words)
+        """The process with another correlation time, in a target with one for all, and with the σ that belongs to it.
+
+        The Allan deviation stays right where it was: at the horizon, the bottom of the curve, the peak of the model's own.
+        """
+        if math.isclose(time, self.time, rel_tol=1e-9):
+            return replace(self, time=time)
+        sigma = self.stood_for(self.match) / math.sqrt(relative_avar(self.match / time))
+
+        def error(tau: float) -> str:
+            ratio = sigma * math.sqrt(relative_avar(tau / time)) / self.stood_for(tau)
+            return f"{two_digits(100 * abs(ratio - 1))} % {'low' if ratio < 1 else 'high'} at {seconds(tau)} s"
+
+        fit = (
+            f", with {seconds(time)} s in place of its own correlation time {seconds(self.time)} s: right at {self.place},"
+            f" {seconds(self.match)} s, {error(self.match / _AWAY)}, {error(self.match * _AWAY)}"
+        )
+        return replace(self, sigma=sigma, time=time, fit=fit)
+
+
+def relative_avar(x: float) -> float:
+    """Allan variance of a Gauss-Markov process of σ = 1 at x correlation times, (2x − 3 + 4e⁻ˣ − e⁻²ˣ)/x² (IEEE Std 952)."""
+    if x < 0.5:  # where three terms cancel: their power series, which begins with 2x/3
+        return math.fsum(math.pow(-x, k - 2) * (4 - 2**k) / math.factorial(k) for k in range(3, 24))
+    return (2 * x - 3 + 4 * math.exp(-x) - math.exp(-2 * x)) / x**2
 
 
 def process(numbers: Numbers, sensor: str) -> Process:
@@ -84,14 +140,28 @@ def process(numbers: Numbers, sensor: str) -> Process:
     if len(found) == 1:
         return next(iter(found.values()))
     if numbers.choices.axes == "mean":
-        sigma = math.sqrt(sum(p.sigma**2 for p in found.values()) / len(found))
-        time = math.exp(sum(math.log(p.time) for p in found.values()) / len(found))
-        one = next(iter(found.values()))
-        words = f"root mean square of {', '.join(found)}; {one.words}"
-        own = all(p.own for p in found.values())
-        return replace(one, sigma=sigma, time=time, words=words, own=own)
+        return _mean(found)
     worst = max(found.values(), key=lambda p: p.sigma)
-    return replace(worst, words=f"worst of {len(found)} axes, {worst.words}")
+    return replace(worst, stands=f"worst of {len(found)} axes, {worst.stands}")
+
+
+def _mean(found: Mapping[str, Process]) -> Process:
+    """The root mean square of processes, with the mean of their log time."""
+    every = list(found.values())
+    one, same = every[0], len({(p.walk, p.own) for p in every}) == 1
+    time = math.exp(sum(math.log(p.time) for p in every) / len(every))
+    if not same:  # each brought to the one time, where its Allan deviation stays what it has to be
+        every = [p.at(time) for p in every]
+    sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
+    listed = f"root mean square of {', '.join(found)}; "
+    if same and all(math.isclose(p.time, time, rel_tol=1e-9) for p in every):
+        return replace(one, sigma=sigma, time=time, stands=listed + one.stands)
+    stands = listed + " | ".join(p.stands for p in every)
+    least, most = (seconds(of(p.time for p in found.values())) for of in (min, max))
+    fit = f", with {seconds(time)} s, the mean of the logarithms of correlation times from {least} to {most} s"
+    place = "a time between those of the axes"
+    own = all(p.own for p in every)
+    return replace(one, sigma=sigma, time=time, stands=stands, fit=fit, place=place, own=own, walk=one.walk and same)
 
 
 def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
@@ -127,11 +197,19 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
     times = "" if factor == 1 else f", times {factor:g}"
     if model.gauss_markov:
         own = max(model.gauss_markov, key=lambda g: g.sigma)
-        words = f"{name}: Gauss-Markov {own.sigma / size:.4g} {text} over {seconds(own.time)} s"
+        stands = f"{name}: Gauss-Markov {own.sigma / size:.4g} {text} over {seconds(own.time)} s"
         if len(model.gauss_markov) > 1:
-            words += f", the largest of {len(model.gauss_markov)}"
+            stands += f", the largest of {len(model.gauss_markov)}"
         left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
-        return Process(sigma=factor * own.sigma, time=own.time, words=words + times + left, own=True)
+        return Process(
+            sigma=factor * own.sigma,
+            time=own.time,
+            stands=stands + times,
+            fit="",
+            left_out=left,
+            place="the peak of its own Allan deviation",
+            own=True,
+        )
     if "bias_instability" in model:
         time = numbers.choices.horizon or bottom(model)
         b = model["bias_instability"]
@@ -142,15 +220,15 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
                 " --horizon, the time over which the filter relies on the bias",
                 option="horizon",
             )
-        where = "at the horizon" if numbers.choices.horizon else "at the bottom of the curve"
-        words = (
-            f"{name}: bias instability {b / size:.4g} {text} as one process, right {where}, {seconds(time)} s,"
-            " about 18 % low half a decade to either side"
-        )
+        place = "the horizon" if numbers.choices.horizon else "the bottom of the curve"
+        left = _left_out(model, "rate_random_walk", "rate_ramp")
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
-            words=words + times + _left_out(model, "rate_random_walk", "rate_ramp"),
+            stands=f"{name}: bias instability {b / size:.4g} {text} as one process{times}",
+            fit=f", right at {place}, {seconds(time)} s, about 18 % low half a decade to either side",
+            place=place,
+            left_out=left,
         )
     if "rate_random_walk" in model and numbers.choices.horizon is not None:
         return _of_walk(numbers, sensor)
@@ -166,8 +244,14 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
             option="horizon",
         )
     time = WALK_TIME * horizon
-    words = f"a rate random walk as a process of 10 times the horizon: 3.6 % low at {seconds(horizon)} s; {k.words}"
-    return Process(sigma=k.value * math.sqrt(time / 2), time=time, words=words, walk=True)
+    return Process(
+        sigma=k.value * math.sqrt(time / 2),
+        time=time,
+        stands=f"a rate random walk as a process, {k.words}",
+        fit=f"; of 10 times the horizon: 3.6 % low at {seconds(horizon)} s",
+        place="the horizon",
+        walk=True,
+    )
 
 
 def _left_out(model: Mapping[str, float], *terms: str) -> str:

@@ -8,14 +8,16 @@ second left out, and both are said.
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import NoiseModel
 from sigmatau.results import Finding, Printed
+from sigmatau.units import find
 
 __all__ = ["ReadBack", "read_yaml"]
 
@@ -27,7 +29,12 @@ _KALIBR = {
 }
 _RATES = ("update_rate", "rate_hz")
 _IMU_UTILS = {"Gyr": ("gyro", "gyr", "rad/s"), "Acc": ("accel", "acc", "m/s^2")}
-_LINE = re.compile(r"""( *)(?:"([^"\\]*)"|'([^']*)'|([A-Za-z_][^\s:#'"]*)) *:(?: +(.*))?""")
+_AXES = ("x-axis", "y-axis", "z-axis", "avg-axis")
+_PASSED = (  # of Kalibr, OpenVINS and EuRoC: no noise
+    *("rostopic", "topic", "time_offset", "model", "sensor_type", "comment"),
+    *("T_i_b", "T_ib", "T_BS", "Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"),
+)
+_LINE = re.compile(r"""( *)(?:"([^"\\]*)"|'([^']*)'|([A-Za-z_][^\s:#'"]*))[ \t]*:(?:[ \t]+(.*))?""")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -66,7 +73,8 @@ def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
     Raises
     ------
     DataError
-        If it is neither, describes several IMUs, or a value is no positive number.
+        If it is neither, describes several IMUs, lacks one of the four densities, has a key that is nearly one that is read,
+        or a value is no positive number.
     OptionError
         If it is of imu_utils and there is no `rate`.
     """
@@ -81,24 +89,37 @@ def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
         return _imu_utils(values, rate)
     raise DataError(
         f"neither a Kalibr imu.yaml ({', '.join(_KALIBR)}) nor a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
-        " not read"
+        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS))}"
     )
 
 
 def _kalibr(values: Mapping[str, str], rate: float | None) -> ReadBack:
+    others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _PASSED]
+    missing = [key for key in _KALIBR if key not in values]
+    nearly = _nearly(others, (*_KALIBR, *_RATES))
+    if missing:
+        raise DataError(f"no {', no '.join(missing)}: a file of this kind has all four densities{nearly}")
+    if nearly:
+        raise DataError(f"a key that is not understood{nearly}")
     channels: dict[str, dict[str, float]] = {}
     for key, (sensor, term) in _KALIBR.items():
-        if key in values:
-            channels.setdefault(sensor, {})[term] = _positive(key, values[key])
+        channels.setdefault(sensor, {})[term] = _positive(key, values[key])
     if rate is None:
         rate = next((_positive(key, values[key]) for key in _RATES if key in values), None)
+    unread = Finding(
+        code="keys_not_read",
+        severity="info",
+        message=f"not read: {', '.join(others)}",
+        effect="what they say is in no number",
+    )
     finding = Finding(
         code="imported_without_intervals",
         severity="info",
         message="one number for all axes, without interval; files of this kind are often inflated by hand",
         effect="what is written from it is no surer, and inflated as it was",
     )
-    return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=(finding,))
+    findings = (finding, unread) if others else (finding,)
+    return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=findings)
 
 
 def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:
@@ -108,16 +129,20 @@ def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> Rea
             " rate of that record in Hz, to divide by its root",
             option="rate",
         )
+    for path in values:
+        if len(path) > 1:
+            _understood(path)
     channels: dict[str, dict[str, float]] = {}
     walks: list[str] = []
-    for block, (sensor, prefix, _) in _IMU_UTILS.items():
+    for block, (sensor, prefix, si) in _IMU_UTILS.items():
+        size = _unit(block, values.get((block, "unit"), si), si) / math.sqrt(rate)
         axes = [axis for axis in "xyz" if (block, f"{axis}-axis", f"{prefix}_n") in values]
         for axis in axes:
             key = (block, f"{axis}-axis", f"{prefix}_n")
-            channels[f"{sensor}_{axis}"] = {"random_walk": _positive(".".join(key), values[key]) / math.sqrt(rate)}
+            channels[f"{sensor}_{axis}"] = {"random_walk": _positive(".".join(key), values[key]) * size}
         average = (block, "avg-axis", f"{prefix}_n")
         if not axes and average in values:
-            channels[sensor] = {"random_walk": _positive(".".join(average), values[average]) / math.sqrt(rate)}
+            channels[sensor] = {"random_walk": _positive(".".join(average), values[average]) * size}
         if any(path[0] == block and path[-1] == f"{prefix}_w" for path in values):
             walks.append(f"{prefix}_w")
     if not channels:
@@ -151,26 +176,78 @@ def _positive(key: str, text: str) -> float:
     return value
 
 
+def _understood(path: tuple[str, ...]) -> None:
+    """Raise `DataError` for a key of imu_utils' blocks that is not one of its own."""
+    block, name, *rest = path
+    known: Iterable[str] = _IMU_UTILS
+    if block in _IMU_UTILS:
+        prefix = _IMU_UTILS[block][1]
+        leaves = (f"{prefix}_n", f"{prefix}_w")
+        if path[1:] == ("unit",) or (name in _AXES and len(rest) == 1 and rest[0] in leaves):
+            return
+        known = ("unit", *_AXES) if name not in _AXES else leaves
+    wrong = next((key for key in path if key not in _IMU_UTILS and key not in _AXES), name)
+    hint = _nearly([wrong], known) or f"; there are {', '.join(known)}"
+    raise DataError(f"{'.'.join(path)} is not understood{hint}")
+
+
+def _unit(block: str, text: str, si: str) -> float:
+    """One unit of imu_utils in SI; raises `DataError` for one that is unknown or of another quantity."""
+    symbol = text.strip("\"' \t")
+    try:
+        unit = find(symbol)
+    except OptionError as error:
+        raise DataError(f"{block}.unit: {error}") from None
+    if unit.si != si:
+        raise DataError(
+            f"{block}.unit: {symbol!r} is no unit of {block}, whose numbers are in {si} or another of its kind"
+        )
+    return unit.factor
+
+
+def _nearly(keys: Iterable[str], known: Iterable[str]) -> str:
+    """``; is 'Gyr_n' gyr_n?`` of keys that are nearly known ones, or nothing."""
+    names = {name.lower(): name for name in known}
+    found = []
+    for key in dict.fromkeys(keys):
+        close = difflib.get_close_matches(key.lower()[:80], names, n=1, cutoff=0.75)
+        if close and key not in names.values():
+            found.append(f"; is {key[:80]!r} {names[close[0]]}?")
+    return "".join(found)
+
+
 def _values(text: str) -> dict[tuple[str, ...], str]:
     """Scalars of the nested block mappings of a YAML file, by the keys that lead to them; lists are passed over.
 
-    That is all of YAML that these files use. Raises `DataError` for a key that comes twice.
+    That is all of YAML that these files use. As YAML has it, a scalar may stand behind a tab, on the next line, or go
+    on there: what is deeper than a key that has one belongs to it. Raises `DataError` for a key that comes twice.
     """
     values: dict[tuple[str, ...], str] = {}
     above: list[tuple[int, str]] = []
-    for line in text.removeprefix("\ufeff").split("\n"):
-        match = _LINE.fullmatch(line.rstrip())
-        if match is None or line.startswith("%"):
+    last: tuple[str, ...] = ()  # the key to which deeper lines belong
+    depth, filled = 0, False
+    for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
+        content = re.sub(r"(?:^|\s)#.*", "", line).rstrip()
+        if not content.strip() or content.startswith(("%", "---", "...")):
             continue
-        indent, key = len(match[1]), next(name for name in match.groups()[1:4] if name is not None)
-        while above and above[-1][0] >= indent:
-            above.pop()
-        path = (*(name for _, name in above), key)
-        scalar = re.sub(r"(?:^|\s+)#.*", "", match[5] or "").strip()
-        if not scalar:
-            above.append((indent, key))
-        elif path in values:
-            raise DataError(f"{'.'.join(path)} comes twice")
-        else:
-            values[path] = scalar
+        indent = len(content) - len(content.lstrip(" "))
+        match = _LINE.fullmatch(content)
+        if last and indent > depth and (filled or not (match or content.lstrip().startswith("-"))):
+            if not filled and last in values:
+                raise DataError(f"{'.'.join(last)} comes twice")
+            values[last] = f"{values[last]} {content.strip()}" if filled else content.strip()
+            filled = True
+        elif match is not None:
+            key = next(name for name in match.groups()[1:4] if name is not None)
+            while above and above[-1][0] >= indent:
+                above.pop()
+            last, depth = (*(name for _, name in above), key), indent
+            scalar = re.sub(r"^(?:[!&]\S*\s*)+", "", (match[5] or "").strip())  # without tag and anchor
+            filled = bool(scalar)
+            if not filled:
+                above.append((indent, key))
+            elif last in values:
+                raise DataError(f"{'.'.join(last)} comes twice")
+            else:
+                values[last] = scalar
     return values

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import re
+import sys
 from collections.abc import Iterable
 
 import numpy as np
 
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 
 __all__ = [
     "comment",
@@ -25,13 +26,19 @@ __all__ = [
     "vector",
 ]
 
+LARGEST = 1e9
+"""The most that a constant beside the noise can be, in any unit."""
+
 _LONGEST = 600  # characters of a comment: some parsers have line buffers
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
 def digits(value: float) -> str:
-    """A number that reads back to the same bits, with a point or an exponent that YAML 1.1 takes for a number too."""
-    text = repr(float(value))
+    """A number that reads back to the same bits, with a point or an exponent that YAML 1.1 takes for a number too.
+
+    Raises `DataError` for what is no number, or so small that digits of it are gone.
+    """
+    text = repr(_written(float(value), value, "double"))
     if "e" in text:
         mantissa, exponent = text.split("e")
         mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
@@ -87,20 +94,36 @@ def topic(text: str) -> str:
     return f'"{text}"'
 
 
-def number(text: str, key: str, *, least: float = 0.0) -> float:
-    """A number that the user gave beside those of the model; raises `OptionError` unless it is finite and not too small."""
+def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) -> float:
+    """A number that the user gave beside those of the model; raises `OptionError` unless it is from `least` to `most`."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value >= least):
-        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g}", option="name")
+    if not least <= value <= most:
+        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g} to {most:g}", option="name")
     return value
 
 
-def single(value: float) -> str:
-    """The digits that single precision has of a number, without an exponent: what autopilots keep of a parameter."""
-    return np.format_float_positional(np.float32(value), unique=True, trim="0")
+def single(value: float, name: str) -> str:
+    """The digits that single precision has of a number, without an exponent: what autopilots keep of a parameter.
+
+    Raises `DataError`, with the parameter's name, for what single precision has no number for.
+    """
+    with np.errstate(over="ignore", under="ignore"):
+        kept = np.float32(value)
+    _written(float(kept), value, "single", f"{name}: ", float(np.finfo(np.float32).tiny))
+    return np.format_float_positional(kept, unique=True, trim="0")
+
+
+def _written(kept: float, value: float, precision: str, name: str = "", least: float = sys.float_info.min) -> float:
+    """What a file keeps of a value; raises `DataError` if that is infinite, 0 in place of a value, or short of digits."""
+    if not math.isfinite(kept) or (value and abs(kept) < least):
+        raise DataError(
+            f"{name}{value:.3g} cannot be written in {precision} precision, where it is {kept:.3g}: look at the model's"
+            " units, the factors and the rate"
+        )
+    return kept
 
 
 def vector(values: Iterable[float]) -> str:

@@ -34,7 +34,7 @@ def write(numbers: Numbers) -> str:
         *left_out(numbers),
     ]
     for name, value, words in rows(numbers, _NAMES, _FLOORS):
-        lines += [f"# {words}", f"{name},{single(value)}"]
+        lines += [f"# {words}", f"{name},{single(value, name)}"]
     return "\n".join(lines) + "\n"
 
 

@@ -41,6 +41,7 @@ def write(numbers: Numbers) -> str:
         "ieee952",
         "the sheet states what was found",
         "walk",
+        "noise",
         "walk_factor",
         "noise_factor",
     )

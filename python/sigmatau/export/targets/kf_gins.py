@@ -51,7 +51,7 @@ def write(numbers: Numbers) -> str:
 def _time(numbers: Numbers, processes: list[Process]) -> float:
     """The one correlation time. [s]"""
     if "corrtime" in numbers.choices.names:
-        return 3600 * number(numbers.choices.names["corrtime"], "corrtime", least=1e-6)
+        return 3600 * number(numbers.choices.names["corrtime"], "corrtime", least=1e-6, most=1e6)
     times = [p.time for p in processes]
     if min(times) == max(times):
         return times[0]

@@ -77,7 +77,7 @@ def write(numbers: Numbers) -> str:
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]
     for name, value, words in rows(numbers, _NAMES, FLOORS):
-        lines += [f"# {words}", "\t".join([*ids, name, single(value), "9"])]
+        lines += [f"# {words}", "\t".join([*ids, name, single(value, name), "9"])]
     return "\n".join(lines) + "\n"
 
 

@@ -75,9 +75,9 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
     if any("quantization" in model for model in models):
         parts += " + 2*(Q*rate)^2"
     limited = [model for model in models if model.bandwidth is not None]
-    if limited:
+    if limited:  # of all axes: what is worst behind a filter need not be worst without
         corner = ", ".join(dict.fromkeys(f"{m.bandwidth.corner:g} Hz" for m in limited if m.bandwidth is not None))
-        plain = (numbers.choices.noise_factor * limited[0]["random_walk"]) ** 2 * rate
+        plain = numbers.noise(sensor).value ** 2 * rate
         parts += (
             f" of {corner}: samples are correlated, and a filter that takes them for independent needs N^2*rate ="
             f" {plain:.4g} instead"
@@ -100,12 +100,12 @@ def _quantization(numbers: Numbers, name: str) -> float:
 def _white(numbers: Numbers, name: str) -> float:
     """Variance of the random walk in one sample."""
     model = numbers.model.channels[name]
+    noise = numbers.noise_of(name).value  # observed or chosen, with its factor
     alone = ChannelModel(
-        terms={"random_walk": model["random_walk"]}, bandwidth=model.bandwidth, quantity=model.quantity, unit=model.unit
+        terms={"random_walk": noise}, bandwidth=model.bandwidth, quantity=model.quantity, unit=model.unit
     )
     system = state_space(alone, dt=1 / numbers.rate())
-    variance = float((system.H @ system.P0 @ system.H.T + system.R)[0, 0])
-    return numbers.choices.noise_factor**2 * variance
+    return float((system.H @ system.P0 @ system.H.T + system.R)[0, 0])
 
 
 TARGET = Target(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.export.axes import of_channel, refuse
+from sigmatau.export.axes import refuse
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
 from sigmatau.model import ChannelModel, GaussMarkov
@@ -108,7 +108,7 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
 
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
-    """The model of a channel with the walk that was chosen for it, and both factors."""
+    """The model of a channel with the walks that were chosen for it, and both factors."""
     model, choices = numbers.model.channels[name], numbers.choices
     sensor = stream_name(name)
     terms: dict[str, float] = {}
@@ -122,7 +122,9 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
                 " --rate-random-walk out, or give upper-limit or a value",
                 option="rate_random_walk",
             )
-        terms["rate_random_walk"] = of_channel(numbers, name).walk(sensor).value
+        terms["rate_random_walk"] = numbers.walk_of(name).value
+    if sensor in choices.noise and "random_walk" not in model:
+        terms["random_walk"] = numbers.noise_of(name).value
     processes = tuple(GaussMarkov(sigma=choices.walk_factor * g.sigma, time=g.time) for g in model.gauss_markov)
     return replace(model, terms=terms, gauss_markov=processes)
 

@@ -75,6 +75,13 @@ class TestLibrary:
             with pytest.raises(OptionError, match="no datasheet"):
                 datasheet(hostile)
 
+    def test_it_prints_itself_as_a_table(self):
+        lines = repr(datasheets()).splitlines()
+        assert len(lines) == len(datasheets())
+        assert "mpu6050           MPU-6050 (InvenSense), MEMS, consumer" in lines
+        with pytest.raises(OptionError, match=r"`datasheet` must be a name of the library or the path .* not None"):
+            datasheet(None)
+
 
 class TestModel:
     def test_a_model_has_the_sheets_numbers(self):
@@ -135,6 +142,8 @@ REFUSED = {
     '[gyro]\nfull_scale = "2 deg/s"': "gyro: full_scale = '2 deg/s'; write a list",
     '[gyro]\nfull_scale = ["2 g"]': "gyro: value of full_scale: the unit 'g' does not fit",
     '[gyro]\nbeside_noise = ["a\\nb"]': "gyro: beside_noise must be one line",
+    '[gyro]\nbandwidth = ["9 Hz to 5 Hz"]': "gyro: bandwidth: '9 Hz to 5 Hz' is no range",
+    '[gyro]\nbandwidth = ["5 Hz to"]': "gyro: value of bandwidth",
     "[magnetometer]\nx = 1": "unknown key 'magnetometer'; a datasheet has name",
     "gyro = 3": "gyro = 3; a sensor is a table",
     "gyro = []": "gyro = \\[\\]; a sensor is a table",

@@ -71,7 +71,7 @@ class TestLibrary:
             assert got == (None if expected is None else pytest.approx(expected, rel=1e-12))
 
     def test_sidedness_that_a_sheet_betrays(self):
-        """ISM330DHCX, ADIS16405: their own random walks are their densities over √2; MPU-6050: its rms is the density over a one-sided band."""
+        """Own random walks that are densities over √2, and an rms that is a density over a one-sided band."""
         density, walk, _ = sorted(datasheet("ism330dhcx").of("gyro_x"), key=lambda claim: list(KEYS).index(claim.key))
         assert density.typical * math.sqrt(0.5) == pytest.approx(walk.typical, rel=0.02)  # 0.21 has two digits
         assert density.convention == "one"

@@ -57,6 +57,8 @@ def test_names_are_those_of_the_stub():
         __import__(home)
         assert getattr(sigmatau, name) is getattr(sys.modules[home], name), name
     assert set(listed) <= set(dir(sigmatau))
+    # Neither what the file itself imports, nor rooms that have been imported here, nor anything private.
+    assert not {"sys", "import_module", "ModuleType", "cli", "_core", "_HOMES"} & set(dir(sigmatau))
 
 
 def test_modules_are_attributes():

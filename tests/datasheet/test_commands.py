@@ -38,6 +38,9 @@ def folder(tmp_path, monkeypatch, contents):
     for name, content in contents.items():
         (tmp_path / f"{name}.json").write_text(content)
     (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
+    (tmp_path / "results").mkdir()
+    for name in ("good", "bad"):
+        (tmp_path / "results" / f"{name}.json").write_text(contents[name])
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -80,16 +83,98 @@ def test_one_unit_is_told_in_full(folder, capsys):
 
 def test_several_units_are_a_line_each_and_a_count(folder, capsys):
     assert run("sigmatau compare good.json bad.json short.json --datasheet spec.toml") == 3
-    good, bad, short, total = capsys.readouterr().out.splitlines()
+    good, bad, short, total, ends = capsys.readouterr().out.splitlines()
     assert good == "good.json: within"
     assert bad.startswith("bad.json: out: gyro_x angle random walk (above by")
     assert short.startswith("short.json: undecided: ")
-    assert total == "3 units against Unit 7: 1 within, 1 undecided, 1 out; 1 failed"
+    assert total == "3 units against Unit 7: 1 within, 1 undecided, 1 out"
+    assert ends == "passed: 2, failed: 1"
+    assert run("sigmatau compare good.json bad.json short.json --datasheet spec.toml --undecided fail") == 3
+    assert capsys.readouterr().out.splitlines()[-1] == "passed: 1, failed: 2"
+
+
+def test_a_file_that_is_none_does_not_hide_the_others(folder, capsys):
+    (folder / "cut.json").write_text('{"channels": ')
+    assert run("sigmatau compare good.json cut.json bad.json none.json --datasheet spec.toml") == 1
+    captured = capsys.readouterr()
+    good, bad, total, ends = captured.out.splitlines()
+    assert good == "good.json: within"
+    assert bad.startswith("bad.json: out: ")
+    assert total.startswith("2 units against Unit 7: 1 within, 1 out")
+    assert ends == "passed: 1, failed: 1, not compared: 2"
+    first, second = captured.err.splitlines()
+    assert first.startswith("sigmatau: cut.json: no JSON")
+    assert second.startswith("sigmatau: none.json: No such file")
+    assert run("sigmatau compare good.json cut.json --datasheet spec.toml --json") == 1
+    content = json.loads(capsys.readouterr().out)
+    assert [unit["unit"] for unit in content["units"]] == ["good.json"]
+    assert [unit["unit"] for unit in content["not_compared"]] == ["cut.json"]
+    assert run("sigmatau compare cut.json none.json --datasheet spec.toml") == 1
+    assert capsys.readouterr().out == ""
+
+
+def test_a_folder_is_the_results_in_it(folder, capsys):
+    (folder / "results" / "a.png").write_bytes(b"")
+    assert run("sigmatau compare results --datasheet spec.toml") == 3
+    bad, good, *_ = capsys.readouterr().out.splitlines()
+    assert bad.startswith("results/bad.json: out: ")
+    assert good == "results/good.json: within"
+
+
+def test_a_typical_value_fails_nobody(folder, capsys):
+    """Above it, or above it by one reading of the sheet: said in the table, and no failure even where doubt fails."""
+    (folder / "open.toml").write_text(
+        'name = "open"\nmaker = "M"\nsource = "S"\n'
+        '[gyro]\nnoise_density = { typical = "2.76e-5 rad/s/sqrt(Hz)", sided = "unknown" }\n'
+    )
+    for more, status in (("", "undecided"), ("--sided one", "above typical"), ("--sided two", "within")):
+        assert run(f"sigmatau compare good.json --datasheet open.toml --undecided fail {more}") == 0
+        captured = capsys.readouterr()
+        assert captured.out.startswith(f"good.json against open: {status}\n")
+        assert ("a typical value fails nobody" in captured.out) == (status == "undecided")
+        assert captured.err == ""
+    assert run("sigmatau compare good.json --datasheet open.toml --undecided fail --factor 1") == 3
+    assert run("sigmatau compare good.json --datasheet open.toml --factor 1") == 0
+    assert "1 of 1 passed that may be out" in capsys.readouterr().err
+    # A sensor that is not there has not been shown to keep to anything.
+    (folder / "open.toml").write_text(
+        'name = "open"\nmaker = "M"\nsource = "S"\n'
+        '[gyro]\nrandom_walk = { typical = "1 deg/sqrt(h)" }\n[accel]\nrandom_walk = { typical = "1 m/s/sqrt(h)" }\n'
+    )
+    content = json.loads((folder / "good.json").read_text())
+    content["channels"] = {k: v for k, v in content["channels"].items() if k.startswith("gyro")}
+    (folder / "half.json").write_text(json.dumps(content))
+    assert run("sigmatau compare half.json --datasheet open.toml --undecided fail") == 3
+
+
+def test_values_are_printed_as_the_sheet_has_them(folder, capsys):
+    """N of good.json is 2.3e-5 rad/√s, 0.00186 deg/s/√Hz of a one-sided density."""
+    (folder / "own.toml").write_text(
+        'name = "own"\nmaker = "M"\nsource = "S"\n[gyro]\n'
+        'noise_density = { typical = "5 mdeg/s/sqrt(Hz)", maximum = "0.007 deg/s/sqrt(Hz)", sided = "one" }\n'
+        '[accel]\nnoise_density = { maximum = "70 ug/sqrt(Hz)", sided = "unknown" }\n'
+    )
+    run("sigmatau compare good.json --datasheet own.toml")
+    out = capsys.readouterr().out
+    gyro = re.search(
+        r"gyro_x +noise density, one-sided +([\d.]+) \[.*?\] mdeg/s/√Hz +typical 5: below by .*;"
+        r" maximum 0\.007 deg/s/√Hz: below by",
+        out,
+    )
+    assert float(gyro[1]) == pytest.approx(1e3 * np.degrees(_GYRO) * np.sqrt(2), rel=0.02)
+    one, two = re.search(
+        r"accel_x +noise density, one-sided +([\d.]+) \[.*?\] µg/√Hz +maximum 70: .*\n"
+        r" +or two-sided +([\d.]+) \[.* maximum 70:",
+        out,
+    ).groups()
+    assert float(two) == pytest.approx(_ACCEL / 9.80665e-6, rel=0.02)
+    assert float(one) / float(two) == pytest.approx(np.sqrt(2), rel=0.01)
+    assert "above and below are said with 95 % confidence each" in out
 
 
 def test_undecided_is_said_when_it_passes(folder, capsys):
     assert run("sigmatau compare short.json --datasheet spec.toml") == 0
-    assert "1 of 1 undecided, and passed" in capsys.readouterr().err
+    assert "1 of 1 passed that may be out" in capsys.readouterr().err
     assert run("sigmatau compare short.json --datasheet spec.toml -q") == 0
     assert capsys.readouterr().err == ""
 
@@ -143,7 +228,10 @@ def test_options_reach_the_comparison(folder, capsys):
         ("compare good.json --datasheet spec.toml --level 1.5", 2, "--level must"),
         ("compare good.json --datasheet spec.toml --factor 0.5", 2, "--factor must"),
         ("compare cut.json --datasheet spec.toml", 1, "cut.json: no JSON"),
-        ("compare good.json list.json --datasheet spec.toml", 1, "list.json: this is no result"),
+        ("compare list.json --datasheet spec.toml", 1, "list.json: this is no result"),
+        ("compare log.csv --datasheet spec.toml", 1, "first sigmatau analyze log.csv --json log.json"),
+        ("export log.csv --to kalibr", 1, "first sigmatau analyze log.csv --json log.json"),
+        ("compare empty --datasheet spec.toml", 1, "empty: no .json in this folder"),
         ("compare deep.json --datasheet spec.toml", 1, "deep.json: "),
         ("compare spec.toml --datasheet spec.toml", 1, "spec.toml: unknown key"),
         ("datasheet show", 2, "which?"),
@@ -160,6 +248,8 @@ def test_refusals(line, code, words, folder, capsys):
     (folder / "cut.json").write_text('{"channels": ')
     (folder / "list.json").write_text("[]")
     (folder / "deep.json").write_text("[" * 100_000)
+    (folder / "log.csv").write_text("time [s],gyro_x [rad/s]\n0,1\n")
+    (folder / "empty").mkdir()
     assert run(f"sigmatau {line}") == code
     captured = capsys.readouterr()
     assert words in captured.err
@@ -177,8 +267,21 @@ def test_list_and_show(capsys):
     assert "typical 60 ug/sqrt(Hz), maximum 100 ug/sqrt(Hz) (one- or two-sided: not said)" in out
     assert run("sigmatau datasheet show ism330dhcx --model --sided one --bias minimum --use maximum") == 0
     out = capsys.readouterr().out
-    assert out.startswith("# maximum values of ISM330DHCX (STMicroelectronics); ")
+    assert out.startswith("# ISM330DHCX (STMicroelectronics); ")
+    # Which of the sheet's numbers it is stands beside each.
+    assert "# gyro angle random walk: typical 0.21 deg/sqrt(h), the sheet has no maximum value\n" in out
+    assert "# accel noise density: maximum 100 ug/sqrt(Hz), taken as one-sided\n" in out
     assert set(tomllib.loads(out)["channels"]) == {f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"}
+    assert run("sigmatau datasheet show hg1700 --model") == 0
+    assert (
+        "# gyro angle random walk: maximum 0.15 deg/sqrt(h), the sheet has no typical value\n"
+        in capsys.readouterr().out
+    )
+
+
+def test_ranges_are_printed_as_ranges(capsys):
+    assert run("sigmatau datasheet show mpu6050") == 0
+    assert re.search(r"gyro +bandwidth +5 Hz to 256 Hz\n", capsys.readouterr().out)
 
 
 def test_the_pages_shares_are_those_of_the_study():

@@ -52,6 +52,17 @@ class TestLibrary:
             ("adis16470", "gyro_z", "bias_instability", 8 * DEG / 3600, None),
             ("hg1700-brochure", "accel_x", "random_walk", None, 0.065 * 0.3048 / 60),
             ("stim300", "gyro_x", "random_walk", 0.15 * DEG / 60, None),
+            ("adis16405", "gyro_z", "random_walk", 2 * DEG / 60, None),
+            ("adis16405", "accel_x", "random_walk", 0.2 / 60, None),
+            ("adis16405", "accel_x", "bias_instability", 0.2e-3 * 9.80665, None),
+            ("bmi055", "gyro_x", "noise_density", 0.014 * DEG, None),
+            ("bmi055", "accel_x", "noise_density", 150e-6 * 9.80665, None),
+            ("bmi088", "accel_y", "noise_density", 160e-6 * 9.80665, None),
+            ("bmi088", "accel_z", "noise_density", 190e-6 * 9.80665, None),
+            ("lsm6dso", "gyro_y", "noise_density", 0.0038 * DEG, None),
+            ("lsm6dso", "accel_y", "noise_density", 70e-6 * 9.80665, None),
+            ("vn100", "gyro_x", "noise_density", 0.0035 * DEG, None),
+            ("vn100", "accel_z", "noise_density", 140e-6 * 9.80665, None),
         ],
     )
     def test_values(self, key, channel, of, typical, maximum):
@@ -60,12 +71,15 @@ class TestLibrary:
             assert got == (None if expected is None else pytest.approx(expected, rel=1e-12))
 
     def test_sidedness_that_a_sheet_betrays(self):
-        """ISM330DHCX: its own random walk is its density over √2; MPU-6050: its rms is the density over a one-sided band."""
+        """Own random walks that are densities over √2, and an rms that is a density over a one-sided band."""
         density, walk, _ = sorted(datasheet("ism330dhcx").of("gyro_x"), key=lambda claim: list(KEYS).index(claim.key))
         assert density.typical * math.sqrt(0.5) == pytest.approx(walk.typical, rel=0.02)  # 0.21 has two digits
         assert density.convention == "one"
         (density,) = datasheet("mpu6050").of("gyro_x")
         assert density.typical * math.sqrt(100) == pytest.approx(0.05 * DEG)
+        assert density.convention == "one"
+        density, walk = (c for c in datasheet("adis16405").of("gyro_x") if c.term == "random_walk")
+        assert abs(density.typical * math.sqrt(0.5) / walk.typical - 1) < 0.1 < density.typical / walk.typical - 1
         assert density.convention == "one"
 
     def test_an_unknown_name_lists_those_there_are(self):
@@ -74,6 +88,13 @@ class TestLibrary:
         for hostile in ("", "../../etc/passwd", "\x00", "[/]"):
             with pytest.raises(OptionError, match="no datasheet"):
                 datasheet(hostile)
+
+    def test_it_prints_itself_as_a_table(self):
+        lines = repr(datasheets()).splitlines()
+        assert len(lines) == len(datasheets())
+        assert "mpu6050           MPU-6050 (InvenSense), MEMS, consumer" in lines
+        with pytest.raises(OptionError, match=r"`datasheet` must be a name of the library or the path .* not None"):
+            datasheet(None)
 
 
 class TestModel:
@@ -137,6 +158,8 @@ REFUSED = {
     '[gyro]\nfull_scale = "2 deg/s"': "gyro: full_scale = '2 deg/s'; write a list",
     '[gyro]\nfull_scale = ["2 g"]': "gyro: value of full_scale: the unit 'g' does not fit",
     '[gyro]\nbeside_noise = ["a\\nb"]': "gyro: beside_noise must be one line",
+    '[gyro]\nbandwidth = ["9 Hz to 5 Hz"]': "gyro: bandwidth: '9 Hz to 5 Hz' is no range",
+    '[gyro]\nbandwidth = ["5 Hz to"]': "gyro: value of bandwidth",
     "[magnetometer]\nx = 1": "unknown key 'magnetometer'; a datasheet has name",
     "gyro = 3": "gyro = 3; a sensor is a table",
     "gyro = []": "gyro = \\[\\]; a sensor is a table",

@@ -2,13 +2,15 @@
 
 import json
 import math
+import pydoc
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import DataError, NoiseModel, OptionError, Record, allan, analyze, compare_with, fit, simulate
+from sigmatau import DataError, NoiseModel, OptionError, Record, allan, analyze, compare_with, datasheet, fit, simulate
 from sigmatau.datasheet import Datasheet
 from sigmatau.datasheet.measured import measured
 from sigmatau.model import ChannelModel, GaussMarkov, Sinusoid
@@ -137,6 +139,24 @@ class TestWhatASheetLeavesOpen:
         assert judge(model, self.density(ratio * N, "unknown"), sided="two").status == two
         assert judge(model, self.density(ratio * N, "one"), sided="two").status == one  # what the sheet says stays
 
+    def test_of_a_typical_value_it_is_undecided_too_and_fails_nobody(self):
+        model = channel(error=0.01)
+        open_ = {"noise_density": {"typical": f"{1.2 * N!r} rad/s/sqrt(Hz)", "sided": "unknown"}}
+        verdict = compare_with(NoiseModel(channels={"gyro": model}), sheet(**open_))
+        assert verdict.status == "undecided"
+        assert "one-sided or two-sided; a typical value fails nobody" in repr(verdict)
+        assert not verdict.may_be_out
+        assert not verdict.fails("fail")
+        limited = compare_with(NoiseModel(channels={"gyro_x": model}), sheet(**open_), factor=1.0)
+        assert limited.may_be_out
+        assert (limited.fails(), limited.fails("fail")) == (False, True)
+        # With a maximum that it keeps to by both readings, what is open is the typical value alone.
+        open_["noise_density"]["maximum"] = f"{2 * N!r} rad/s/sqrt(Hz)"
+        assert judge(model, open_).status == "undecided"
+        assert not judge(model, open_).may_be_out
+        with pytest.raises(OptionError, match="`undecided`"):
+            verdict.fails("maybe")
+
     def test_bias(self):
         def bias(value, meaning):
             return {"bias_instability": {"maximum": f"{value!r} rad/s", "as": meaning}}
@@ -234,7 +254,7 @@ class TestMinimumOfAllThatTheModelHas:
 
     def test_the_reason_is_in_the_table(self):
         model = ChannelModel(terms=WALKS)
-        for claim, words in ((minimum(1.0), "lower bound"), ({"quantization": {"maximum": "1 rad"}}, "says nothing")):
+        for claim, words in ((minimum(1.0), "lower bound"), ({"quantization": {"maximum": "1 rad"}}, "not measured")):
             verdict = compare_with(NoiseModel(channels={"gyro_x": model}), sheet(**claim))
             assert words in repr(verdict)
 
@@ -367,6 +387,18 @@ class TestResults:
         assert first.status == "within"
         json.dumps(first.to_dict(), allow_nan=False)
 
+    def test_a_datasheet_may_be_named(self, analysis, tmp_path):
+        by_name = compare_with(analysis, "MPU-6050", sided="one")
+        assert by_name.to_dict() == compare_with(analysis, datasheet("mpu6050"), sided="one").to_dict()
+        path = tmp_path / "own.toml"
+        path.write_text(
+            'name = "own"\nmaker = "M"\nsource = "S"\n[gyro]\nrandom_walk = { maximum = "1 rad/sqrt(s)" }\n'
+        )
+        assert compare_with(analysis, path).datasheet == compare_with(analysis, str(path)).datasheet == "own"
+
+    def test_help_names_nothing_private(self):
+        assert not re.search(r"\b_\w", pydoc.plain(pydoc.render_doc(compare_with)))
+
     def test_what_the_sheet_says_nothing_of_is_listed(self, analysis):
         verdict = compare_with(analysis, sheet(bias_instability={"maximum": "1 rad/s", "as": "minimum"}))
         assert ("gyro_x", "random_walk") in verdict.unsaid
@@ -458,6 +490,14 @@ class TestResults:
         claims = sheet(random_walk=walk(0.2))
         with pytest.raises(OptionError, match="`level`"):
             compare_with(analysis, claims, level=1.0)
+        for level in ("0.9", None, True):
+            with pytest.raises(OptionError, match="`level`"):
+                compare_with(analysis, claims, level=level)
+        with pytest.raises(OptionError, match=r"`factor` must be a number from 1 to 1e\+100, not '1\.5'"):
+            compare_with(analysis, claims, factor="1.5")
+        for none in (None, 3, analysis):
+            with pytest.raises(OptionError, match="`datasheet` must be a name of the library or the path"):
+                compare_with(analysis, none)
         with pytest.raises(OptionError, match="`factor`"):
             compare_with(analysis, claims, factor=float("nan"))
         with pytest.raises(OptionError, match="`factor`"):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import json as json_module
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,6 +20,7 @@ from sigmatau.model import NoiseModel
 __all__ = ["compare_command"]
 
 _OUT = 3
+_UNUSABLE = 1  # a file of several; it comes before _OUT, since it is not known of all units whether they are
 
 
 def compare_command(
@@ -36,14 +36,17 @@ def compare_command(
 ) -> int:
     """Whether units keep to their datasheet, term by term and by how many sigmas; exit code 3 if one does not.
 
+    Of several, one line each; a file that cannot be used is named on standard error, the others are compared, and the exit
+    code is 1.
+
     Parameters
     ----------
     results
-        JSON that analyze writes, or model files (.toml), which have no intervals. Of several, one line each.
+        JSON that analyze writes, or a folder of it; or model files (.toml), which have no intervals.
     datasheet
         A name of "sigmatau datasheet list", or a file of your own (.toml).
     level
-        One-sided confidence: a unit exactly at its limit is called out in at most a share of 1 - level.
+        Confidence with which a unit is called out: one exactly at its limit is in at most a share of 1 - level.
     factor
         Where the sheet has no maximum, FACTOR times typical is one. Default: typical values fail nobody.
     sided
@@ -51,7 +54,7 @@ def compare_command(
     bias
         What bias instabilities are of which the sheet does not say it: minimum of the Allan deviation, or coefficient.
     undecided
-        Whether a unit of which the record cannot tell passes.
+        Whether a unit passes that is not shown to keep to a maximum. A typical value fails nobody.
     json
         Print JSON in place of text.
     quiet
@@ -60,37 +63,61 @@ def compare_command(
     if not results:
         raise OptionError("no result; give the JSON that sigmatau analyze writes", option="results")
     sheet = find_datasheet(datasheet)
-    verdicts = []
-    for path in results:
-        with _naming(path):
+    paths = _files(results)
+    verdicts, errors = [], {}
+    for path in paths:
+        try:
             verdict = compare_with(
                 _result(path), sheet, unit=str(path), level=level, factor=factor, sided=sided, bias=bias
             )
-        verdicts.append(verdict)
+        except DataError as error:
+            if len(paths) == 1:
+                raise DataError(_named(path, error)) from None
+            errors[path] = _named(path, error)
+        else:
+            verdicts.append(verdict)
+    for message in errors.values():
+        sys.stderr.write(f"sigmatau: {' '.join(message.split())}\n")
+    if not verdicts:
+        return _UNUSABLE
     if not any(verdict.judged for verdict in verdicts):
         raise DataError(f"{sheet.name}: the datasheet states nothing of the noise of what was measured")
-    failing = {"out"} | ({"undecided"} if undecided == "fail" else set())
-    failed = sum(verdict.status in failing for verdict in verdicts)
+    failed = sum(verdict.fails(undecided) for verdict in verdicts)
     if json:
-        content = {"datasheet": sheet.to_dict(), "failed": failed, "units": [verdict.to_dict() for verdict in verdicts]}
+        content = {
+            "datasheet": sheet.to_dict(),
+            "failed": failed,
+            "units": [{**verdict.to_dict(), "fails": verdict.fails(undecided)} for verdict in verdicts],
+            "not_compared": [{"unit": str(path), "error": message} for path, message in errors.items()],
+        }
         text = json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
     else:
-        text = repr(verdicts[0]) if len(verdicts) == 1 else _summary(verdicts, sheet.name, failed)
+        text = repr(verdicts[0]) if len(paths) == 1 else _summary(verdicts, sheet.name, undecided, len(errors))
     sys.stdout.write(text + "\n")
-    open_ = sum(verdict.status == "undecided" for verdict in verdicts)
-    if open_ and undecided == "pass":
-        say(f"warning: {open_} of {len(verdicts)} undecided, and passed; --undecided fail does not pass", quiet=quiet)
-    return _OUT if failed else 0
+    open_ = sum(verdict.fails("fail") for verdict in verdicts) - failed
+    if open_:
+        say(
+            f"warning: {open_} of {len(verdicts)} passed that may be out; --undecided fail passes what is shown not to be",
+            quiet=quiet,
+        )
+    return _UNUSABLE if errors else _OUT if failed else 0
 
 
-@contextlib.contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    """Errors of the data name the file."""
-    try:
-        yield
-    except DataError as error:
-        message = str(error)
-        raise DataError(message if message.startswith(f"{path}:") else f"{path}: {message}") from None
+def _files(places: Sequence[Path]) -> list[Path]:
+    """The results, those of a folder in the order of their names."""
+    found: list[Path] = []
+    for place in places:
+        inside = sorted(place.glob("*.json")) if place.is_dir() else [place]
+        if not inside:
+            raise DataError(f"{place}: no .json in this folder; sigmatau analyze LOGS --json {place} writes them")
+        found += inside
+    return found
+
+
+def _named(path: Path, error: DataError) -> str:
+    """What is wrong with the data, and of which file."""
+    message = str(error)
+    return message if message.startswith(f"{path}:") else f"{path}: {message}"
 
 
 def _result(path: Path) -> NoiseModel | dict[str, Any]:
@@ -107,9 +134,11 @@ def _result(path: Path) -> NoiseModel | dict[str, Any]:
     return content
 
 
-def _summary(verdicts: Sequence[Verdict], name: str, failed: int) -> str:
+def _summary(verdicts: Sequence[Verdict], name: str, undecided: Literal["pass", "fail"], unusable: int) -> str:
     counts = Counter(verdict.status for verdict in verdicts)
     parts = [f"{counts[s]} {s}" for s in ("within", "above typical", "undecided", "out") if counts[s]]
-    units = "unit" if len(verdicts) == 1 else "units"
-    tail = f"{len(verdicts)} {units} against {name}: {', '.join(parts)}; {failed} failed"
-    return "\n".join([*(verdict.line() for verdict in verdicts), tail])
+    failed = sum(verdict.fails(undecided) for verdict in verdicts)
+    lines = [verdict.line() for verdict in verdicts]
+    lines.append(f"{len(verdicts)} {'unit' if len(verdicts) == 1 else 'units'} against {name}: {', '.join(parts)}")
+    lines.append(f"passed: {len(verdicts) - failed}, failed: {failed}" + f", not compared: {unusable}" * bool(unusable))
+    return "\n".join(lines)

@@ -51,11 +51,7 @@ def datasheet_command(
         if model:
             raise OptionError("--model is of one sheet: sigmatau datasheet show NAME --model", option="model")
         library = datasheets()
-        if json:
-            text = _json({key: sheet.to_dict() for key, sheet in library.items()})
-        else:
-            width = max(map(len, library))
-            text = "\n".join(f"{key.ljust(width)}   {sheet.headline()}" for key, sheet in library.items()) + "\n"
+        text = _json({key: sheet.to_dict() for key, sheet in library.items()}) if json else f"{library!r}\n"
     else:
         if name is None:
             raise OptionError("which? sigmatau datasheet show NAME; the names: sigmatau datasheet list", option="name")
@@ -65,8 +61,9 @@ def datasheet_command(
         if not model and (sided is not None or bias is not None or use != "typical"):
             raise OptionError("--use, --sided and --bias are those of a model: give --model too", option="model")
         if model:
-            text = f"# {use} values of {sheet.name} ({sheet.maker}); {sheet.source}\n\n"
-            text += sheet.model(use=use, sided=sided, bias=bias).to_toml()
+            content = sheet.model(use=use, sided=sided, bias=bias).to_toml()
+            origins = "".join(f"# {line}\n" for line in sheet.origins(use=use, sided=sided, bias=bias))
+            text = f"# {sheet.name} ({sheet.maker}); {sheet.source}\n{origins}\n{content}"
         else:
             text = _json(sheet.to_dict()) if json else f"{sheet!r}\n"
     sys.stdout.write(text)

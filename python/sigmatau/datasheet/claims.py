@@ -8,11 +8,13 @@ and a verdict counts only if it is the same by both.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from sigmatau.errors import OptionError
 from sigmatau.terms import TERMS, coefficient_unit, display_units
+from sigmatau.units import find
 
 __all__ = ["KEYS", "MINIMUM", "QUANTITIES", "Bias", "Claim", "Meaning", "Sided", "check_meanings"]
 
@@ -34,6 +36,9 @@ KEYS = {
 
 QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 """What each sensor measures, and its SI unit."""
+
+
+_NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,7 +134,12 @@ class Claim:
         return "noise density" if self.key == "noise_density" else TERMS[self.term].label(self.quantity)
 
     def display(self) -> tuple[str, float]:
-        """The unit in which it is printed, and one such unit in SI; accelerometers' biases are in µg as in most sheets."""
+        """The unit in which it is printed, that of the sheet's typical value if there is one, and one such unit in SI."""
+        text = self.typical_text or self.maximum_text
+        if text:
+            unit = find(_NUMBER.sub("", text, count=1))
+            return unit.text, unit.factor
+        # Without texts, as when a claim was made by hand; accelerometers' biases are in µg as in most sheets.
         units = display_units(self.term, self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
         return units[-1] if self.key == "bias_instability" else units[0]
 

@@ -13,9 +13,9 @@
     noise_density = { typical = "5 mdeg/s/sqrt(Hz)", sided = "one" }      # or "two", or "unknown"
     random_walk = { typical = "0.21 deg/sqrt(h)" }
     bias_instability = { typical = "3 deg/h", as = "minimum" }            # or "coefficient", or "unknown"
-    full_scale = ["125 deg/s", "2000 deg/s"]
+    full_scale = ["125 deg/s", "2000 deg/s"]                              # each of several, or a range
     bandwidth = ["300 Hz"]
-    output_rate = ["12.5 Hz", "6.66 kHz"]
+    output_rate = ["12.5 Hz to 6.66 kHz"]
     beside_noise = ["zero-rate level 1 deg/s"]                            # what no record at rest can show
 
     [accel_z]                                                             # one axis, in place of [accel]
@@ -186,7 +186,9 @@ def _listed(sensor: str, key: str, values: object) -> tuple[str, ...]:
     if key != "beside_noise":
         si = QUANTITIES[sensor.partition("_")[0]][1] if key == "full_scale" else "Hz"
         for text in texts:
-            _value(sensor, key, "value", text, si)
+            ends = [_value(sensor, key, "value", part, si) for part in text.split(" to ")]
+            if len(ends) > 2 or ends != sorted(ends):
+                raise DataError(f"{sensor}: {key}: {text!r} is no range; write its lower end first: 1 Hz to 2 Hz")
     return texts
 
 

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from numbers import Real
+from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Protocol
 
@@ -20,6 +22,7 @@ from sigmatau.datasheet.claims import QUANTITIES, Bias, Claim, Meaning, Sided, c
 from sigmatau.datasheet.file import AXES
 from sigmatau.datasheet.measured import Measured, measured
 from sigmatau.datasheet.sheet import Datasheet
+from sigmatau.datasheet.sheet import datasheet as find_datasheet
 from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Status, Verdict
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noisefit import NoiseFit
@@ -28,22 +31,24 @@ from sigmatau.model.processes import LARGEST
 from sigmatau.model.result import models_of, results_by_channel
 from sigmatau.record import stream_name
 
-__all__ = ["compare_with"]
+__all__ = ["Fitted", "compare_with"]
 
 _SAME = 1e-9  # relative, of numbers without errors
 _MOST_SIGMAS = 1e6  # of an interval without width
 
 
-class _Fitted(Protocol):
-    """An `Analysis`, as far as it matters here."""
+class Fitted(Protocol):
+    """An `Analysis`, or anything else that has `fits`."""
 
     @property
-    def fits(self) -> Mapping[str, NoiseFit]: ...
+    def fits(self) -> Mapping[str, NoiseFit]:
+        """Fit of each channel."""
+        ...
 
 
 def compare_with(
-    result: NoiseModel | _Fitted | Mapping[str, Any],
-    datasheet: Datasheet,
+    result: NoiseModel | Fitted | Mapping[str, Any],
+    datasheet: Datasheet | str | Path,
     *,
     unit: str = "result",
     level: float = 0.95,
@@ -57,17 +62,18 @@ def compare_with(
     ----------
     result : NoiseModel, Analysis or mapping
         The mapping is the JSON form of `analyze`. A `NoiseModel` without intervals is compared without statistics.
-    datasheet : Datasheet
+    datasheet : Datasheet, str or Path
+        A name of the library or the path of a file is looked up by :func:`sigmatau.datasheet`.
     unit : str, optional
         What the result is of, for the lines that are printed.
     level : float, optional
-        One-sided confidence: a unit exactly at its limit is called out in at most a share of 1 − level of records.
+        Confidence with which a unit is called out: one exactly at its limit is in at most a share of 1 − level of records.
     factor : float, optional
         Where the sheet has a typical value only: the maximum is `factor` times it. Default: there is none, and a value
         above the typical one is said but is not out.
     sided : {"one", "two"}, optional
         What noise densities are of which the sheet does not say it. Default: both are tried, and what depends on it is
-        undecided.
+        undecided; see `Verdict.fails` for what that means to a unit.
     bias : {"minimum", "coefficient"}, optional
         What a bias instability is, likewise: the minimum of the Allan deviation, or B.
 
@@ -78,23 +84,24 @@ def compare_with(
     Raises
     ------
     OptionError
-        For a level, factor or meaning that cannot be.
+        For a datasheet that is none, and a level, factor or meaning that cannot be.
     DataError
-        If `result` is not a result.
+        If `result` is not a result, or the datasheet's file cannot be read.
 
     References
     ----------
     ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
     """
     check_meanings(sided, bias)
-    if not 0.5 <= level < 1:
-        raise OptionError(f"`level` must be from 0.5 to below 1, not {level!r}", option="level")
-    if factor is not None and not 1 <= factor <= LARGEST:
+    if not (_is_number(level) and 0.5 <= level < 1):
+        raise OptionError(f"`level` must be a number from 0.5 to below 1, not {level!r}", option="level")
+    if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
         raise OptionError(f"`factor` must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
+    sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
     models, without = _models(result)
     judged, unsaid = [], []
     for channel, model in models.items():
-        claims = datasheet.of(channel)
+        claims = sheet.of(channel)
         for claim in claims:
             readings = tuple(
                 _reading(claim, meaning, model, level, factor) for meaning in claim.meanings(sided=sided, bias=bias)
@@ -103,17 +110,21 @@ def compare_with(
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
         said = {claim.term for claim in claims}
         unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
-    absent = _absent(datasheet, [*models, *without])
+    absent = _absent(sheet, [*models, *without])
     return Verdict(
         unit=unit,
-        datasheet=datasheet.name,
+        datasheet=sheet.name,
         judged=tuple(judged),
         unsaid=tuple(unsaid),
-        missing=(*(name for name in without if datasheet.of(name)), *absent),
+        missing=(*(name for name in without if sheet.of(name)), *absent),
         absent=absent,
         level=level,
         factor=factor,
     )
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
@@ -129,7 +140,7 @@ def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(sorted(absent))
 
 
-def _models(result: NoiseModel | _Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
+def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
     """The models by channel, and the channels that have none."""
     if isinstance(result, NoiseModel):
         return dict(result.channels), []
@@ -211,9 +222,8 @@ def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:
         status = found.pop()
         return status, readings[0].measured.words if status == "undecided" else ""
     words = " or ".join(reading.meaning.words for reading in readings)
-    if found <= {"within", "above typical"}:
-        return "above typical", f"it depends on what the sheet does not say: {words}"
-    return "undecided", f"it depends on what the sheet does not say: {words}"
+    more = "; a typical value fails nobody" if found <= {"within", "above typical"} else ""
+    return "undecided", f"it depends on what the sheet does not say: {words}{more}"
 
 
 def _of_one(reading: Reading) -> Status:

@@ -15,9 +15,11 @@ from sigmatau.errors import DataError
 from sigmatau.model import ChannelModel
 from sigmatau.terms import BIAS_LEVEL
 
-__all__ = ["Measured", "measured"]
+__all__ = ["NOTHING", "Measured", "measured"]
 
 Floats = NDArray[np.float64]
+
+NOTHING = "the result says nothing of it"
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 _NEGLIGIBLE = 0.01  # of a variance; half of that of a deviation
@@ -79,7 +81,7 @@ def measured(model: ChannelModel, of: str) -> Measured:
         return Measured(value=value, low=low, high=high, level=model.level)
     if of in model.limits:
         return Measured(upper_limit=model.limits[of], level=model.level)
-    return Measured(words="the result says nothing of it")
+    return Measured(words=NOTHING)
 
 
 def _minimum(model: ChannelModel) -> Measured:
@@ -93,7 +95,7 @@ def _minimum(model: ChannelModel) -> Measured:
     # A model may be silent of it, which does not make it zero.
     silent = "bias_instability" not in seen and "bias_instability" not in unseen
     if not any(term in seen for term in _SLOW):
-        return Measured(words="the result says nothing of it") if silent else _below(model, seen, unseen)
+        return Measured(words=NOTHING) if silent else _below(model, seen, unseen)
     floor, _ = _least(seen)
     low, high = _interval(model, seen)
     if silent:

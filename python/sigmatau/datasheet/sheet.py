@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -17,7 +17,7 @@ from sigmatau.record import stream_name
 from sigmatau.results import Printed
 from sigmatau.terms import BIAS_LEVEL
 
-__all__ = ["Datasheet", "datasheet", "datasheets"]
+__all__ = ["Datasheet", "Library", "datasheet", "datasheets"]
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
 _OPEN = {"noise_density": "one- or two-sided: not said", "bias_instability": "Allan minimum or coefficient B: not said"}
@@ -120,16 +120,34 @@ class Datasheet(Printed):
         check_meanings(sided, bias)
         if use not in ("typical", "maximum"):
             raise OptionError(f"`use` must be 'typical' or 'maximum', not {use!r}", option="use")
-        channels: dict[str, dict[str, float]] = {}
-        for channel in (*self.channels("gyro"), *self.channels("accel")):
-            claims = self.of(channel)
-            terms: dict[str, float] = {}
-            for claim in sorted(claims, key=lambda claim: claim.key == "noise_density"):
-                terms.setdefault(claim.term, self._number(claim, use, sided, bias))
-            channels[channel] = terms
+        channels = {
+            channel: {claim.term: self._number(claim, use, sided, bias) for claim in _chosen(self.of(channel))}
+            for channel in self._stated()
+        }
         if not channels:
             raise DataError(f"{self.name}: the datasheet states nothing of the noise, so there is no model of it")
         return NoiseModel(channels=channels)
+
+    def origins(
+        self,
+        *,
+        use: Literal["typical", "maximum"] = "typical",
+        sided: Sided | None = None,
+        bias: Bias | None = None,
+    ) -> tuple[str, ...]:
+        """Where each number of `model` is from, a line each: the typical or the maximum value, and what it was taken for."""
+        lines = []
+        for claim in dict.fromkeys(claim for channel in self._stated() for claim in _chosen(self.of(channel))):
+            used = _used(claim, use)
+            text = claim.typical_text if used == "typical" else claim.maximum_text
+            words = [meaning.words for meaning in claim.meanings(sided=sided, bias=bias) if meaning.words]
+            taken = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
+            other = "" if used == use else f"the sheet has no {use} value"
+            lines.append(f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{used} {text}', taken, other)))}")
+        return tuple(lines)
+
+    def _stated(self) -> tuple[str, ...]:
+        return (*self.channels("gyro"), *self.channels("accel"))
 
     def _number(self, claim: Claim, use: str, sided: Sided | None, bias: Bias | None) -> float:
         meanings = claim.meanings(sided=sided, bias=bias)
@@ -141,8 +159,7 @@ class Datasheet(Printed):
                 f" ({', '.join(m.words for m in meanings)}): choose --{option} {choices}",
                 option=option,
             )
-        first, second = (claim.typical, claim.maximum) if use == "typical" else (claim.maximum, claim.typical)
-        value = first if first is not None else second
+        value = claim.maximum if _used(claim, use) == "maximum" else claim.typical
         assert value is not None  # a claim has one of them
         return value * meanings[0].factor / (BIAS_LEVEL if meanings[0].of == MINIMUM else 1.0)
 
@@ -183,9 +200,28 @@ class Datasheet(Printed):
 def _row(claim: Claim) -> tuple[str, str, str, str]:
     values = [f"typical {claim.typical_text}"] if claim.typical is not None else []
     values += [f"maximum {claim.maximum_text}"] if claim.maximum is not None else []
-    convention = _OPEN[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
-    words = f" ({convention})" if convention else ""
+    words = "".join(f" ({convention})" for convention in _conventions(claim))
     return claim.sensor, claim.label, ", ".join(values) + words, claim.note
+
+
+def _conventions(claim: Claim) -> tuple[str, ...]:
+    """``("one-sided",)``, or that it is not said; nothing where there is only one way."""
+    words = _OPEN[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
+    return (words,) if words else ()
+
+
+def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
+    """Which of a claim's numbers is taken: the other where there is only one."""
+    wanted = claim.typical if use == "typical" else claim.maximum
+    return "typical" if (use == "typical") == (wanted is not None) else "maximum"
+
+
+def _chosen(claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
+    """One claim a term: a random walk before a noise density."""
+    by_term: dict[str, Claim] = {}
+    for claim in sorted(claims, key=lambda claim: claim.key == "noise_density"):
+        by_term.setdefault(claim.term, claim)
+    return tuple(by_term.values())
 
 
 @functools.cache
@@ -199,9 +235,31 @@ def _library() -> dict[str, Datasheet]:
     return found
 
 
-def datasheets() -> dict[str, Datasheet]:
+class Library(Mapping[str, Datasheet], Printed):
+    """Datasheets by the name that `datasheet` takes; it prints itself with a line for each."""
+
+    __slots__ = ("_sheets",)
+
+    def __init__(self, sheets: Mapping[str, Datasheet]) -> None:
+        self._sheets = dict(sheets)
+
+    def __getitem__(self, name: str) -> Datasheet:
+        return self._sheets[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sheets)
+
+    def __len__(self) -> int:
+        return len(self._sheets)
+
+    def __repr__(self) -> str:
+        width = max(map(len, self._sheets), default=0)
+        return "\n".join(f"{name.ljust(width)}   {sheet.headline()}" for name, sheet in self._sheets.items())
+
+
+def datasheets() -> Library:
     """The library: public values of common sensors, by the name that `datasheet` takes."""
-    return dict(_library())
+    return Library(_library())
 
 
 def datasheet(name: str | Path) -> Datasheet:
@@ -219,6 +277,10 @@ def datasheet(name: str | Path) -> Datasheet:
     DataError
         If the file cannot be read or understood.
     """
+    if not isinstance(name, str | Path):
+        raise OptionError(
+            f"`datasheet` must be a name of the library or the path of a .toml file, not {name!r}", option="datasheet"
+        )
     if isinstance(name, Path) or name.lower().endswith(".toml"):
         return Datasheet.read(name)
     library = _library()

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from sigmatau.datasheet.claims import Claim, Meaning
-from sigmatau.datasheet.measured import Measured
+from sigmatau.datasheet.measured import NOTHING, Measured
+from sigmatau.errors import OptionError
 from sigmatau.results import Printed, interval_texts, two_digits
+from sigmatau.units import find
 
 __all__ = ["Comparison", "Judged", "Reading", "Side", "Status", "Verdict"]
 
@@ -92,11 +94,17 @@ class Judged:
     status: Status
     reason: str = ""
 
+    @property
+    def may_be_out(self) -> bool:
+        """Whether a maximum is not shown to be kept; never without a maximum, since a typical value fails nobody."""
+        return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "channel": self.channel,
             "claim": self.claim.to_dict(),
             "status": self.status,
+            "may_be_out": self.may_be_out,
             **({"reason": self.reason} if self.reason else {}),
             "readings": [reading.to_dict() for reading in self.readings],
         }
@@ -121,7 +129,7 @@ class Verdict(Printed):
     absent : tuple of str
         Those of them that it has not.
     level : float
-        One-sided confidence of the comparisons.
+        Confidence with which a value is said to be above a limit, and likewise below it.
     factor : float or None
         By which a typical value was multiplied to serve as a maximum where the sheet has none.
     """
@@ -148,6 +156,20 @@ class Verdict(Printed):
         """Whether a claim's maximum is exceeded."""
         return self.status == "out"
 
+    @property
+    def may_be_out(self) -> bool:
+        """Whether it is not shown that all maxima are kept: one is exceeded or may be, or a sensor or all is missing."""
+        return bool(self.missing) or not self.judged or any(judged.may_be_out for judged in self.judged)
+
+    def fails(self, undecided: Literal["pass", "fail"] = "pass") -> bool:
+        """Whether the unit fails: if it is out, or with ``"fail"`` unless all maxima are shown to be kept.
+
+        What is undecided about a typical value alone fails no unit, as a value above it does not.
+        """
+        if undecided not in ("pass", "fail"):
+            raise OptionError(f"`undecided` must be 'pass' or 'fail', not {undecided!r}", option="undecided")
+        return self.out or (undecided == "fail" and self.may_be_out)
+
     def of(self, status: Status) -> tuple[Judged, ...]:
         """The claims with a status."""
         return tuple(judged for judged in self.judged if judged.status == status)
@@ -165,6 +187,7 @@ class Verdict(Printed):
             "unit": self.unit,
             "datasheet": self.datasheet,
             "status": self.status,
+            "may_be_out": self.may_be_out,
             "level": self.level,
             **({} if self.factor is None else {"factor": self.factor}),
             "claims": [judged.to_dict() for judged in self.judged],
@@ -198,7 +221,7 @@ class Verdict(Printed):
             for term, names in by_term.items()
         ]
         more = "" if self.factor is None else f"; where there is no maximum, {self.factor:g} times typical is one"
-        return "\n".join([*lines, f"  above, below: {100 * self.level:g} % one-sided{more}"])
+        return "\n".join([*lines, f"  above and below are said with {100 * self.level:g} % confidence each{more}"])
 
 
 def _by(judged: Judged) -> str:
@@ -214,19 +237,23 @@ def _hint(absent: tuple[str, ...]) -> str:
 
 
 def _rows(judged: Judged) -> list[tuple[str, ...]]:
-    """Channel, claim, value, limits, status; and why it is undecided in a row of its own."""
+    """Channel, claim, value, limits, status; and why it is undecided in a row of its own.
+
+    What was measured is converted to what the sheet states, so that its numbers stand here as they stand there.
+    """
     claim = judged.claim
-    text, size = claim.display()
     if not any(reading.measured.anything for reading in judged.readings):
-        stated = [("typical", claim.typical_text), ("maximum", claim.maximum_text)]
-        limits = "; ".join(f"{name} {value}" for name, value in stated if value)
+        limits = "; ".join(f"{name} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name)))
         row: tuple[str, ...] = (judged.channel, claim.label, "not measured", limits, judged.status)
-        return [row, ("", f"  {judged.reason}")] if judged.reason else [row]
+        return [row, ("", f"  {judged.reason}")] if judged.reason not in ("", NOTHING) else [row]
+    text, unit = claim.display()
     rows: list[tuple[str, ...]] = []
     for k, reading in enumerate(judged.readings):
         words = f", {reading.meaning.words}" if reading.meaning.words else ""
+        size = unit * reading.meaning.factor
         against = "; ".join(
-            f"{name} {comparison.limit / size:.4g}" + (f": {comparison.words()}" if reading.measured.anything else "")
+            f"{name} {_limit_text(claim, name, comparison.limit / size)}"
+            + (f": {comparison.words()}" if reading.measured.anything else "")
             for name, comparison in (("typical", reading.typical), ("maximum", reading.maximum))
             if comparison is not None
         )
@@ -234,6 +261,19 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
         value = _value_text(reading.measured, text, size)
         rows.append((judged.channel if k == 0 else "", label, value, against, judged.status if k == 0 else ""))
     return [*rows, ("", f"  {judged.reason}")] if judged.reason else rows
+
+
+def _stated(claim: Claim, name: str) -> str:
+    """A number of the sheet as it stands there, its unit as it is printed; empty if it has none."""
+    text = claim.typical_text if name == "typical" else claim.maximum_text
+    number, _, unit = text.partition(" ")
+    return f"{number} {find(unit).text}" if unit else text
+
+
+def _limit_text(claim: Claim, name: str, value: float) -> str:
+    """In the unit of the row; with its own unit where the sheet has typical and maximum value in different ones."""
+    stated = _stated(claim, name)
+    return stated if stated and not stated.endswith(f" {claim.display()[0]}") else f"{value:.4g}"
 
 
 def _value_text(found: Measured, text: str, size: float) -> str:

@@ -106,7 +106,12 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None
         except (ValueError, RecursionError) as error:  # of which TOML's, JSON's and Unicode's are kinds
-            raise DataError(f"{path}: no {'JSON' if is_json else 'TOML file'}: {error}") from None
+            if is_json or path.suffix.lower() == ".toml":
+                raise DataError(f"{path}: no {'JSON' if is_json else 'TOML file'}: {error}") from None
+            raise DataError(
+                f"{path}: no model file (.toml), result (.json) or, for sigmatau export, YAML (.yaml). If this is a log:"
+                f" first sigmatau analyze {path} --json {path.with_suffix('.json')}"
+            ) from None
         try:
             return cls.from_result(content) if is_json else cls.from_dict(content)
         except ValueError as error:

@@ -276,7 +276,7 @@ def test_the_log_is_never_overwritten(log, tmp_path, capsys):
             name.hardlink_to(log)
         code, out, err = run("analyze", log, "--rate", 100, option, name, capsys=capsys)
         assert (code, out) == (2, "")
-        assert "is the log itself" in err
+        assert "is the file that is read" in err
     assert log.read_bytes() == before
 
 

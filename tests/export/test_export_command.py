@@ -1,6 +1,7 @@
 """``sigmatau export`` and ``analyze --export`` as a user meets them."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -190,6 +191,33 @@ def test_a_horizon_is_whole_samples_and_the_file_says_which():
         NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=replace(q, horizon=0.01)
     )
     assert "whole samples" not in even
+
+
+def test_binary_endings_are_those_of_the_target(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    both = {"random_walk": 1e-3, "rate_random_walk": 1e-5}
+    NoiseModel(channels={"gyro_x": both, "accel_x": both}).write("m.toml")
+    for name, file in (("kalibr", "x.npz"), ("lio-sam", "x.MAT"), ("state-space", "x.h5")):
+        code, _, err = run("export", "m.toml", "--to", name, "--rate", 100, "-o", file, capsys=capsys)
+        assert code == 2
+        assert f"'{file}': {name} has no form for .{file[2:].lower()}" in err
+        assert not (tmp_path / file).exists()
+        assert run("analyze", "no-such.csv", "--export", f"{name}={file}", capsys=capsys)[0] == 2
+    for file in ("x.npz", "x.yaml"):
+        assert run("export", "m.toml", "--to", "state-space", "--rate", 100, "-o", file, capsys=capsys)[0] == 0
+    assert (
+        "m.toml is the file that is read"
+        in run("export", "m.toml", "--to", "lio-sam", "-o", "m.toml", capsys=capsys)[2]
+    )
+
+
+@pytest.mark.parametrize("rate", ["-100.0", "0", "true", '"100"', "null", "[]", "NaN", "1e400"])
+def test_a_rate_of_a_result_is_a_positive_number(result, rate, capsys):
+    text = re.sub(r'("sample_rate_hz": )[0-9.]+', rf"\g<1>{rate}", result.read_text())
+    result.write_text(text)
+    code, out, err = run("export", result, "--to", "kalibr", *WALKS, capsys=capsys)
+    assert (code, out) == (1, "")
+    assert "r.json" in err
 
 
 def test_a_model_has_no_rate(tmp_path, capsys):

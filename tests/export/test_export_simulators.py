@@ -251,6 +251,11 @@ class TestMatlab:
                 assert got == pytest.approx(expected(coefficient, sensor, axes), rel=EXACT)
         assert found["imu"].startswith("imuSensor('accel-gyro', 'SampleRate', 200.0, ")
 
+    def test_of_neither_gyros_nor_accelerometers(self):
+        warm = ChannelModel(terms={"random_walk": 0.2}, quantity="signal", unit="K")
+        with pytest.raises(DataError, match="neither gyros nor accelerometers"):
+            export(NoiseModel(channels={"temp": warm}), to="matlab")
+
     def test_its_filter_makes_flicker_noise_up_to_the_horizon(self):
         """fractalcoef: (k − 3/2)/k, multiplied up, as the denominator; σ² by eq. (11) for samples."""
         given = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5}})
@@ -376,8 +381,9 @@ class TestGazebo:
         assert [p.get("filename") for p in root.iter("plugin")] == ["libgazebo_imu_plugin.so"]
         assert self.noise(root, "gyro", "x")[0] == pytest.approx(1e-4, rel=EXACT)
         for key in ("link", "plugin"):
-            with pytest.raises(OptionError, match=key):
+            with pytest.raises(OptionError, match=f"`name` {key}=.*are allowed there") as refused:
                 self.read(one(), names={key: '"/><plugin filename="evil.so'})
+            assert refused.value.option == "name"
         with pytest.raises(OptionError, match="gyro_turn_on_bias"):
             self.read(one(), names={"gyro_turn_on_bias": "0</x>"})
         assert self.read(one(), names={"link": "base/imu"}).find("model/link").get("name") == "base/imu"

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
-from sigmatau.export import NAMES, Numbers, export, target
+from sigmatau.export import NAMES, Numbers, check_path, export, target
 from sigmatau.export.source import one_rate, read_source
 
 __all__ = ["export_command"]
@@ -55,6 +55,8 @@ def export_command(
         raise OptionError(f"--to: say for which target: {', '.join(NAMES)}", option="to")
     wanted = target(to)
     check_output(output, (), "output")
+    if output is not None:
+        check_path(wanted, output)
     refuse_same(source, output=output)
     choosing = choosing or Choosing()
     choosing.choices(rate)  # refused, if it is, before a file is read

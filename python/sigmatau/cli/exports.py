@@ -10,7 +10,7 @@ from sigmatau.analysis import Analysis
 from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import finding_lines, say
 from sigmatau.errors import OptionError
-from sigmatau.export import Choices, Numbers, check_choices, target
+from sigmatau.export import Choices, Numbers, check_choices, check_path, target
 
 __all__ = ["Exports"]
 
@@ -42,8 +42,9 @@ class Exports:
         if files and method != "gls":
             raise OptionError("--export needs the fit: --method gls", option="method")
         choices = choosing.choices(rate)
-        for name in files:
+        for name, file in files.items():
             check_choices(target(name), choices)
+            check_path(target(name), file)
         return cls(files=files, choices=choices)
 
     def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:

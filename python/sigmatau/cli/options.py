@@ -97,7 +97,7 @@ def refuse_same(log: Path, **outputs: Path | None) -> None:
         if path is None:
             continue
         if path.exists() and log.exists() and path.samefile(log):
-            raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
+            raise OptionError(f"--{option} {path} is the file that is read; name another file", option=option)
         if seen.setdefault(path, option) != option:
             raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
 

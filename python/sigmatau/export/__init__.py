@@ -11,7 +11,10 @@ from sigmatau.export.targets import NAMES, target
 from sigmatau.io.write import atomic
 from sigmatau.model import NoiseModel
 
-__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "check_choices", "export", "target"]
+__all__ = ["NAMES", "Axes", "Choices", "Number", "Numbers", "Target", "check_choices", "check_path", "export", "target"]
+
+# What readers take for binary by the ending alone.
+_BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
 
 
 def export(
@@ -45,6 +48,8 @@ def export(
     chosen = Choices() if choices is None else choices
     wanted = target(to)
     check_choices(wanted, chosen)
+    if path is not None:
+        check_path(wanted, path)
     if wanted.needs_rate and chosen.rate is None:
         raise OptionError(f"{to} needs the sampling rate of the sensor: give `rate` in Hz", option="rate")
     write = wanted.write if path is None else wanted.binary.get(Path(path).suffix.lower(), wanted.write)
@@ -56,6 +61,17 @@ def export(
             else:
                 temporary.write_text(content, encoding="utf-8")
     return content
+
+
+def check_path(target: Target, path: str | Path) -> None:
+    """Refuse, with an `OptionError`, the ending of a binary format that a target does not write."""
+    ending = Path(path).suffix.lower()
+    if ending in _BINARY and ending not in target.binary:
+        endings = ", ".join((target.ending, *target.binary))
+        raise OptionError(
+            f"{Path(path).name!r}: {target.name} has no form for {ending}, which is a binary format's; it has {endings}",
+            option="path",
+        )
 
 
 def check_choices(target: Target, choices: Choices) -> None:

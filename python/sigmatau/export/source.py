@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,10 +73,17 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     if path.suffix.lower() == ".json" and rate is None:
         channels = json.loads(path.read_text(encoding="utf-8"))["channels"]
         try:
-            rates = {name: float(channels[name]["sample_rate_hz"]) for name in model.channels}
+            rates = {name: _rate(channels[name]["sample_rate_hz"]) for name in model.channels}
         except (KeyError, TypeError, ValueError) as error:
             raise DataError(f"{path}: not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
     return Source(model=model, rates={name: value for name, value in rates.items() if value is not None})
+
+
+def _rate(value: object) -> float:
+    """A sampling rate of a result; raises `ValueError` for what is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise ValueError(f"sample_rate_hz {value!r}, which is no positive number,")
+    return float(value)
 
 
 def one_rate(rates: Mapping[str, float]) -> float | None:

@@ -75,10 +75,12 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=True)
 
 
-def plain_name(text: str, option: str) -> str:
-    """A name for a place where nothing can be quoted; raises `OptionError` unless it is letters, digits and ``_ . / -``."""
-    if not re.fullmatch(r"[A-Za-z0-9_./~-]+", text, flags=re.ASCII):
-        raise OptionError(f"`{option}` {text!r}: letters, digits, _ . / and - are allowed there", option=option)
+def plain_name(text: str, key: str) -> str:
+    """A name for a place where nothing can be quoted; `OptionError` for more than letters, digits and ``_ . / ~ -``."""
+    if not re.fullmatch(r"[A-Za-z0-9_./~-]{1,255}", text, flags=re.ASCII):
+        raise OptionError(
+            f"`name` {key}={text[:80]!r}: letters, digits, _ . / ~ and - are allowed there", option="name"
+        )
     return text
 
 

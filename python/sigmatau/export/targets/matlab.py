@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.export.axes import by_axis, noises, refuse
 from sigmatau.export.numbers import Number, Numbers
 from sigmatau.export.process import bottom
@@ -28,6 +28,8 @@ _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
 def write(numbers: Numbers) -> str:
     """The text of the script; ``gyro`` and ``accel`` are what imuSensor takes."""
     present = [row for row in _SENSORS if numbers.has(row[0])]
+    if not present:
+        raise DataError("the model has neither gyros nor accelerometers, which imuSensor is of")
     flicker = any(_has_flicker(numbers, sensor) for sensor, _, _ in present)
     if not flicker and "horizon" not in numbers.choices.walk.values():
         refuse(numbers, "matlab", "the model has no bias instability, which it is for here", "horizon")

@@ -90,14 +90,14 @@ def check_folder(path: Path | None, option: str) -> None:
         raise DataError(f"{path}: cannot be made: {error.strerror or error}") from None
 
 
-def refuse_same(log: Path, **outputs: Path | None) -> None:
+def refuse_same(log: Path, what: str = "the log", /, **outputs: Path | None) -> None:
     """No output may take the place of the log or of another output; by option."""
     seen: dict[Path, str] = {}
     for option, path in outputs.items():
         if path is None:
             continue
         if path.exists() and log.exists() and path.samefile(log):
-            raise OptionError(f"--{option} {path} is the log itself; name another file", option=option)
+            raise OptionError(f"--{option} {path} is {what} itself; name another file", option=option)
         if seen.setdefault(path, option) != option:
             raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
 

@@ -8,70 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.export.choices import KINDS, Choices, NotChosenError, given
+from sigmatau.export.source import Source, one_rate
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.record import stream_name
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import Finding, seconds, two_digits
 from sigmatau.terms import TERMS, display_units
 
-__all__ = ["Axes", "Choices", "Number", "Numbers"]
-
-Axes = Literal["worst", "mean", "each"]
-
-_KINDS = {"gyro": "gyros", "accel": "accelerometers"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Choices:
-    """What the user decides, because no record does.
-
-    Attributes
-    ----------
-    axes : {"worst", "mean", "each"}
-        Of three axes the largest number, the root of the mean of the squares, or each where a target has a place for it.
-    walk : mapping of str to (str or float)
-        By sensor, ``"gyro"`` and ``"accel"``, what to write where no rate random walk was observed: ``"upper-limit"``, or
-        a value. [SI] ``"horizon"`` matches the model's Allan variance at `horizon`, observed or not. Default: what was
-        observed, or an error that says what there is to choose from.
-    noise : mapping of str to (str or float)
-        By sensor, what to write where no random walk was observed, as where quantization covers it: ``"upper-limit"``, or a
-        value. [SI]
-    horizon : float or None
-        Averaging time at which ``"horizon"`` matches. [s]
-    noise_factor, walk_factor : float
-        By which what is written is larger than what was found.
-    rate : float or None
-        Sampling rate of the sensor. [Hz]
-    step : float or None
-        Step of the filter, where it has one of its own. [s]
-    names : mapping of str to str
-        Names and constants that a target has beside the numbers, such as a topic.
-    """
-
-    axes: Axes = "worst"
-    walk: Mapping[str, str | float] = field(default_factory=dict)
-    noise: Mapping[str, str | float] = field(default_factory=dict)
-    horizon: float | None = None
-    noise_factor: float = 1.0
-    walk_factor: float = 1.0
-    rate: float | None = None
-    step: float | None = None
-    names: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if self.axes not in ("worst", "mean", "each"):
-            raise OptionError(f"`axes` must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
-        for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
-        _check("walk", self.walk, ("upper-limit", "horizon"))
-        _check("noise", self.noise, ("upper-limit",))
-        if "horizon" in self.walk.values() and self.horizon is None:
-            raise OptionError("a walk that matches the Allan variance at a horizon needs `horizon`", option="horizon")
+__all__ = ["Number", "Numbers"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,11 +39,38 @@ class Number:
 
 
 class Numbers:
-    """What a model holds for one target, with the user's choices."""
+    """What a source holds for one target, with the user's choices.
 
-    def __init__(self, model: NoiseModel, choices: Choices) -> None:
-        self.model = model
+    Attributes
+    ----------
+    source : Source
+    choices : Choices
+    whole : NoiseModel
+        The model of all channels, of which `model` may be one.
+    findings : list of Finding
+        What should be known of what is written; targets add to it.
+    """
+
+    def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
+        self.source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
+        self.whole = self.source.model
+        self.findings: list[Finding] = []
+
+    @property
+    def model(self) -> NoiseModel:
+        return self.source.model
+
+    def of(self, channel: str) -> Numbers:
+        """The same of one channel alone."""
+        one = Numbers(self.source.of([channel]), self.choices)
+        one.whole, one.findings = self.whole, self.findings
+        return one
+
+    def find(self, finding: Finding) -> None:
+        """Note, once, what should be known of what is written."""
+        if finding not in self.findings:
+            self.findings.append(finding)
 
     def has(self, sensor: str) -> bool:
         """Whether the model has any channel of ``"gyro"`` or ``"accel"``."""
@@ -105,18 +80,38 @@ class Numbers:
         """The channels of a sensor; raises `DataError` if there is none."""
         found = {name: channel for name, channel in self.model.channels.items() if stream_name(name) == sensor}
         if not found:
-            raise DataError(f"the model has no {_KINDS[sensor]}, which this target needs")
+            raise DataError(f"the model has no {KINDS[sensor]}, which this target needs")
         return found
 
     def rate(self) -> float:
-        """Sampling rate; raises `OptionError` if it is not known. [Hz]"""
-        if self.choices.rate is None:
-            raise OptionError("the sampling rate of the sensor is needed: give `rate` in Hz", option="rate")
-        return self.choices.rate
+        """Sampling rate, the user's or the record's; raises `OptionError` if it is not known, or there are several. [Hz]"""
+        found = one_rate(self.source.rates) if self.choices.rate is None else self.choices.rate
+        if found is None:
+            raise OptionError(
+                "the sampling rate of the sensor is needed, and a model file has none: give `rate` in Hz", option="rate"
+            )
+        return found
+
+    def known_rate(self) -> float | None:
+        """Sampling rate; None if it is not known, or there are several. [Hz]"""
+        try:
+            return self.rate()
+        except OptionError:
+            return None
 
     def name(self, key: str, default: str) -> str:
-        """A name or constant that the user gave, or the target's own."""
-        return self.choices.names.get(key, default)
+        """A name or constant that the user gave, or the source has, or the target's own."""
+        return self.choices.names.get(key, self.source.names.get(key, default))
+
+    def doubt(self, channel: str) -> str:
+        """For the end of a comment: that the coefficients are of a fit that is not adequate; else nothing."""
+        return "" if self.model.channels[channel].adequate else f"; {NOT_ADEQUATE}"
+
+    def has_slow_noise(self, channel: str) -> bool:
+        """Whether a walk can match anything of it at a horizon."""
+        model = self.model.channels[channel]
+        fast = ("quantization", "random_walk")
+        return any(term not in fast for term in model) or bool(model.gauss_markov or model.sinusoid)
 
     def number(self, key: str, default: str) -> float:
         """A constant that the user gave as a name, such as gravity; raises `OptionError` if it is no positive number."""
@@ -164,7 +159,7 @@ class Numbers:
                     if slow and not covered
                     else ""
                 )
-                said.append(f"Without place here, and left out of the {_KINDS[sensor]}: {', '.join(left)}{more}.")
+                said.append(f"Without place here, and left out of the {KINDS[sensor]}: {', '.join(left)}{more}.")
         return said
 
     def _chosen(self, sensor: str, term: str) -> str | float | None:
@@ -175,7 +170,11 @@ class Numbers:
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
         if wanted == "horizon":  # an axis without slow noise adds none to that of the others
-            names = [name for name in names if self._slow_noise(name)[0] > 0] or names
+            slow = [name for name in names if self.has_slow_noise(name)] or names
+            number = self._one({name: self._of(name, term) for name in slow})
+            quiet = [name for name in names if name not in slow]
+            more = f"; no slow noise in the model of {', '.join(quiet)}" if quiet else ""
+            return Number(value=number.value, words=number.words + more)
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
         observed = [name for name in names if term in self.model.channels[name]]
@@ -192,36 +191,56 @@ class Numbers:
         if wanted == "horizon":
             at = f"{seconds(self._horizon())} s"
             words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
-            return _number(self._at_horizon(channel), words, factor)
+            return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         if term in model:
             return _number(model[term], self._words(channel, term), factor)
         if wanted == "upper-limit":
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)
                 raise OptionError(
-                    f"{sensor}: no upper limit of the {label} is known of {channel}; give a value", option=term
+                    f"{sensor}: no upper limit of the {label} is known of {channel}: choose"
+                    f" {' or '.join(self._choices_of(sensor, term, limit=False))}",
+                    option=term,
                 )
             return _number(
                 model.limits[term], f"{channel}: not observed; its upper limit ({100 * model.level:g} %)", factor
             )
         if wanted is not None:
             return _number(float(wanted), f"{channel}: not observed; a value that was given", factor)
-        raise OptionError(self._what_to_choose(sensor, term), option=term)
+        raise self._not_chosen(sensor, term)
 
-    def _what_to_choose(self, sensor: str, term: str) -> str:
-        channels = self.channels(sensor)
-        model = next(iter(channels.values()))
+    def _not_chosen(self, sensor: str, term: str) -> NotChosenError:
+        """Of all axes at once that lack it: those that one number is of, or, where each has its own, all of the sensor."""
+        every = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
+        lacking = {name: model for name, model in every.items() if term not in model}
+        model = next(iter(lacking.values()))
         si = model.unit_of(term)
-        limits = [m.limits[term] for m in channels.values() if term in m.limits]
-        known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(channels) else ""
-        limit = f"{sensor}=upper-limit, " if known else ""
-        text = (
-            f"the {_KINDS[sensor]} show no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose"
-            f' --{term.replace("_", "-")} {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si})'
+        limits = [m.limits[term] for m in lacking.values() if term in m.limits]
+        known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(lacking) else ""
+        some = len(lacking) < len(every)
+        who = f"{', '.join(lacking)} show{'s' * (len(lacking) == 1)}" if some else f"the {KINDS[sensor]} show"
+        more = self._choices_of(sensor, term, limit=bool(known))
+        more += [f"{given('axes', 'worst')}, that of the others for all"] * some
+        return NotChosenError(
+            f"{who} no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose {' or '.join(more)}",
+            sensor=sensor,
+            choice="noise" if term == "random_walk" else "walk",
         )
-        if term == "random_walk":
-            return text
-        return f"{text}, or {sensor}=horizon with --horizon 10s, which matches the model's Allan variance there"
+
+    def _choices_of(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
+        """What will do in the place of a number that was not observed, and nothing else."""
+        choice = "noise" if term == "random_walk" else "walk"
+        channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
+        si = next(iter(channels.values())).unit_of(term)
+        found = [given(choice, "upper-limit", sensor)] if limit else []
+        found.append(f"{given(choice, f'1e-6 {si}', sensor)} (a value, with its unit)")
+        whole = Numbers(self.whole, self.choices)
+        if choice == "walk" and horizon and any(map(whole.has_slow_noise, channels)):
+            found.append(
+                f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)}, which matches the model's Allan variance"
+                " there"
+            )
+        return found
 
     def _horizon(self) -> float:
         assert self.choices.horizon is not None  # Choices has seen to it
@@ -230,7 +249,8 @@ class Numbers:
     def _slow_noise(self, channel: str) -> tuple[float, float]:
         """Allan variance of all but random walk and quantization at the horizon, and that time in whole samples. [s]"""
         model, time = self.model.channels[channel], self._horizon()
-        tau0 = 1 / self.choices.rate if self.choices.rate else time / 1000
+        rate = self.known_rate()
+        tau0 = 1 / rate if rate else time / 1000
         m = max(round(time / tau0), 1)
         parts = model.avar_of_parts(m=[m], tau0=tau0)
         rest = sum(float(avar[0]) for term, avar in parts.items() if term not in ("random_walk", "quantization"))
@@ -240,9 +260,14 @@ class Numbers:
         """K_eff of one channel: K² = 3·(σ²(T) − N²/T)/T."""
         rest, time = self._slow_noise(channel)
         if not rest > 0:
+            limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
+            more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
+            others = [name for name in self.whole.channels if stream_name(name) == stream_name(channel)]
+            if len(self.model) == 1 < len(others):
+                more.append(f"{given('axes', 'worst')}, that of the other axes for all")
             raise OptionError(
-                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon; choose upper-limit or"
-                " a value",
+                f"{channel}: the model has no slow noise, so that no walk matches it at a horizon: choose"
+                f" {' or '.join(more)}",
                 option="rate_random_walk",
             )
         return math.sqrt(3 * rest / time)
@@ -265,20 +290,7 @@ class Numbers:
         if term in model.intervals:
             low, high = (value / size for value in model.intervals[term])
             words += f" [{low:.4g}, {high:.4g}]"
-        return words
-
-
-def _check(name: str, chosen: Mapping[str, str | float], words: tuple[str, ...]) -> None:
-    option = "random_walk" if name == "noise" else "rate_random_walk"
-    for sensor, wanted in chosen.items():
-        if sensor not in _KINDS:
-            raise OptionError(f"`{name}`: {sensor!r} is no sensor; there are gyro and accel", option=option)
-        if isinstance(wanted, str) and wanted not in words:
-            raise OptionError(
-                f"`{name}` of {sensor}: {wanted!r} is neither {' nor '.join(words)} nor a value", option=option
-            )
-        if not isinstance(wanted, str) and not (math.isfinite(wanted) and wanted > 0):
-            raise OptionError(f"`{name}` of {sensor} must be positive, not {wanted!r}", option=option)
+        return words + self.doubt(channel)
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:

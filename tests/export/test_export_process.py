@@ -80,7 +80,11 @@ def test_the_models_own_process_goes_first():
     )
     found = of(own, walk_factor=2.0)
     assert (found.sigma, found.time) == (6e-5, 300.0)
-    for part in ("largest of 2", "times 2", "no place here for its bias instability 10.31 deg/h and rate random walk 12.38"):
+    for part in (
+        "largest of 2",
+        "times 2",
+        "no place here for its bias instability 10.31 deg/h and rate random walk 12.38",
+    ):
         assert part in found.words
 
 

@@ -262,8 +262,7 @@ class Numbers:
         if not rest > 0:
             limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
             more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
-            others = [name for name in self.whole.channels if stream_name(name) == stream_name(channel)]
-            if len(self.model) == 1 < len(others):
+            if self.choices.axes == "each":
                 more.append(f"{given('axes', 'worst')}, that of the other axes for all")
             raise OptionError(
                 f"{channel}: the model has no slow noise, so that no walk matches it at a horizon: choose"

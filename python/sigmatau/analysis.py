@@ -29,8 +29,7 @@ from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.diagnose import curves as curve_findings
 from sigmatau.diagnose.causes import one_cause
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.export import Choices, export, target
-from sigmatau.export.source import one_rate
+from sigmatau.export import Choices, Source, export
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.integrity import mask_spikes, too_coarse
 from sigmatau.model import NoiseModel
@@ -150,10 +149,11 @@ class Analysis(Printed):
 
         The sampling rate is that of the record if `choices` has none.
         """
-        chosen = Choices() if choices is None else choices
-        if chosen.rate is None and target(to).needs_rate:
-            chosen = replace(chosen, rate=one_rate({name: 1 / curve.tau0 for name, curve in self.curves.items()}))
-        return export(self.model, to=to, path=path, choices=chosen)
+        return export(self.to_source(), to=to, path=path, choices=choices)
+
+    def to_source(self) -> Source:
+        """What an export takes of it: the model, the sampling rates, and what was found of a filter."""
+        return Source.of_result(self.to_dict())
 
     def summary(self) -> str:
         """The grids and the table of coefficients, as the command line prints them."""

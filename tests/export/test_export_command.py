@@ -90,7 +90,10 @@ def test_options_reach_the_file(result, capsys):
         (["--to", "kalibr", "--rate-random-walk", "gyro=upper-limit"], "the accelerometers show no"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1e-6"], "want a value with its unit"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1 m/s"], "does not fit here"),
-        (["--to", "kalibr", "--rate-random-walk", "gyro=lots"], "gyro=upper-limit, gyro=horizon"),
+        (
+            ["--to", "kalibr", "--rate-random-walk", "gyro=lots"],
+            "or --rate-random-walk gyro=upper-limit, --rate-random-walk gyro=horizon",
+        ),
         (["--to", "kalibr", "--rate-random-walk", "gyros=upper-limit"], "'gyros' is no sensor"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=horizon"], "needs --horizon"),
         (["--to", "kalibr", *WALKS, "--horizon", "10"], "want a value with its unit"),
@@ -116,7 +119,7 @@ def test_noise_that_is_covered(tmp_path, capsys):
     )
     code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", capsys=capsys)
     assert code == 2
-    assert 'choose --random-walk "gyro=VALUE"' in err
+    assert 'choose --random-walk "gyro=1e-6 rad/sqrt(s)"' in err
     more = ("--random-walk", "gyro=0.06 deg/sqrt(h)")
     code, out, _ = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, capsys=capsys)
     assert code == 0

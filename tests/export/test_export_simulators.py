@@ -168,7 +168,7 @@ class TestKfGins:
     def test_refused(self):
         with pytest.raises(DataError, match="gyro_y, gyro_z"):
             self.read(one(), axes="each")
-        with pytest.raises(OptionError, match="--step has no place"):
+        with pytest.raises(OptionError, match="`step` has no place"):
             self.read(model(), step=0.01)
         with pytest.raises(OptionError, match="corrtime"):
             self.read(model(), names={"corrtime": "4 # 5\nimunoise: 3"})
@@ -279,14 +279,14 @@ class TestMatlab:
 
     def test_a_time_is_asked_for(self):
         given = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5}})
-        with pytest.raises(OptionError, match="give --rate, --horizon"):
+        with pytest.raises(OptionError, match="give `rate`, `horizon`"):
             export(given, to="matlab")
-        with pytest.raises(OptionError, match="give --horizon"):
+        with pytest.raises(OptionError, match="give `horizon`"):
             export(given, to="matlab", choices=Choices(rate=100.0))
-        with pytest.raises(OptionError, match=r"give --rate$"):
+        with pytest.raises(OptionError, match=r"give `rate`$"):
             export(given, to="matlab", choices=Choices(horizon=1.0))
         white = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
-        with pytest.raises(OptionError, match="--horizon has no place"):
+        with pytest.raises(OptionError, match="`horizon` has no place"):
             export(white, to="matlab", choices=Choices(horizon=1.0))
 
     def test_what_was_not_seen_is_not_made_up(self):

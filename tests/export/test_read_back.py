@@ -230,7 +230,7 @@ class TestSource:
     def test_one_rate(self):
         assert one_rate({"gyro_x": 100.0, "accel_x": 100.05, "strain": 7.0}) == 100.0
         assert one_rate({}) is None
-        with pytest.raises(OptionError, match=r"gyro_x 100 Hz, accel_x 101 Hz.*--rate"):
+        with pytest.raises(OptionError, match=r"gyro_x 100 Hz, accel_x 101 Hz.*`rate`"):
             one_rate({"gyro_x": 100.0, "accel_x": 101.0})
 
 

@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             )
             sys.stdout.flush()
     except CycloptsError as error:
-        return _fail(str(error), 2)
+        return _fail(f"{error}{_hint(getattr(error, 'unused_tokens', None))}", 2)
     except OptionError as error:
         return _fail(_as_typed(str(error), error.option), 2)
     except (DataError, ImportError) as error:
@@ -60,6 +60,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
+
+
+def _hint(unused: Sequence[str] | None) -> str:
+    """What to do about words that are left over: values of an option have commas between them, and export takes one file."""
+    if not unused:
+        return ""
+    if all("=" in token for token in unused):
+        return f" Several values of one option have commas between them: gyro=…,{unused[0]}"
+    return " It takes no more files than that; for several, call it once for each."
 
 
 def _as_typed(message: str, option: str | None) -> str:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import key_values
+from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.errors import OptionError
 from sigmatau.export import Axes, Choices
-from sigmatau.model import value_in_si
-from sigmatau.terms import coefficient_unit
+from sigmatau.results import Finding
+from sigmatau.window.times import time_of
 
-__all__ = ["Choosing"]
-
-_QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
+__all__ = ["Choosing", "as_typed", "said", "typed"]
 
 
 @Parameter(name="*")
@@ -35,11 +36,12 @@ class Choosing:
         What to write where no random walk was observed, as where quantization covers it: accel=upper-limit, or a value with
         its unit.
     horizon
-        Averaging time of gyro=horizon, e.g. 10s.
+        Averaging time of gyro=horizon, e.g. 10s (ms, s, min, h, d).
     noise_factor
         What is written for the random walk is so many times what was found; both stand in the file.
     walk_factor
-        The same for the rate random walk.
+        The same for slow noise: the rate random walk and, where a target has them, bias instability and Gauss-Markov
+        processes.
     step
         Step of the filter in seconds, for a target that has one of its own.
     name
@@ -59,11 +61,15 @@ class Choosing:
         """As `sigmatau.export` takes them; raises `OptionError`."""
         walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
         noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
+        with as_typed():
+            return self._choices(rate, walks, noises)
+
+    def _choices(self, rate: float | None, walks: dict[str, str], noises: dict[str, str]) -> Choices:
         return Choices(
             axes=self.axes,
-            walk={s: _value(s, text, "rate_random_walk", ("upper-limit", "horizon")) for s, text in walks.items()},
-            noise={s: _value(s, text, "random_walk", ("upper-limit",)) for s, text in noises.items()},
-            horizon=None if self.horizon is None else value_in_si(self.horizon, "s", "--horizon"),
+            walk=walks,
+            noise=noises,
+            horizon=None if self.horizon is None else _time(self.horizon),
             noise_factor=self.noise_factor,
             walk_factor=self.walk_factor,
             rate=rate,
@@ -79,11 +85,42 @@ class Choosing:
         return None
 
 
-def _value(sensor: str, text: str, term: str, words: tuple[str, ...]) -> str | float:
-    if text in words or sensor not in _QUANTITIES:  # which Choices refuses
-        return text
+def _time(text: str) -> float:
+    return time_of(text, text, option="horizon", forms="want a value with its unit, e.g. 10s, 5min, 2h")
+
+
+_NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"} | {
+    name: name.replace("_", "-") for name in ("axes", "horizon", "noise_factor", "walk_factor", "rate", "step")
+}
+_UNITS = {"horizon": "s"}
+_BY_SENSOR = re.compile(r'`(walk|noise)=\{"(\w+)": "?([^"`}]*)"?\}`')
+_ONE = re.compile(r'`(axes|horizon|noise_factor|walk_factor|rate|step)="?([^"`]*)"?`')
+_BARE = re.compile(rf"`({'|'.join(_NAMES)})`")
+
+
+def typed(message: str) -> str:
+    """The words of an export with each option as it is typed here, where they have a function's argument in backticks."""
+
+    def by_sensor(match: re.Match[str]) -> str:
+        pair = f"{match[2]}={match[3]}"
+        return f"--{_NAMES[match[1]]} " + (f'"{pair}"' if " " in pair else pair)
+
+    message = _BY_SENSOR.sub(by_sensor, message)
+    message = _ONE.sub(lambda match: f"--{_NAMES[match[1]]} {match[2]}{_UNITS.get(match[1], '')}", message)
+    return _BARE.sub(lambda match: f"--{_NAMES[match[1]]}", message)
+
+
+@contextmanager
+def as_typed(before: str = "", after: str = "") -> Iterator[None]:
+    """Say errors of an export in the words of the command line."""
     try:
-        return value_in_si(text, coefficient_unit(term, *_QUANTITIES[sensor]), f"--{term.replace('_', '-')}")
+        yield
     except OptionError as error:
-        others = ", ".join(f"{sensor}={word}" for word in words)
-        raise OptionError(f"{error}; or {others}", option=term) from None
+        raise OptionError(f"{before}{typed(str(error))}{after}", option=error.option) from None
+
+
+def said(findings: Iterable[Finding], *, quiet: bool) -> None:
+    """Findings of an export for the terminal, each once."""
+    once = list(dict.fromkeys(findings))
+    for line in finding_lines([f for f in once if f.code != "other_rate" or f.severity != "info"]):
+        say(typed(line), quiet=quiet)

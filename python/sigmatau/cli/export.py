@@ -8,11 +8,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.choosing import Choosing
+from sigmatau.cli.choosing import Choosing, as_typed, said
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
-from sigmatau.export import NAMES, Numbers, check_path, export, target
-from sigmatau.export.source import one_rate, read_source
+from sigmatau.export import NAMES, Target, check_choices, check_path, prepare, read_source, target
 
 __all__ = ["export_command"]
 
@@ -39,12 +38,15 @@ def export_command(
     output
         The file to write. Default: standard output.
     rate
-        Sampling rate in Hz; not needed with a result.
+        Sampling rate in Hz. Default: that of the record, if the source is a result.
     list_
-        The targets, one line each.
+        The targets, one line each; with a name, --list kalibr, what that one takes.
     quiet
         Nothing on standard error but errors.
     """
+    if list_ and source is not None:
+        sys.stdout.write(_about(target(str(source))))
+        return 0
     if list_:
         width = max(map(len, NAMES))
         sys.stdout.write("".join(f"{name:<{width}}  {target(name).summary}\n" for name in NAMES))
@@ -55,23 +57,38 @@ def export_command(
         raise OptionError(f"--to: say for which target: {', '.join(NAMES)}", option="to")
     wanted = target(to)
     check_output(output, (), "output")
-    if output is not None:
-        check_path(wanted, output)
     refuse_same(source, output=output)
-    choosing = choosing or Choosing()
-    choosing.choices(rate)  # refused, if it is, before a file is read
-    found = read_source(source, rate=rate)
+    choices = (choosing or Choosing()).choices(rate)
+    with as_typed():
+        check_choices(wanted, choices)  # refused, if it is, before a file is read
+        if output is not None:
+            check_path(wanted, output)
+        found = read_source(source, rate=rate)
     for line in finding_lines(found.findings):
         say(line, quiet=quiet)
-    used = one_rate(found.rates) if rate is None and wanted.needs_rate else rate
-    choices = choosing.choices(used)
-    content = export(found.model, to=to, path=output, choices=choices)
-    for line in finding_lines(Numbers(found.model, choices).not_used()):
-        say(line, quiet=quiet)
-    if output is not None:
-        say(f"{output}: written for {to}", quiet=quiet)
-    elif isinstance(content, bytes):
+    with as_typed():
+        prepared = prepare(found, to=wanted.name, path=output, choices=choices)
+    content = prepared.content
+    if output is None and isinstance(content, bytes):
         raise OptionError(f"--output: a file for {to} is binary; name one", option="output")
-    else:
+    said(prepared.findings, quiet=quiet)
+    if output is not None:
+        prepared.write()
+        say(f"{output}: written for {to}", quiet=quiet)
+    elif isinstance(content, str):
         sys.stdout.write(content)
     return 0
+
+
+def _about(target: Target) -> str:
+    """What a target takes, beside --rate-random-walk and --random-walk where a number was not observed."""
+    one = "worst, mean, each" if target.per_axis else "worst, mean"
+    rows = {
+        "file": ", ".join([target.ending, *(e for e in target.binary if e != target.ending)]),
+        "--rate": "needed; a result knows it" if target.needs_rate else "not needed",
+        "--step": "the step of its filter" if target.has_step else "none",
+        "--horizon": ("by itself, and " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
+        "--axes": "none: every axis by itself" if target.every_axis else one,
+        "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
+    }
+    return "".join([f"{target.name}: {target.summary}\n", *(f"  {key:<10} {text}\n" for key, text in rows.items())])

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.analysis import Analysis
-from sigmatau.cli.choosing import Choosing
-from sigmatau.cli.options import finding_lines, say
+from sigmatau.cli.choosing import Choosing, as_typed, said
+from sigmatau.cli.options import say
 from sigmatau.errors import OptionError
-from sigmatau.export import Choices, Numbers, check_choices, check_path, target
+from sigmatau.export import Choices, check_all, check_path, prepare_all, target
 
 __all__ = ["Exports"]
 
@@ -32,6 +32,7 @@ class Exports:
         files: dict[str, Path] = {}
         for text in given:
             name, equals, path = text.partition("=")
+            name = name.lower()
             if not (name and equals and path):
                 raise OptionError(
                     f"--export {text!r}: want TARGET=FILE, e.g. --export kalibr=imu.yaml", option="export"
@@ -42,29 +43,23 @@ class Exports:
         if files and method != "gls":
             raise OptionError("--export needs the fit: --method gls", option="method")
         choices = choosing.choices(rate)
-        for name, file in files.items():
-            check_choices(target(name), choices)
-            check_path(target(name), file)
+        with as_typed():
+            for name, file in files.items():
+                check_path(target(name), file)
+            check_all(files, choices)
         return cls(files=files, choices=choices)
 
     def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
-        """Write all that can be written; then raise `OptionError` or `DataError` of the first that cannot.
+        """Write all, or none if there is one that cannot be; raises `OptionError` or `DataError`.
 
         `result` is the JSON that has been written, from which another try needs no second analysis.
         """
+        if not self.files:
+            return
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
-        failed: ValueError | None = None
-        if self.files:
-            for line in finding_lines(Numbers(analysis.model, self.choices).not_used()):
-                say(line, quiet=quiet)
-        for name, path in self.files.items():
-            try:
-                analysis.export(to=name, path=path, choices=self.choices)
-            except OptionError as error:
-                failed = failed or OptionError(f"--export {name}: {error}{again}", option=error.option)
-            except ValueError as error:
-                failed = failed or error
-            else:
-                say(f"{path}: written for {name}", quiet=quiet)
-        if failed is not None:
-            raise failed
+        with as_typed("--export ", again):
+            files = prepare_all(analysis, self.files, choices=self.choices, named=True)
+        said((finding for file in files for finding in file.findings), quiet=quiet)
+        for file in files:
+            file.write()
+            say(f"{file.path}: written for {file.to}", quiet=quiet)

@@ -5,26 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from sigmatau.errors import DataError, OptionError
-from sigmatau.export.numbers import Choices, Number, Numbers
+from sigmatau.errors import DataError
+from sigmatau.export.choices import Choices, NoPlaceError, given
+from sigmatau.export.numbers import Number, Numbers
 
 __all__ = ["by_axis", "noises", "of_channel", "refuse"]
 
 T = TypeVar("T")
 
-_OPTIONS = {
-    "walk": "rate_random_walk",
-    "noise": "random_walk",
-    "horizon": "horizon",
-    "noise_factor": "noise_factor",
-    "walk_factor": "walk_factor",
-    "step": "step",
-}
-
 
 def of_channel(numbers: Numbers, channel: str) -> Numbers:
     """The same choices for one channel alone."""
-    return Numbers(numbers.model.of([channel]), numbers.choices)
+    return numbers.of(channel)
 
 
 def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
@@ -43,7 +35,8 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
     missing = [name for name in names if name not in channels]
     if missing:
         raise DataError(
-            f"each axis is asked for, and the model has no {', '.join(missing)}; --axes worst gives one for all"
+            f"each axis is asked for, and the model has no {', '.join(missing)}; {given('axes', 'worst')} gives one"
+            " for all"
         )
     x, y, z = (of(of_channel(numbers, name)) for name in names)
     return x, y, z
@@ -55,9 +48,8 @@ def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
 
 
 def refuse(numbers: Numbers, target: str, why: str, *choices: str) -> None:
-    """Raise `OptionError` for a choice that was made and has no place in a target."""
+    """Raise `NoPlaceError` for a choice that was made and has no place in a target."""
     default = Choices()
     for name in choices:
         if getattr(numbers.choices, name) != getattr(default, name):
-            option = _OPTIONS[name]
-            raise OptionError(f"--{option.replace('_', '-')} has no place in {target}: {why}", option=option)
+            raise NoPlaceError(f"`{name}` has no place in {target}: {why}", choice=name)

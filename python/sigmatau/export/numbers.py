@@ -8,85 +8,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.export.choices import KINDS, RANGES, Choices, NotChosenError, given
 from sigmatau.export.horizon import matching_walk, sampled
+from sigmatau.export.source import Source, one_rate
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.record import stream_name
 from sigmatau.results import Finding, seconds, two_digits
 from sigmatau.terms import TERMS, display_units
 
-__all__ = ["Axes", "Choices", "Number", "Numbers"]
+__all__ = ["Number", "Numbers"]
 
-Axes = Literal["worst", "mean", "each"]
-
-# Beyond these a number is a slip of the keyboard, and its squares and products leave the range of what is written.
-_RANGES = {
-    "horizon": (1e-9, 1e12, " s"),
-    "noise_factor": (1e-6, 1e6, ""),
-    "walk_factor": (1e-6, 1e6, ""),
-    "rate": (1e-6, 1e9, " Hz"),
-    "step": (1e-9, 1e6, " s"),
-}
 _SAME = 1e-3  # relative: below what is said of a time
-_OPTIONS = {"random_walk": "random-walk", "rate_random_walk": "rate-random-walk"}
-_KINDS = {"gyro": "gyros", "accel": "accelerometers"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Choices:
-    """What the user decides, because no record does.
-
-    Attributes
-    ----------
-    axes : {"worst", "mean", "each"}
-        Of three axes the largest number, the root of the mean of the squares, or each where a target has a place for it.
-    walk : mapping of str to (str or float)
-        By sensor, ``"gyro"`` and ``"accel"``, what to write where no rate random walk was observed: ``"upper-limit"``, or
-        a value. [SI] ``"horizon"`` matches the model's Allan variance at `horizon`, observed or not. Default: what was
-        observed, or an error that says what there is to choose from.
-    noise : mapping of str to (str or float)
-        By sensor, what to write where no random walk was observed, as where quantization covers it: ``"upper-limit"``, or a
-        value. [SI]
-    horizon : float or None
-        Averaging time at which ``"horizon"`` matches. [s]
-    noise_factor, walk_factor : float
-        By which what is written is larger than what was found.
-    rate : float or None
-        Sampling rate of the sensor. [Hz]
-    step : float or None
-        Step of the filter, where it has one of its own. [s]
-    names : mapping of str to str
-        Names and constants that a target has beside the numbers, such as a topic.
-    """
-
-    axes: Axes = "worst"
-    walk: Mapping[str, str | float] = field(default_factory=dict)
-    noise: Mapping[str, str | float] = field(default_factory=dict)
-    horizon: float | None = None
-    noise_factor: float = 1.0
-    walk_factor: float = 1.0
-    rate: float | None = None
-    step: float | None = None
-    names: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if self.axes not in ("worst", "mean", "each"):
-            raise OptionError(f"`axes` must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
-        for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
-            value = getattr(self, name)
-            low, high, unit = _RANGES[name]
-            if value is not None and not low <= value <= high:
-                raise OptionError(
-                    f"`{name}` must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}", option=name
-                )
-        _check("walk", self.walk, ("upper-limit", "horizon"))
-        _check("noise", self.noise, ("upper-limit",))
-        if "horizon" in self.walk.values() and self.horizon is None:
-            raise OptionError("a walk that matches the Allan variance at a horizon needs `horizon`", option="horizon")
+_CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,11 +44,38 @@ class Number:
 
 
 class Numbers:
-    """What a model holds for one target, with the user's choices."""
+    """What a source holds for one target, with the user's choices.
 
-    def __init__(self, model: NoiseModel, choices: Choices) -> None:
-        self.model = model
+    Attributes
+    ----------
+    source : Source
+    choices : Choices
+    whole : NoiseModel
+        The model of all channels, of which `model` may be one.
+    findings : list of Finding
+        What should be known of what is written; targets add to it.
+    """
+
+    def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
+        self.source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
+        self.whole = self.source.model
+        self.findings: list[Finding] = []
+
+    @property
+    def model(self) -> NoiseModel:
+        return self.source.model
+
+    def of(self, channel: str) -> Numbers:
+        """The same of one channel alone."""
+        one = Numbers(self.source.of([channel]), self.choices)
+        one.whole, one.findings = self.whole, self.findings
+        return one
+
+    def find(self, finding: Finding) -> None:
+        """Note, once, what should be known of what is written."""
+        if finding not in self.findings:
+            self.findings.append(finding)
 
     def has(self, sensor: str) -> bool:
         """Whether the model has any channel of ``"gyro"`` or ``"accel"``."""
@@ -120,18 +85,38 @@ class Numbers:
         """The channels of a sensor; raises `DataError` if there is none."""
         found = {name: channel for name, channel in self.model.channels.items() if stream_name(name) == sensor}
         if not found:
-            raise DataError(f"the model has no {_KINDS[sensor]}, which this target needs")
+            raise DataError(f"the model has no {KINDS[sensor]}, which this target needs")
         return found
 
     def rate(self) -> float:
-        """Sampling rate; raises `OptionError` if it is not known. [Hz]"""
-        if self.choices.rate is None:
-            raise OptionError("the sampling rate of the sensor is needed: give `rate` in Hz", option="rate")
-        return self.choices.rate
+        """Sampling rate, the user's or the record's; raises `OptionError` if it is not known, or there are several. [Hz]"""
+        found = one_rate(self.source.rates) if self.choices.rate is None else self.choices.rate
+        if found is None:
+            raise OptionError(
+                "the sampling rate of the sensor is needed, and a model file has none: give `rate` in Hz", option="rate"
+            )
+        return found
+
+    def known_rate(self) -> float | None:
+        """Sampling rate; None if it is not known, or there are several. [Hz]"""
+        try:
+            return self.rate()
+        except OptionError:
+            return None
 
     def name(self, key: str, default: str) -> str:
-        """A name or constant that the user gave, or the target's own."""
-        return self.choices.names.get(key, default)
+        """A name or constant that the user gave, or the source has, or the target's own."""
+        return self.choices.names.get(key, self.source.names.get(key, default))
+
+    def doubt(self, channel: str) -> str:
+        """For the end of a comment: that the coefficients are of a fit that is not adequate; else nothing."""
+        return "" if self.model.channels[channel].adequate else f"; {NOT_ADEQUATE}"
+
+    def has_slow_noise(self, channel: str) -> bool:
+        """Whether a walk can match anything of it at a horizon."""
+        model = self.model.channels[channel]
+        fast = ("quantization", "random_walk")
+        return any(term not in fast for term in model) or bool(model.gauss_markov)  # a sinusoid is no walk
 
     def number(self, key: str, default: str) -> float:
         """A constant that the user gave as a name, such as gravity; raises `OptionError` if it is no positive number."""
@@ -179,7 +164,7 @@ class Numbers:
                     if slow and not covered
                     else ""
                 )
-                said.append(f"Without place here, and left out of the {_KINDS[sensor]}: {', '.join(left)}{more}.")
+                said.append(f"Without place here, and left out of the {KINDS[sensor]}: {', '.join(left)}{more}.")
         return said
 
     def not_used(self) -> tuple[Finding, ...]:
@@ -195,8 +180,8 @@ class Numbers:
                     Finding(
                         code="choice_not_used",
                         severity="warning",
-                        message=f"--{_OPTIONS[term]} {sensor} was not used: "
-                        + (f"the {label} of the {_KINDS[sensor]} was observed" if models else f"no {_KINDS[sensor]}"),
+                        message=f"`{_CHOICES[term]}` of {sensor} was not used: "
+                        + (f"the {label} of the {KINDS[sensor]} was observed" if models else f"no {KINDS[sensor]}"),
                         effect="what was observed is written" if models else "nothing is written in its place",
                         remedy="put another value into a model file, or inflate what was observed with a factor",
                     )
@@ -211,7 +196,11 @@ class Numbers:
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
         if wanted == "horizon":  # an axis without slow noise adds none to that of the others
-            names = [name for name in names if self._matching(name) > 0] or names
+            slow = [name for name in names if self.has_slow_noise(name)] or names
+            number = self._one({name: self._of(name, term) for name in slow})
+            quiet = [name for name in names if name not in slow]
+            more = f"; no slow noise in the model of {', '.join(quiet)}" if quiet else ""
+            return Number(value=number.value, words=number.words + more)
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
         observed = [name for name in names if term in self.model.channels[name]]
@@ -226,45 +215,65 @@ class Numbers:
         wanted = self._chosen(sensor, term)
         factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
         if wanted == "horizon":
-            asked, time = self._horizon(), sampled(self._horizon(), self.choices.rate)
+            asked, time = self._horizon(), sampled(self._horizon(), self.known_rate())
             at = f"{seconds(time)} s"
             if abs(time - asked) > _SAME * asked:
                 at += f", whole samples in place of {seconds(asked)} s"
             words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
             if model.sinusoid:
                 words += ", its sinusoids left out"
-            return _number(self._at_horizon(channel), words, factor)
+            return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         if term in model:
-            not_used = "" if wanted is None else f"; --{_OPTIONS[term]} {sensor} not used: it was observed"
+            not_used = "" if wanted is None else f"; --{term.replace('_', '-')} {sensor} not used: it was observed"
             found = _number(model[term], self._words(channel, term), factor)
             return replace(found, words=found.words + not_used)
         if wanted == "upper-limit":
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)
                 raise OptionError(
-                    f"{sensor}: no upper limit of the {label} is known of {channel}; give a value", option=term
+                    f"{sensor}: no upper limit of the {label} is known of {channel}: choose"
+                    f" {' or '.join(self._choices_of(sensor, term, limit=False))}",
+                    option=term,
                 )
             return _number(
                 model.limits[term], f"{channel}: not observed; its upper limit ({100 * model.level:g} %)", factor
             )
         if wanted is not None:
             return _number(float(wanted), f"{channel}: not observed; a value that was given", factor)
-        raise OptionError(self._what_to_choose(sensor, term), option=term)
+        raise self._not_chosen(sensor, term)
 
-    def _what_to_choose(self, sensor: str, term: str) -> str:
-        channels = self.channels(sensor)
-        model = next(iter(channels.values()))
+    def _not_chosen(self, sensor: str, term: str) -> NotChosenError:
+        """Of all axes at once that lack it: those that one number is of, or, where each has its own, all of the sensor."""
+        every = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
+        lacking = {name: model for name, model in every.items() if term not in model}
+        model = next(iter(lacking.values()))
         si = model.unit_of(term)
-        limits = [m.limits[term] for m in channels.values() if term in m.limits]
-        known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(channels) else ""
-        limit = f"{sensor}=upper-limit, " if known else ""
-        text = (
-            f"the {_KINDS[sensor]} show no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose"
-            f' --{term.replace("_", "-")} {limit}"{sensor}=VALUE" (with its unit, e.g. 1e-6 {si})'
+        limits = [m.limits[term] for m in lacking.values() if term in m.limits]
+        known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(lacking) else ""
+        some = len(lacking) < len(every)
+        who = f"{', '.join(lacking)} show{'s' * (len(lacking) == 1)}" if some else f"the {KINDS[sensor]} show"
+        more = self._choices_of(sensor, term, limit=bool(known))
+        more += [f"{given('axes', 'worst')}, that of the others for all"] * some
+        return NotChosenError(
+            f"{who} no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose {' or '.join(more)}",
+            sensor=sensor,
+            choice="noise" if term == "random_walk" else "walk",
         )
-        if term == "random_walk":
-            return text
-        return f"{text}, or {sensor}=horizon with --horizon 10s, which matches the model's Allan variance there"
+
+    def _choices_of(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
+        """What will do in the place of a number that was not observed, and nothing else."""
+        choice = "noise" if term == "random_walk" else "walk"
+        channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
+        si = next(iter(channels.values())).unit_of(term)
+        found = [given(choice, "upper-limit", sensor)] if limit else []
+        found.append(f"{given(choice, f'1e-6 {si}', sensor)} (a value, with its unit)")
+        whole = Numbers(self.whole, self.choices)
+        if choice == "walk" and horizon and any(map(whole.has_slow_noise, channels)):
+            found.append(
+                f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)}, which matches the model's Allan variance"
+                " there"
+            )
+        return found
 
     def _horizon(self) -> float:
         assert self.choices.horizon is not None  # Choices has seen to it
@@ -274,16 +283,20 @@ class Numbers:
         """K that stands for the slow noise of one channel."""
         walk = self._matching(channel)
         if not walk > 0:
+            limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
+            more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
+            if self.choices.axes == "each":
+                more.append(f"{given('axes', 'worst')}, that of the other axes for all")
             line = " but a sinusoid, which is no walk" if self.model.channels[channel].sinusoid else ""
             raise OptionError(
-                f"{channel}: the model has no slow noise{line}, so that no walk matches it at a horizon; choose upper-limit"
-                " or a value",
+                f"{channel}: the model has no slow noise{line}, so that no walk matches it at a horizon: choose"
+                f" {' or '.join(more)}",
                 option="rate_random_walk",
             )
         return walk
 
     def _matching(self, channel: str) -> float:
-        return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.choices.rate)
+        return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by the user's choice."""
@@ -303,28 +316,12 @@ class Numbers:
         if term in model.intervals:
             low, high = (value / size for value in model.intervals[term])
             words += f" [{low:.4g}, {high:.4g}]"
-        return words
-
-
-def _check(name: str, chosen: Mapping[str, str | float], words: tuple[str, ...]) -> None:
-    option = "random_walk" if name == "noise" else "rate_random_walk"
-    for sensor, wanted in chosen.items():
-        if sensor not in _KINDS:
-            raise OptionError(f"`{name}`: {sensor!r} is no sensor; there are gyro and accel", option=option)
-        if isinstance(wanted, str) and wanted not in words:
-            raise OptionError(
-                f"`{name}` of {sensor}: {wanted!r} is neither {' nor '.join(words)} nor a value", option=option
-            )
-        if not isinstance(wanted, str) and not SMALLEST <= wanted <= LARGEST:
-            raise OptionError(
-                f"`{name}` of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
-                option=option,
-            )
+        return words + self.doubt(channel)
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:
     """With its factor, which the words keep apart from the estimate so that it can be undone."""
-    low, high = _RANGES["walk_factor"][:2]
+    low, high = RANGES["walk_factor"][:2]
     if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # as a limit can be, whose square would be 0
         raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")

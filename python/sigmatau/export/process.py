@@ -14,10 +14,12 @@ import numpy as np
 
 from sigmatau.errors import OptionError
 from sigmatau.export.axes import by_axis, of_channel, refuse
+from sigmatau.export.choices import given
 from sigmatau.export.numbers import Numbers
 from sigmatau.model import ChannelModel
-from sigmatau.results import seconds, two_digits
-from sigmatau.terms import display_units
+from sigmatau.record import stream_name
+from sigmatau.results import Finding, seconds, two_digits
+from sigmatau.terms import TERMS, display_units
 
 __all__ = [
     "PEAK_TIME",
@@ -25,6 +27,7 @@ __all__ = [
     "WALK_TIME",
     "Process",
     "bottom",
+    "left_out",
     "process",
     "processes",
     "refuse_horizon",
@@ -206,7 +209,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
             time=own.time,
             stands=stands + times,
             fit="",
-            left_out=left,
+            left_out=left + numbers.doubt(name),
             place="the peak of its own Allan deviation",
             own=True,
         )
@@ -217,7 +220,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
             raise OptionError(
                 f"{name}: flicker noise (bias instability {b / size:.3g} {text}) is to be one Gauss-Markov process, which"
                 " is right around one averaging time, and the Allan deviation of the model has no lowest point: give"
-                " --horizon, the time over which the filter relies on the bias",
+                f" {given('horizon', 10)} or whatever time the filter relies on the bias over",
                 option="horizon",
             )
         place = "the horizon" if numbers.choices.horizon else "the bottom of the curve"
@@ -228,19 +231,19 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
             stands=f"{name}: bias instability {b / size:.4g} {text} as one process{times}",
             fit=f", right at {place}, {seconds(time)} s, about 18 % low half a decade to either side",
             place=place,
-            left_out=left,
+            left_out=left + numbers.doubt(name),
         )
     if "rate_random_walk" in model and numbers.choices.horizon is not None:
         return _of_walk(numbers, sensor)
-    raise OptionError(_what_to_choose(name, model, sensor), option="horizon")
+    raise OptionError(_what_to_choose(numbers, name, model, sensor), option="horizon")
 
 
 def _of_walk(numbers: Numbers, sensor: str) -> Process:
     k, horizon = numbers.walk(sensor), numbers.choices.horizon
     if horizon is None:
         raise OptionError(
-            f"{sensor}: a rate random walk as a Gauss-Markov process needs --horizon; its correlation time is"
-            f" {WALK_TIME:g} times that",
+            f"{sensor}: a rate random walk as a Gauss-Markov process needs `horizon`, e.g. {given('horizon', 10)}, in s; its"
+            f" correlation time is {WALK_TIME:g} times that",
             option="horizon",
         )
     time = WALK_TIME * horizon
@@ -254,24 +257,72 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
     )
 
 
-def _left_out(model: Mapping[str, float], *terms: str) -> str:
-    left = [term.replace("_", " ") for term in terms if term in model]
+def left_out(numbers: Numbers) -> list[str]:
+    """Sentences, a sensor each, on slow noise that was observed and gives way to a walk that was chosen; a finding too.
+
+    A walk that matches the Allan variance at a horizon stands for all of it.
+    """
+    sentences = []
+    for sensor, wanted in numbers.choices.walk.items():
+        if wanted == "horizon" or not numbers.has(sensor):
+            continue
+        parts = []
+        for name, model in numbers.channels(sensor).items():
+            slow = _values(model, "bias_instability", "rate_ramp")
+            text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+            slow += [f"Gauss-Markov {g.sigma / size:.4g} {text} over {seconds(g.time)} s" for g in model.gauss_markov]
+            if slow:
+                parts.append(f"{name} {', '.join(slow)}")
+        if parts:
+            sentence = f"Observed, and left out for the walk that was chosen: {'; '.join(parts)}."
+            sentences.append(
+                f"{sentence} --rate-random-walk {sensor}=horizon has the process stand for all slow noise."
+            )
+            numbers.find(
+                Finding(
+                    code="slow_noise_left_out",
+                    severity="warning",
+                    message=f"observed, and left out for the walk that was chosen: {'; '.join(parts)}",
+                    effect="the bias that is written is too steady by that",
+                    remedy=f"{given('walk', 'horizon', sensor)} has the process stand for all slow noise",
+                )
+            )
+    return sentences
+
+
+def _values(model: ChannelModel, *terms: str) -> list[str]:
+    """Terms that a channel has, each with its coefficient."""
+    found = []
+    for term in terms:
+        if term in model:
+            text, size = display_units(term, model.quantity, model.unit)[0]
+            found.append(f"{TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}")
+    return found
+
+
+def _left_out(model: ChannelModel, *terms: str) -> str:
+    left = _values(model, *terms)
     return f"; no place here for its {' and '.join(left)}" if left else ""
 
 
-def _what_to_choose(name: str, model: ChannelModel, sensor: str) -> str:
+def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: str) -> str:
     si = model.unit_of("rate_random_walk")
     if "rate_random_walk" in model:
         return (
             f"{name}: the model has a rate random walk and no bias instability; this target has a Gauss-Markov bias: give"
-            f" --horizon, up to which such a process follows the walk, or the channel a gauss_markov in the model file"
+            f" {given('horizon', 10)} or another time in s, up to which such a process follows the walk, or the channel a"
+            " gauss_markov in the model file"
         )
     known = ""
     if "bias_instability" in model.limits:
         text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
         known = f" (its bias instability is below {two_digits(model.limits['bias_instability'] / size)} {text})"
-    limit = f"{sensor}=upper-limit or " if "rate_random_walk" in model.limits else ""
+    # One number of a sensor is of all its axes, so that all need a limit.
+    others = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
+    known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in others)
+    limit = f"{given('walk', 'upper-limit', sensor)} or " if known_limits else ""
     return (
-        f"{name}: the model has no slow noise{known}, and this target needs a Gauss-Markov bias: choose --rate-random-walk"
-        f" {limit}{sensor}=VALUE (e.g. 1e-6 {si}) with --horizon, or give the channel a gauss_markov in the model file"
+        f"{name}: the model has no slow noise{known}, and this target needs a Gauss-Markov bias: choose"
+        f" {limit}{given('walk', f'1e-6 {si}', sensor)} (a value, with its unit) with"
+        f" {given('horizon', 10)}, or give the channel a gauss_markov in the model file"
     )

@@ -12,7 +12,7 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import NoiseModel
@@ -50,11 +50,14 @@ class ReadBack(Printed):
         Sampling rate, where the file or the caller says it. [Hz]
     findings : tuple of Finding
         What the file calls by a wrong name, and what was left out.
+    names : mapping of str to str
+        The topic, where the file names one.
     """
 
     model: NoiseModel
     rate: float | None
     findings: tuple[Finding, ...]
+    names: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return "\n".join([repr(self.model), *map(str, self.findings)])
@@ -118,8 +121,13 @@ def _kalibr(values: Mapping[str, str], rate: float | None) -> ReadBack:
         message="one number for all axes, without interval; files of this kind are often inflated by hand",
         effect="what is written from it is no surer, and inflated as it was",
     )
-    findings = (finding, unread) if others else (finding,)
-    return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=findings)
+    topic = values.get("rostopic", "").strip("\"'")
+    return ReadBack(
+        model=NoiseModel(channels=channels),
+        rate=rate,
+        findings=(finding, unread) if others else (finding,),
+        names={"topic": topic} if topic else {},
+    )
 
 
 def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:

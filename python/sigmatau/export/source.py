@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.export.read_back import read_yaml
@@ -14,9 +15,10 @@ from sigmatau.model import NoiseModel
 from sigmatau.record import stream_name
 from sigmatau.results import Finding, Printed
 
-__all__ = ["Source", "one_rate", "read_source"]
+__all__ = ["Source", "one_rate", "read_source", "source_of"]
 
 _SAME = 1e-3  # relative: two sensors of one unit, each with its own stamps
+_FILTER = "low_pass_filter"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,14 +32,69 @@ class Source(Printed):
         Sampling rate by channel, where it is known. [Hz]
     findings : tuple of Finding
         What should be known of it.
+    corners : mapping of str to float
+        By channel, the corner of a low-pass filter that the analysis found in its spectrum. [Hz]
+    first : mapping of str to float
+        By channel, the measured Allan variance at one sample: half the mean square of the differences of neighbours.
+        [(rate unit)²]
+    names : mapping of str to str
+        Names that the file has beside the numbers, such as a topic.
     """
 
     model: NoiseModel
     rates: Mapping[str, float]
     findings: tuple[Finding, ...] = ()
+    corners: Mapping[str, float] = field(default_factory=dict)
+    first: Mapping[str, float] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of_model(cls, model: NoiseModel) -> Source:
+        """What a model knows by itself: the rate of the record, if it is of a fit."""
+        return cls(model=model, rates={name: channel.rate for name, channel in model.channels.items() if channel.rate})
+
+    @classmethod
+    def of_result(cls, content: Mapping[str, Any]) -> Source:
+        """What a result of `analyze` holds, as its ``to_dict`` or its JSON has it; raises `DataError` if it is none."""
+        plain = cls.of_model(NoiseModel.from_result(content))
+        corners, first = {}, {}
+        try:
+            for finding in content.get("findings", ()):
+                if finding.get("code") == _FILTER and finding.get("channel") in plain.model.channels:
+                    corners[str(finding["channel"])] = float(finding["size"])
+            for name in plain.model.channels:
+                _check_rate(content["channels"][name]["sample_rate_hz"])
+                curve = content["channels"][name]["curve"]
+                if len(curve.get("m", ())) and curve["m"][0] == 1:
+                    first[name] = float(curve["adev"][0]) ** 2
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
+            raise DataError(f"not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
+        return replace(plain, corners=corners, first=first)
+
+    def of(self, channels: Iterable[str]) -> Source:
+        """The same of some of the channels."""
+        return replace(self, model=self.model.of(channels))
 
     def __repr__(self) -> str:
         return "\n".join([repr(self.model), *map(str, self.findings)])
+
+
+def source_of(given: object) -> Source:
+    """A `Source` of itself, of a model, or of an analysis; raises `OptionError` for anything else."""
+    if isinstance(given, Source):
+        return given
+    if isinstance(given, NoiseModel):
+        return Source.of_model(given)
+    make = getattr(given, "to_source", None)  # an Analysis, which is above this room
+    if callable(make) and not isinstance(given, type):
+        made: Source = make()
+        return made
+    more = ""
+    if isinstance(given, str | Path):
+        more = f": read it first, sigmatau.export.read_source({str(given)!r})"
+    elif hasattr(given, "streams"):
+        more = ": analyse it first, sigmatau.analyze(record)"
+    raise OptionError(f"`model` must be a NoiseModel or an Analysis, not {type(given).__name__}{more}", option="model")
 
 
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
@@ -47,7 +104,7 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     ----------
     path : str or Path
     rate : float, optional
-        Sampling rate, in place of the file's. [Hz]
+        Sampling rate, in place of that which a YAML has, or lacks. [Hz]
 
     Raises
     ------
@@ -67,23 +124,22 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
         except ValueError as error:  # of which a DataError and Unicode's are kinds
             raise DataError(f"{path}: {error}") from None
         rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
-        return Source(model=back.model, rates=rates, findings=back.findings)
+        return Source(model=back.model, rates=rates, findings=back.findings, names=back.names)
     model = NoiseModel.read(path)
-    rates = dict.fromkeys(model.channels, rate) if rate is not None else {}
-    if path.suffix.lower() == ".json" and rate is None:
-        channels = json.loads(path.read_text(encoding="utf-8"))["channels"]
-        try:
-            rates = {name: _rate(channels[name]["sample_rate_hz"]) for name in model.channels}
-        except (KeyError, TypeError, ValueError) as error:
-            raise DataError(f"{path}: not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
-    return Source(model=model, rates={name: value for name, value in rates.items() if value is not None})
+    if path.suffix.lower() != ".json":
+        return Source.of_model(model)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    try:
+        source = Source.of_result(content)
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from None
+    return source
 
 
-def _rate(value: object) -> float:
-    """A sampling rate of a result; raises `ValueError` for what is none."""
+def _check_rate(value: object) -> None:
+    """Raise `ValueError` for what is no sampling rate."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise ValueError(f"sample_rate_hz {value!r}, which is no positive number,")
-    return float(value)
 
 
 def one_rate(rates: Mapping[str, float]) -> float | None:
@@ -100,6 +156,6 @@ def one_rate(rates: Mapping[str, float]) -> float | None:
     if max(found.values()) > (1 + _SAME) * min(found.values()):
         listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in found.items())
         raise OptionError(
-            f"the channels have several sampling rates ({listed}): give --rate, the filter's", option="rate"
+            f"the channels have several sampling rates ({listed}): give `rate`, the filter's", option="rate"
         )
     return next(iter(found.values()))

@@ -24,6 +24,7 @@ __all__ = [
     "single",
     "topic",
     "vector",
+    "with_remarks",
 ]
 
 LARGEST = 1e9
@@ -58,6 +59,15 @@ def comment(words: str) -> str:
 def remark(words: str) -> str:
     """A line of its own with a comment."""
     return f"# {comment(words)}"
+
+
+def with_remarks(content: str, ending: str, sentences: Iterable[str]) -> str:
+    """A file with sentences at its end as comments of its kind; none where the kind has no comments."""
+    marks = {".json": None, ".m": ("% ", ""), ".sdf": ("<!-- ", " -->"), ".txt": ("\n", "")}
+    mark = marks.get(ending, ("# ", ""))
+    if mark is None:
+        return content
+    return content + "".join(f"{mark[0]}{comment(sentence)}{mark[1]}\n" for sentence in sentences)
 
 
 def setting(key: str, value: float, words: str) -> str:

@@ -61,6 +61,10 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         the curve, which the model does not have. [s]
     duration : float
         Length of the record, where the model comes from a fit; 0 otherwise. [s]
+    rate : float
+        Sampling rate of the record, where the model comes from a fit; 0 otherwise. [Hz]
+    adequate : bool
+        False if the model comes from a fit that does not describe its curve: its coefficients have no interval.
     """
 
     terms: Mapping[str, float] = field(default_factory=dict)
@@ -75,6 +79,8 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
     level: float = 0.95
     tau_min: float = 0.0
     duration: float = 0.0
+    rate: float = 0.0
+    adequate: bool = True
 
     def __post_init__(self) -> None:
         given = {name: value for name, value in coefficients_of("terms", self.terms).items() if value}
@@ -316,6 +322,8 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
             quantity=self.quantity,
             unit=self.unit,
             tau_min=self.tau_min,
+            rate=self.rate,
+            adequate=self.adequate,
         )
 
     def verify(
@@ -363,7 +371,9 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
             content["terms"][term] |= {"low": low, "high": high, "level": self.level}
         if self.limits:
             content["limits"] = {t: {"upper_limit": v, "unit": self.unit_of(t)} for t, v in self.limits.items()}
-        content |= {key: value for key, value in (("tau_min_s", self.tau_min), ("duration_s", self.duration)) if value}
+        of_the_fit = (("tau_min_s", self.tau_min), ("duration_s", self.duration), ("sample_rate_hz", self.rate))
+        content |= {key: value for key, value in of_the_fit if value}
+        content |= {} if self.adequate else {"adequate": False}
         if self.gauss_markov:
             content["gauss_markov"] = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
         if self.sinusoid:
@@ -382,6 +392,8 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         rows += [f"sinusoid {s.amplitude / factor:.4g} {text} at {s.frequency:.4g} Hz" for s in self.sinusoid]
         if self.bandwidth is not None:
             rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
+        if not self.adequate:
+            rows.append("from a fit that is not adequate: no intervals")
         return ", ".join(rows)
 
 

@@ -9,6 +9,7 @@
     gauss_markov = [{ sigma = "5 deg/h", time = "300 s" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
     bandwidth = { order = 1, corner = "30 Hz" }
+    adequate = false                           # of a fit that does not describe its curve: no value has an interval
 
     [correlation.random_walk]
     gyro_x = { gyro_y = 0.3 }
@@ -31,13 +32,16 @@ from sigmatau.results import interval_texts
 from sigmatau.terms import TERMS, coefficient_unit, display_units
 from sigmatau.units import usual
 
-__all__ = ["channels_of", "correlation_of", "toml", "value_in_si"]
+__all__ = ["NOT_ADEQUATE", "channels_of", "correlation_of", "toml", "value_in_si"]
+
+NOT_ADEQUATE = "from a fit that is not adequate: no interval"
+"""What stands beside such a value."""
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
 _SECOND = {"time": "s", "frequency": "Hz"}  # units of the second part of a process
 _DENSITIES = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
-_OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit")
+_OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit", "adequate")
 
 
 def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
@@ -93,6 +97,8 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         if channel.bandwidth is not None:
             corner = _quoted(channel.bandwidth.corner, "Hz")
             lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner} }}")
+        if not channel.adequate:
+            lines.append("adequate = false  # the fit does not describe its curve: no value above has an interval")
         lines += _left_out(channel)
         blocks.append("\n".join(lines))
     for term, pairs in correlation.items():
@@ -106,6 +112,8 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
 
 def _interval_comment(channel: ChannelModel, term: str) -> str:
     """The value and its interval as the field reads them; nothing for a value that was not measured."""
+    if not channel.adequate:
+        return f"  # {NOT_ADEQUATE}"
     if term not in channel.intervals:
         return ""
     unit, factor = display_units(term, channel.quantity, channel.unit)[0]
@@ -157,7 +165,7 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
     quantity, unit = _quantity(name, table)
     unknown = next((key for key in table if key not in TERMS and key not in _OTHER_KEYS), None)
     if unknown is not None:
-        listed = ", ".join((*TERMS, *(key for key in _OTHER_KEYS if key not in ("sided", "unit"))))
+        listed = ", ".join((*TERMS, *(key for key in _OTHER_KEYS if key not in ("sided", "unit", "adequate"))))
         raise DataError(f"channel {name!r}: unknown term {unknown!r}; terms: {listed}")
     terms: dict[str, float] = {}
     for key, text in table.items():
@@ -190,6 +198,7 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
             bandwidth=_bandwidth(name, table),
             quantity=quantity,
             unit=unit,
+            adequate=_adequate(name, table),
         )
     except DataError as error:
         text = str(error)
@@ -230,6 +239,13 @@ def _bandwidth(name: str, table: Mapping[str, Any]) -> LowPass | None:
     if not isinstance(row, Mapping) or set(row) != {"order", "corner"}:
         raise DataError(f'channel {name!r}: bandwidth is {{ order = 1, corner = "30 Hz" }}, not {row!r}')
     return LowPass(order=row["order"], corner=_part(name, "bandwidth", row, "corner", "Hz"))
+
+
+def _adequate(name: str, table: Mapping[str, Any]) -> bool:
+    adequate = table.get("adequate", True)
+    if not isinstance(adequate, bool):
+        raise DataError(f"channel {name!r}: adequate = {adequate!r}; want true or false, without quotes")
+    return adequate
 
 
 def _two_sided(name: str, table: Mapping[str, Any]) -> float:

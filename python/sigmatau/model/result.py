@@ -54,7 +54,9 @@ def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], lis
             if not (isinstance(quantity, str) and isinstance(unit, str)):
                 raise TypeError(f"quantity {quantity!r}, unit {unit!r}")
             if fit["model"] or fit["terms"]["gauss_markov"] or fit["terms"]["sinusoid"]:
-                models[name] = channel_of_fit(fit, quantity=quantity, unit=unit, duration=_duration(channel))
+                models[name] = channel_of_fit(
+                    fit, quantity=quantity, unit=unit, duration=_duration(channel), rate=_rate(channel)
+                )
             else:
                 without.append(name)
         except DataError as error:
@@ -66,8 +68,10 @@ def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], lis
     return models, without
 
 
-def channel_of_fit(fit: Mapping[str, Any], *, quantity: str, unit: str, duration: float = 0.0) -> ChannelModel:
-    """The model of one channel from a fit's ``to_dict``; `duration` of its record in s."""
+def channel_of_fit(
+    fit: Mapping[str, Any], *, quantity: str, unit: str, duration: float = 0.0, rate: float = 0.0
+) -> ChannelModel:
+    """The model of one channel from a fit's ``to_dict``; `duration` of its record in s, its sampling rate in Hz."""
     terms = fit["terms"]
     five = {name: terms[name] for name in TERMS if name in terms}
     model = {term: float(value) for term, value in fit["model"].items() if term in TERMS}
@@ -93,12 +97,19 @@ def channel_of_fit(fit: Mapping[str, Any], *, quantity: str, unit: str, duration
         level=next((float(term["level"]) for term in five.values()), 0.95),
         tau_min=float(fit.get("tau_min_s") or 0.0),
         duration=duration,
+        rate=rate,
+        adequate=fit.get("verdict") != "descriptive",
     )
+
+
+def _rate(channel: Mapping[str, Any]) -> float:
+    """Sampling rate in Hz; 0 if the result does not say."""
+    return max(float(channel.get("sample_rate_hz") or 0.0), 0.0)
 
 
 def _duration(channel: Mapping[str, Any]) -> float:
     """Length of the record in s; 0 if the result does not say."""
-    rate = float(channel.get("sample_rate_hz") or 0.0)
+    rate = _rate(channel)
     return float(channel.get("samples") or 0) / rate if rate > 0 else 0.0
 
 

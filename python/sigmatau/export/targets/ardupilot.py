@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
-from sigmatau.export.targets.px4 import STEP, left_out, rows
+from sigmatau.export.targets.px4 import left_out, rows, step_of
 from sigmatau.export.text import single
 from sigmatau.results import seconds
 
@@ -27,7 +27,7 @@ _FLOORS = {"EK3_GYRO_P_NSE": 1e-4, "EK3_ACC_P_NSE": 0.01}
 
 def write(numbers: Numbers) -> str:
     """The text of the file, NAME,VALUE; comments on lines of their own, which every loader skips."""
-    step = numbers.choices.step or STEP
+    step = step_of(numbers)
     lines = [
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms: the longer of 10 ms and the loop; --step changes it.",
         "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2 and (dt^2*p)^2.",

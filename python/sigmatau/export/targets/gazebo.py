@@ -7,11 +7,12 @@ A sensor of Gazebo takes a standard deviation a sample, N·√rate, and drives i
 from __future__ import annotations
 
 import math
+import re
 from xml.sax.saxutils import quoteattr
 
 from sigmatau.export.axes import noises
 from sigmatau.export.numbers import Number, Numbers
-from sigmatau.export.process import Process, processes, refuse_horizon
+from sigmatau.export.process import Process, left_out, processes, refuse_horizon
 from sigmatau.export.target import Target
 from sigmatau.export.text import comment, digits, number, plain_name, said
 from sigmatau.results import seconds
@@ -32,6 +33,7 @@ def write(numbers: Numbers) -> str:
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<sdf version="1.9">',
+        *(_comment("  ", sentence) for sentence in left_out(numbers)),
         '  <model name="imu">',
         f"    <link name={link}>",
         '      <sensor name="imu" type="imu">',
@@ -69,7 +71,7 @@ def _plugin(
 ) -> list[str]:
     if numbers.choices.axes == "each":
         return [
-            _comment("    ", "the plugins of RotorS and PX4 have one number for three axes: --axes worst writes them")
+            _comment("    ", "the plugins of RotorS and PX4 have one number for three axes: axes=worst writes them")
         ]
     filename = quoteattr(plain_name(numbers.name("plugin", "libgazebo_imu_plugin.so"), "plugin"))
     lines = [
@@ -93,15 +95,15 @@ def _plugin(
                 "      ", f"s, correlation time {seconds(bias.time)} s of a standard deviation {bias.sigma:.4g} {unit}"
             ),
             f"      <{word}BiasCorrelationTime>{digits(bias.time)}</{word}BiasCorrelationTime>",
-            _comment("      ", f"{unit}; no Allan variance shows it: --name {key}=VALUE"),
+            _comment("      ", f"{unit}; no Allan variance shows it: the option name sets it, {key}=VALUE"),
             f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
         ]
     return [*lines, "    </plugin>"]
 
 
 def _comment(indent: str, words: str) -> str:
-    """An XML comment, in which two hyphens may not stand together."""
-    text = comment(words)
+    """An XML comment, in which two hyphens may not stand together: options are called what they are."""
+    text = re.sub(r"--(?=[a-z])", "option ", comment(words))
     while "--" in text:
         text = text.replace("--", "- -")
     return f"{indent}<!-- {text} -->"

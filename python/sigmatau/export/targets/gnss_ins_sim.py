@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from sigmatau.export.axes import noises
 from sigmatau.export.numbers import Numbers
-from sigmatau.export.process import processes, refuse_horizon
+from sigmatau.export.process import left_out, processes, refuse_horizon
 from sigmatau.export.target import Target
-from sigmatau.export.text import said, vector
+from sigmatau.export.text import remark, said, vector
 from sigmatau.units import find
 
 __all__ = ["TARGET"]
@@ -22,6 +22,7 @@ def write(numbers: Numbers) -> str:
     refuse_horizon(numbers, "gnss-ins-sim", [p for axes in biases.values() for p in axes])
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
+        *map(remark, left_out(numbers)),
         "import numpy as np",
         "",
         "imu_err = {",

@@ -7,6 +7,7 @@ from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
 from sigmatau.export.text import comment, digits
 from sigmatau.model import ChannelModel
+from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.results import interval_texts
 from sigmatau.terms import TERMS
 from sigmatau.units import STANDARD_GRAVITY, find
@@ -34,6 +35,15 @@ _UNITS = {
 }
 
 
+_NO_INTERVAL, _UNKNOWN, _NOT_THERE = "no interval", "cannot be told", "not in the model"
+
+_FOOT = {
+    _NO_INTERVAL: "No interval: the value is of a model file or another program's, or of a fit that is not adequate.",
+    _UNKNOWN: "Cannot be told: the averaging times that would show it are left out of the fit, or it is not adequate.",
+    _NOT_THERE: "Not in the model: a model file does not say whether it was looked for.",
+}
+
+
 def write(numbers: Numbers) -> str:
     """The text of the sheet: a block a channel, a row a term."""
     refuse(
@@ -54,7 +64,9 @@ def write(numbers: Numbers) -> str:
             cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
             lines.append(f"  {'  '.join([*cells, row[4]])}".rstrip())
         blocks.append("\n".join(lines))
-    return "\n\n".join(blocks) + "\n"
+    text = "\n\n".join(blocks)
+    foot = [line for words, line in _FOOT.items() if words in text]
+    return "\n".join([text, *([""] if foot else []), *foot]) + "\n"
 
 
 def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]]:
@@ -71,7 +83,13 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
             shown, interval = interval_texts(value / size, *bounds)
             if bounds[0] is None:
                 shown = f"{value / size:.6g}"
-            percent = f"{interval} ({100 * model.level:g} %)" if interval else "no interval"
+            percent = (
+                f"{interval} ({100 * model.level:g} %)"
+                if interval
+                else _NO_INTERVAL
+                if model.adequate
+                else NOT_ADEQUATE
+            )
             rows.append((letter, label, f"{shown} {text}", percent, f"{digits(value)} {si}"))
         return rows
     if term in model.limits:
@@ -80,7 +98,9 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
             (letter, label, f"below {limit / size:.2g} {text}", percent, f"below {digits(limit)} {si}")
             for text, size in units
         ]
-    return [(letter, label, "absent", "", "")]
+    if model.duration or not model.adequate:  # of a fit
+        return [(letter, label, _UNKNOWN, "" if model.adequate else "no adequate model", "")]
+    return [(letter, label, _NOT_THERE, "", "")]
 
 
 def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:

@@ -10,9 +10,9 @@ import math
 
 from sigmatau.export.axes import noises
 from sigmatau.export.numbers import Numbers
-from sigmatau.export.process import Process, processes, refuse_horizon
+from sigmatau.export.process import Process, left_out, processes, refuse_horizon
 from sigmatau.export.target import Target
-from sigmatau.export.text import digits, number, said, vector
+from sigmatau.export.text import digits, number, remark, said, vector
 from sigmatau.results import seconds
 from sigmatau.units import find
 
@@ -28,6 +28,7 @@ def write(numbers: Numbers) -> str:
     shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
     lines = [
         "# KF-GINS converts these units itself. Axes forward, right, down: those of the IMU file, not of the data sheet.",
+        *map(remark, left_out(numbers)),
         "imunoise:",
     ]
     for key, sensor, unit in (("arw", "gyro", "deg/sqrt(h)"), ("vrw", "accel", "m/s/sqrt(h)")):

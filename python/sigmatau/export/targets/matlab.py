@@ -13,6 +13,7 @@ import math
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.export.axes import by_axis, noises, refuse
+from sigmatau.export.choices import given
 from sigmatau.export.numbers import Number, Numbers
 from sigmatau.export.process import bottom
 from sigmatau.export.target import Target
@@ -21,6 +22,8 @@ from sigmatau.results import seconds, two_digits
 from sigmatau.terms import display_units
 
 __all__ = ["TARGET"]
+
+_MOST_POLES = 100_000  # 10 s of multiplications for each axis and minute at 100 Hz, at 1e9 a second
 
 _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
 
@@ -33,6 +36,8 @@ def write(numbers: Numbers) -> str:
     flicker = any(_has_flicker(numbers, sensor) for sensor, _, _ in present)
     if not flicker and "horizon" not in numbers.choices.walk.values():
         refuse(numbers, "matlab", "the model has no bias instability, which it is for here", "horizon")
+    if not flicker and not any(_has_walk(numbers, sensor) for sensor, _, _ in present):
+        refuse(numbers, "matlab", "the model has neither K nor B, which it multiplies", "walk_factor")
     lines = ["% Row vectors are x, y, z. NoiseType and fractalcoef are of R2023b and later."]
     for sensor, kind, unit in present:
         lines += [
@@ -43,8 +48,9 @@ def write(numbers: Numbers) -> str:
             *_bias(numbers, sensor, unit),
             *_walk(numbers, sensor, unit),
         ]
-    if numbers.choices.rate is not None and len(present) == 2:
-        rate = digits(numbers.choices.rate)
+    known = numbers.known_rate()
+    if known is not None and len(present) == 2:
+        rate = digits(known)
         lines.append(
             f"imu = imuSensor('accel-gyro', 'SampleRate', {rate}, 'Gyroscope', gyro, 'Accelerometer', accel);  % Hz"
         )
@@ -81,16 +87,24 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
     if time is None:
         bottoms = [bottom(model) for model in numbers.channels(sensor).values() if "bias_instability" in model]
         time = max((found for found in bottoms if found is not None), default=None)
-    if time is None or numbers.choices.rate is None:
-        lacking = (
-            "--rate" if time is not None else "--horizon" if numbers.choices.rate is not None else "--rate, --horizon"
-        )
+    rate = numbers.known_rate()
+    if time is None or rate is None:
+        lacking = "`rate`" if time is not None else "`horizon`" if rate is not None else "`rate`, `horizon`"
         raise OptionError(
             f"{sensor}: MATLAB makes bias instability with a filter of one pole for each sample of the time up to which it"
             f" is to be right: give {lacking}",
             option="rate" if time is not None else "horizon",
         )
-    return max(math.ceil(time * numbers.choices.rate - 1e-9), 1), time
+    poles = max(math.ceil(time * rate - 1e-9), 1)
+    if poles > _MOST_POLES:
+        raise OptionError(
+            f"{sensor}: bias instability up to {seconds(time)} s at {rate:g} Hz is a filter of {poles} poles, each a"
+            f" multiplication a sample and axis; more than {_MOST_POLES} are refused, because MATLAB would not come to an"
+            f" end with a record of that length: give {given('horizon', two_digits(_MOST_POLES / rate / 1.1))} or less,"
+            f" or {given('walk', 'horizon', sensor)} with it, which has a walk stand for it",
+            option="horizon",
+        )
+    return poles, time
 
 
 def _bias_of(numbers: Numbers, sensor: str) -> Number:
@@ -100,28 +114,35 @@ def _bias_of(numbers: Numbers, sensor: str) -> Number:
     if not found:
         return Number(value=0.0, words=f"{', '.join(numbers.channels(sensor))}: not observed, 0")
     times = "" if factor == 1 else f", times {factor:g}"
+    doubts = next(filter(None, map(numbers.doubt, found)), "")
     if numbers.choices.axes == "mean":
         mean = (sum(value**2 for value in found.values()) / len(found)) ** 0.5
-        return Number(value=factor * mean, words=f"root mean square of {', '.join(found)}{times}")
+        return Number(value=factor * mean, words=f"root mean square of {', '.join(found)}{times}{doubts}")
     axis = max(found, key=lambda name: found[name])
     model = numbers.model.channels[axis]
     text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
     worst = f"worst of {len(found)} axes, " if len(found) > 1 else ""
-    return Number(value=factor * found[axis], words=f"{worst}{axis}: {found[axis] / size:.4g} {text}{times}")
+    return Number(
+        value=factor * found[axis], words=f"{worst}{axis}: {found[axis] / size:.4g} {text}{times}{numbers.doubt(axis)}"
+    )
 
 
 def _walk(numbers: Numbers, sensor: str, unit: str) -> list[str]:
     key = f"{sensor}.RandomWalk"
-    observed = any("rate_random_walk" in model for model in numbers.channels(sensor).values())
-    if not observed and sensor not in numbers.choices.walk:
+    if not _has_walk(numbers, sensor):
         return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'rate_random_walk')}"]
     return [_row(key, by_axis(numbers, sensor, lambda one: _walk_of(one, sensor)), f"({unit})*sqrt(Hz), K")]
+
+
+def _has_walk(numbers: Numbers, sensor: str) -> bool:
+    observed = any("rate_random_walk" in model for model in numbers.channels(sensor).values())
+    return observed or sensor in numbers.choices.walk
 
 
 def _walk_of(numbers: Numbers, sensor: str) -> Number:
     """K, or 0 for an axis that does not show it when others do and nothing was chosen for it."""
     channels = numbers.channels(sensor)
-    if sensor not in numbers.choices.walk and not any("rate_random_walk" in model for model in channels.values()):
+    if not _has_walk(numbers, sensor):
         return Number(value=0.0, words=f"{', '.join(channels)}: not observed, 0")
     return numbers.walk(sensor)
 

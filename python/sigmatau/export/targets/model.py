@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sigmatau.errors import OptionError
+from sigmatau.export.axes import refuse
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
 
@@ -11,12 +11,8 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of the file; raises `OptionError` for choices that are a filter's, because a model is what was found."""
-    choices = numbers.choices
-    if (choices.noise_factor, choices.walk_factor) != (1.0, 1.0) or choices.walk or choices.noise:
-        raise OptionError(
-            "a model file holds what was found: no factor, and nothing in the place of what was not observed",
-            option="to",
-        )
+    why = "a model file holds what was found: no factor, and nothing in the place of what was not observed"
+    refuse(numbers, "model", why, "walk", "noise", "walk_factor", "noise_factor")
     return numbers.model.to_toml()
 
 

@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 
 from sigmatau.errors import OptionError
+from sigmatau.export.choices import given
 from sigmatau.export.numbers import Number, Numbers
 from sigmatau.export.target import Target
 from sigmatau.export.text import comment, number, single
 from sigmatau.results import seconds
 
-__all__ = ["FLOORS", "STEP", "TARGET", "left_out", "rows"]
+__all__ = ["FLOORS", "STEP", "TARGET", "left_out", "rows", "step_of"]
+
+_LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts so seldom
 
 STEP = 0.01
 """EKF2_PREDICT_US as it is delivered, and the step of EK3 in ArduPilot. [s]"""
@@ -34,7 +37,7 @@ def rows(
     numbers: Numbers, names: tuple[tuple[str, str, str, str], ...], floors: dict[str, float]
 ) -> list[tuple[str, float, str]]:
     """Name, value and comment of each parameter; N/√dt and K/√dt."""
-    step = numbers.choices.step or STEP
+    step = step_of(numbers)
     result = []
     for name, sensor, kind, unit in names:
         found: Number = numbers.noise(sensor) if kind == "noise" else numbers.walk(sensor)
@@ -49,6 +52,18 @@ def rows(
             words += "; above 1, which is what the filter takes instead"
         result.append((name, value, comment(words)))
     return result
+
+
+def step_of(numbers: Numbers) -> float:
+    """The step of the filter; raises `OptionError` for one that must be milliseconds taken for seconds. [s]"""
+    step = numbers.choices.step or STEP
+    if step > _LONGEST_STEP:
+        raise OptionError(
+            f"`step` {step:g}: it is in seconds, and no filter of an autopilot has one of {step:g} s; {step:g} ms are"
+            f" {given('step', step / 1000)}",
+            option="step",
+        )
+    return step
 
 
 def left_out(numbers: Numbers) -> list[str]:
@@ -68,7 +83,7 @@ def left_out(numbers: Numbers) -> list[str]:
 def write(numbers: Numbers) -> str:
     """The text of the file: vehicle, component, name, value, type (9: single precision), with tabs between."""
     ids = [_identity(numbers, key) for key in ("vehicle", "component")]
-    step = numbers.choices.step or STEP
+    step = step_of(numbers)
     lines = [
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms: right while EKF2_PREDICT_US is"
         f" {round(1e6 * step)}; --step changes it.",

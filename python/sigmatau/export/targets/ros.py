@@ -17,6 +17,7 @@ from sigmatau.export.target import Target
 from sigmatau.export.text import said, vector
 from sigmatau.model import ChannelModel
 from sigmatau.model.state_space import state_space
+from sigmatau.results import Finding
 
 __all__ = ["TARGET"]
 
@@ -66,10 +67,14 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
         by_channel[name] = _white(numbers, name) + _quantization(numbers, name)
     if numbers.choices.axes == "mean":
         value = sum(by_channel.values()) / len(by_channel)
-        models, source = list(channels.values()), f"mean of {', '.join(channels)}"
+        used = list(channels)
+        models, source = (
+            list(channels.values()),
+            f"mean of {', '.join(channels)}{next(filter(None, map(numbers.doubt, channels)), '')}",
+        )
     else:
         worst = max(by_channel, key=lambda name: by_channel[name])
-        value, models = by_channel[worst], [channels[worst]]
+        value, models, used = by_channel[worst], [channels[worst]], [worst]
         source = ("" if len(channels) == 1 else f"worst of {len(channels)} axes, ") + numbers.noise_of(worst).words
     parts = "N^2*rate" if all(model.bandwidth is None for model in models) else "variance behind the bandwidth"
     if any("quantization" in model for model in models):
@@ -82,7 +87,38 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
             f" of {corner}: samples are correlated, and a filter that takes them for independent needs N^2*rate ="
             f" {plain:.4g} instead"
         )
+    else:
+        parts += _filtered(numbers, used, value)
     return Number(value=value, words=f"{parts}; {source}")
+
+
+def _filtered(numbers: Numbers, channels: list[str], value: float) -> str:
+    """What the analysis says of a filter that the model has not: words, and a finding.
+
+    Behind a low-pass neighbours are alike, so that half the mean square of their differences, which is the Allan variance
+    at one sample, is less than the variance of a sample, and N²·rate is more.
+    """
+    found = {name: numbers.source.corners[name] for name in channels if name in numbers.source.corners}
+    if not found:
+        return ""
+    axes = ", ".join(f"{name} {corner:.3g} Hz" for name, corner in found.items())
+    known = [numbers.choices.noise_factor**2 * numbers.source.first[n] for n in found if n in numbers.source.first]
+    range_ = (
+        f": it is between {max(known):.3g}, half the mean square of differences of neighbours, and this"
+        if known
+        else ""
+    )
+    numbers.find(
+        Finding(
+            code="low_pass_filter",
+            severity="warning",
+            message=f"a low-pass filter was found ({axes}), and {value:.3g} is the variance of samples without one",
+            effect=f"the variance of a sample is smaller{range_}",
+            remedy="right for a filter that takes samples for independent; for the variance itself give the channel its"
+            " bandwidth in a model file",
+        )
+    )
+    return f", as without the low-pass filter that was found ({axes}); the variance of a sample is smaller{range_}"
 
 
 def _shared(numbers: Numbers, sensor: str) -> bool:

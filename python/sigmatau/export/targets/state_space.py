@@ -20,6 +20,7 @@ from sigmatau.export.axes import refuse
 from sigmatau.export.numbers import Numbers
 from sigmatau.export.target import Target
 from sigmatau.model import ChannelModel, GaussMarkov
+from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.state_space import Output, StateSpace, state_space
 from sigmatau.record import stream_name
 
@@ -87,17 +88,27 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
         raise OptionError(f"`name` form={form!r}: want channels or joint", option="name")
     systems = _systems(numbers)
     if form == "channels":
-        return {name: _plain(system) for name, system in systems.items()}
-    return {"joint": _joint(numbers, systems)}
+        return {name: _plain(system) | _noted(numbers, [name]) for name, system in systems.items()}
+    return {"joint": _joint(numbers, systems) | _noted(numbers, list(systems))}
+
+
+def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
+    """What should be known of the coefficients of a system."""
+    doubted = [name for name in channels if not numbers.model.channels[name].adequate]
+    return {"note": f"{', '.join(doubted)}: {NOT_ADEQUATE}"} if doubted else {}
 
 
 def _systems(numbers: Numbers) -> dict[str, StateSpace]:
     choices = numbers.choices
-    if choices.step is None and choices.rate is None:
-        raise OptionError("the step of the filter is needed: give `step` in seconds, or `rate` in Hz", option="step")
+    dt = choices.step if choices.step is not None else 1 / _rate(numbers)
+    models = numbers.model.channels.values()
+    if (
+        not any(set(model) - {"quantization", "random_walk"} or model.gauss_markov for model in models)
+        and not choices.walk
+    ):
+        refuse(numbers, "state-space", "the model has no slow noise, which it multiplies", "walk_factor")
     if not any("bias_instability" in model for model in numbers.model.channels.values()):
         refuse(numbers, "state-space", "the model has no flicker noise, whose states it is for", "horizon")
-    dt = choices.step if choices.step is not None else 1 / numbers.rate()
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
         raise OptionError(f"`name` output={output!r}: want rate, increments or integrated", option="name")
@@ -105,6 +116,16 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
         name: state_space(_chosen(numbers, name), dt=dt, output=cast(Output, output), tau_max=choices.horizon)
         for name in numbers.model.channels
     }
+
+
+def _rate(numbers: Numbers) -> float:
+    """One over the step: the rate of every channel that is written; raises `OptionError` if it is not known. [Hz]"""
+    rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
+    if numbers.choices.rate is not None or (rates and max(rates.values()) <= (1 + 1e-3) * min(rates.values())):
+        return numbers.rate()
+    of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
+    more = f"; the channels have several rates ({of_record})" if rates else ""
+    raise OptionError(f"the step of the filter is needed: give `step` in seconds, or `rate` in Hz{more}", option="step")
 
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
@@ -118,8 +139,8 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     if sensor in choices.walk and "rate_random_walk" not in model:
         if choices.walk[sensor] == "horizon":
             raise OptionError(
-                "a state space has the flicker noise itself, so that no walk has to stand for it: leave"
-                " --rate-random-walk out, or give upper-limit or a value",
+                "a state space has the flicker noise itself, so that no walk has to stand for it: leave `walk` out, or give"
+                " upper-limit or a value",
                 option="rate_random_walk",
             )
         terms["rate_random_walk"] = numbers.walk_of(name).value

@@ -281,6 +281,7 @@ class TestAnalyze:
             (["--export", "kalibr=a", "--axes", "each"], "worst or mean"),
             (["--export", "kalibr=a", "--method", "read-off"], "needs the fit"),
             (["--export", "kalibr=a", "--rate-random-walk", "gyro=horizon"], "needs --horizon"),
+            (["--export", "kalibr=a", "--export", "ros=b", "--step", "0.1"], "--step has no place in kalibr"),
             (["--horizon", "10s"], "--horizon is for --export"),
             (["--noise-factor", "2"], "--noise-factor is for --export"),
         ],
@@ -290,6 +291,22 @@ class TestAnalyze:
         code, out, err = run("analyze", "no-such-log.csv", *more, capsys=capsys)
         assert (code, out) == (2, "")
         assert message in err
+
+    def test_an_option_needs_a_place_in_one_target_only(self, log, tmp_path, capsys):
+        """And no file is written if one of them cannot be."""
+        files = {name: tmp_path / name for name in ("kalibr", "kf-gins")}
+        exports = [text for name, path in files.items() for text in ("--export", f"{name}={path}")]
+        more = ("--rate-random-walk", "gyro=upper-limit,accel=upper-limit")
+        code, _, err = run("analyze", log, *exports, *more, "--horizon", "60s", capsys=capsys)
+        assert code == 0
+        assert "info: left out there: --horizon has no place in kalibr" in err
+        assert all(path.exists() for path in files.values())
+        for path in files.values():
+            path.unlink()
+        code, _, err = run("analyze", log, *exports, *more, capsys=capsys)
+        assert code == 2
+        assert "--export kf-gins: " in err
+        assert not any(path.exists() for path in files.values())
 
     def test_of_one_log(self, log, tmp_path, capsys):
         code, _, err = run("analyze", log, tmp_path / "b.csv", "--export", "kalibr=a", capsys=capsys)

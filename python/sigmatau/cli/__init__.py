@@ -68,7 +68,9 @@ def _hint(unused: Sequence[str] | None) -> str:
         return ""
     if all("=" in token for token in unused):
         return f" Several values of one option have commas between them: gyro=…,{unused[0]}"
-    return " It takes no more files than that; for several, call it once for each."
+    if all("." in token and not token.startswith("-") for token in unused):
+        return " It takes no more files than that; for several, call it once for each."
+    return ""
 
 
 def _as_typed(message: str, option: str | None) -> str:

@@ -121,6 +121,5 @@ def as_typed(before: str = "", after: str = "") -> Iterator[None]:
 
 def said(findings: Iterable[Finding], *, quiet: bool) -> None:
     """Findings of an export for the terminal, each once."""
-    once = list(dict.fromkeys(findings))
-    for line in finding_lines([f for f in once if f.code != "other_rate" or f.severity != "info"]):
+    for line in finding_lines(list(dict.fromkeys(findings))):
         say(typed(line), quiet=quiet)

@@ -110,7 +110,28 @@ def test_printed():
     )
     assert "a record of 100 h shows 0.0008" in text
     assert "0.0022 deg/h shows in half of the records of " in text
-    assert "a record of 100 h determines it to ± " in text
+    assert "a record of 100 h determines a bias instability of 0.0022 deg/h to ± " in text
+
+
+def test_what_a_record_does_not_determine_is_named():
+    text = repr(
+        plan(
+            {"random_walk": 1e-4, "bias_instability": 3e-5},
+            "rate_random_walk",
+            channel="gyro_x",
+            quantity="angular_rate",
+            rate_unit="rad/s",
+            rate=100,
+            duration=7200,
+            value=1e-7,
+        )
+    )
+    value = f"{math.degrees(1e-7) * 60**3:.4g}"
+    last = text.splitlines()[-1]
+    assert (
+        last
+        == f"  a record of 2 h does not determine a rate random walk of {value} deg/h/√h: the error is more than half of it"
+    )
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sigmatau.results import Finding, value_error_text
+from sigmatau.results import Finding, by_severity, value_error_text
 
 
 @pytest.mark.parametrize(
@@ -27,3 +27,23 @@ def test_finding_prints_itself():
     finding = Finding(code="c", severity="warning", message="is odd", channel="gyro_x", effect="N too large")
     assert str(finding) == "warning: gyro_x: is odd (N too large)"
     assert finding.to_dict()["code"] == "c"
+
+
+def test_what_matters_most_is_said_first():
+    """Errors, then that no model is adequate, then other warnings as they were found."""
+    said = [
+        Finding(code=code, severity=severity, message="", channel=channel)
+        for code, severity, channel in (
+            ("spikes", "warning", "gyro_x"),
+            ("window", "info", None),
+            ("not_static", "warning", "gyro_x"),
+            ("no_adequate_model", "warning", "gyro_x"),
+            ("no_adequate_model", "warning", "gyro_y"),
+            ("damaged", "error", None),
+        )
+    ]
+    found = by_severity([*said, said[0]])
+    assert [f.code for f in found] == [
+        *("damaged", "no_adequate_model", "no_adequate_model", "spikes", "not_static", "window"),
+    ]
+    assert [f.channel for f in found[1:3]] == ["gyro_x", "gyro_y"]

@@ -125,8 +125,9 @@ class Plan(Printed):
                 half, most = duration_text(self.half_in), duration_text(self.most_in)
                 lines.append(f"{head} in half of the records of {half}, in nine of ten of {most}")
             if self.error is not None and self.duration is not None:
-                how = f"determines it to ± {two_digits(100 * self.error)} %, one standard error"
-                how = how if self.error < _KNOWN else "does not determine it"
+                what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
+                how = f"determines {what} to ± {two_digits(100 * self.error)} %, one standard error"
+                how = how if self.error < _KNOWN else f"does not determine {what}: the error is more than half of it"
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
         return "\n".join(lines)
 

@@ -25,6 +25,9 @@ __all__ = [
 Severity = Literal["info", "warning", "error"]
 
 
+_ABOVE_ALL = "no_adequate_model"  # then no number has an interval, which matters more than what else is to be said
+
+
 class Printed:
     """A result that shows in a notebook what it prints."""
 
@@ -119,10 +122,12 @@ class Finding:
 
 
 def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Errors first, then warnings; each once, in the order found."""
-    return tuple(
-        sorted(dict.fromkeys(findings), key=lambda finding: ("error", "warning", "info").index(finding.severity))
-    )
+    """Errors first, then warnings, of them first that no model is adequate; each once, else in the order found."""
+
+    def weight(finding: Finding) -> tuple[int, bool]:
+        return ("error", "warning", "info").index(finding.severity), finding.code != _ABOVE_ALL
+
+    return tuple(sorted(dict.fromkeys(findings), key=weight))
 
 
 def damaged(findings: Iterable[Finding]) -> int:

@@ -133,7 +133,7 @@ class TestOfAResult:
 
     def test_onto_itself(self, result, capsys):
         assert main(["export", str(result), "--to", "model", "-o", str(result)]) == 2
-        assert "is the source itself" in capsys.readouterr().err
+        assert "is the file that is read" in capsys.readouterr().err
 
 
 def test_several_targets_at_once(tmp_path):

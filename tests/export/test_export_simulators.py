@@ -458,7 +458,7 @@ class TestRos:
         for chosen, n in ((3e-5, 3e-5), ("upper-limit", 5e-5)):
             _, gyro, _ = self.read(given, noise={"gyro": chosen}, noise_factor=2.0, axes=axes)
             assert np.diag(gyro) == pytest.approx([4 * (n**2 * RATE + 2 * (1e-6 * RATE) ** 2)] * 3, rel=EXACT)
-        with pytest.raises(OptionError, match="choose --random-walk"):
+        with pytest.raises(OptionError, match="choose `noise="):
             self.read(given, axes=axes)
 
     def test_samples_have_it(self):

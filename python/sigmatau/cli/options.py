@@ -90,7 +90,7 @@ def check_folder(path: Path | None, option: str) -> None:
         raise DataError(f"{path}: cannot be made: {error.strerror or error}") from None
 
 
-def refuse_same(log: Path, what: str = "the log", /, **outputs: Path | None) -> None:
+def refuse_same(log: Path, /, **outputs: Path | None) -> None:
     """No output may take the place of the log or of another output; by option."""
     seen: dict[Path, str] = {}
     for option, path in outputs.items():

@@ -9,7 +9,7 @@ export PATH="$PWD/.venv/bin:$PATH"
 
 # The Python tests in two processes, about equally long; what the second prints comes when both have ended.
 halves() {
-    local second=(tests/{io,integrity,diagnose,fitting} tests/test_{findings,gaps,deviations,anglenoise}.py) log status=0 pid
+    local second=(tests/{io,integrity,diagnose,fitting} tests/test_{findings,gaps,deviations}.py) log status=0 pid
     log=$(mktemp)
     python -m pytest "${second[@]}" >"$log" 2>&1 &
     pid=$!

@@ -1,6 +1,7 @@
 """Known answers: numbers computed by others or to 40 digits, each with its source, and how many digits it has."""
 
 import hashlib
+import signal
 import time
 
 import numpy as np
@@ -190,3 +191,8 @@ PLUS_MINUS = {
     "HG1700 accel Y rate random walk": (1.16, 0.39, 720_000, 131072, False, 2),
     "HG1700 accel Z rate random walk": (3.35, 1.12, 720_000, 131072, False, 2),
 }
+
+
+def interruptible():
+    """For a child process: a parent in the background ignores an interruption, and its children would do so too."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

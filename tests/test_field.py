@@ -31,24 +31,23 @@ def test_adis_equals_the_r_package(adis, field_data):
         assert curve.avar[k] == pytest.approx(float(row["avar"]) * si[sensor] ** 2, rel=1e-5)
 
 
-def test_adis_random_walk(adis):
+@pytest.fixture(scope="module")
+def adis_analysis(adis):
+    return analyze(adis)
+
+
+def test_adis_random_walk(adis_analysis):
     """Datasheet 0.05 (deg/s)/√Hz one-sided, about 2 deg/√h; 2.3 … 2.8 by others' fits. z is filtered at its short end."""
-    analysis = analyze(adis)
     read_axes = 0
     for channel in ("gyro_x", "gyro_y", "gyro_z"):
-        found = analysis.read_off[channel]
+        found = adis_analysis.read_off[channel]
         if "random_walk" in found:
             value = found["random_walk"].value / (np.deg2rad(1.0) / 60)
             assert 2.2 <= value <= 2.8, channel
             read_axes += 1
     assert read_axes >= 2
-    z = analysis.read_off["gyro_z"].get("random_walk")
+    z = adis_analysis.read_off["gyro_z"].get("random_walk")
     assert z is None or z.tau_min >= 0.04
-
-
-@pytest.fixture(scope="module")
-def adis_analysis(adis):
-    return analyze(adis)
 
 
 class TestAdisFitted:

@@ -52,7 +52,8 @@ class TestThePapersHundredHours:
     ],
 )
 def test_half_of_the_records_show_it(term, others):
-    n, count = 2**13, 200
+    """A hundred records; studies/coverage.py has a thousand of each of more cases."""
+    n, count = 2**13, 100
     value = detectable(others, term, n=n, tau0=1.0)
     model = NoiseModel(channels={"gyro_x": {**others, term: value}})
     rng = np.random.default_rng(seed_of(f"plan {term}"))

@@ -14,6 +14,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from known import interruptible
 from sigmatau import NoiseModel, analyze, read, simulate
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
@@ -207,6 +208,7 @@ class TestCommand:
             stderr=subprocess.PIPE,
             text=True,
             env=ENVIRONMENT,
+            preexec_fn=interruptible,
         )
         time.sleep(3)
         run.send_signal(signal.SIGINT)

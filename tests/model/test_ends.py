@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 
+from known import interruptible
 from sigmatau.io.hdf5 import _Patient
 from sigmatau.io.write import RECORD_ENDINGS
 
@@ -48,12 +49,8 @@ def test_a_full_disk_is_an_error_in_words(tmp_path, ending, kib):
     ("number", "code", "word"), [(signal.SIGTERM, 143, "terminated"), (signal.SIGINT, 130, "interrupted")]
 )
 def test_a_signal_leaves_nothing_behind(tmp_path, ending, number, code, word):
-    def as_usual():
-        # A parent in the background ignores an interruption, and its children would do so too.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    argv = [*SIMULATE, "--hours", "50", "-o", f"x{ending}"]
-    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=as_usual)
+    argv = [*SIMULATE, "--hours", "500", "-o", f"x{ending}"]
+    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=interruptible)
     try:
         while not any(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file() and path.name != "m.toml"):
             assert process.poll() is None

@@ -124,7 +124,7 @@ class Components:
         Without a ramp, a second difference is m²(β − 1) times the ramp's error and a remainder, with β = c/v; the
         remainder is taken as independent of the ramp's error, which it is on average over the record.
         """
-        first, second = np.triu_indices(len(theta))
+        first, second = _pairs(len(theta))
         # Not @, which may start threads for this little.
         flat = np.einsum("k,kj->j", theta[first] * theta[second], self.noise.reshape(len(first), -1))
         total = np.asarray(flat.reshape(len(self.m), len(self.m)))
@@ -170,6 +170,12 @@ class Components:
         squares = self.modes * parts * parts
         variance = 2 * float(squares.sum())
         return 8 * float(squares @ parts) / variance**1.5, variance
+
+
+@functools.cache
+def _pairs(n_terms: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The pairs p ≤ q of terms, in the order of `Components.noise`."""
+    return np.triu_indices(n_terms)
 
 
 @functools.lru_cache(maxsize=32)

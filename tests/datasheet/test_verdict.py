@@ -4,6 +4,7 @@ import json
 import math
 import pydoc
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -514,3 +515,15 @@ def test_decision_is_at_the_quantile():
     """Just inside and just outside of 1.645 standard errors."""
     for ratio, status in ((Z95 - 1e-6, "undecided"), (Z95 + 1e-6, "out")):
         assert judge(channel(error=0.1), {"random_walk": walk(N * math.exp(-0.1 * ratio))}).status == status
+
+
+@pytest.mark.parametrize("value", [0.01 * N, 100 * N])
+def test_a_fit_that_is_not_adequate_decides_nothing(value):
+    model = ChannelModel(terms={"random_walk": value}, adequate=False)
+    verdict = compare_with(NoiseModel(channels={"gyro": model}), sheet(random_walk=walk(N)))
+    assert verdict.status == "undecided"
+    assert verdict.fails("fail")
+    assert not verdict.fails("pass")
+    assert "from a fit that is not adequate" in repr(verdict)
+    sure = compare_with(NoiseModel(channels={"gyro": replace(model, adequate=True)}), sheet(random_walk=walk(N)))
+    assert sure.status == ("within" if value < N else "out")

@@ -27,6 +27,7 @@ from sigmatau.datasheet.verdict import Comparison, Judged, Reading, Status, Verd
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noisefit import NoiseFit
 from sigmatau.model import ChannelModel, NoiseModel
+from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.processes import LARGEST
 from sigmatau.model.result import models_of, results_by_channel
 from sigmatau.record import stream_name
@@ -106,7 +107,7 @@ def compare_with(
             readings = tuple(
                 _reading(claim, meaning, model, level, factor) for meaning in claim.meanings(sided=sided, bias=bias)
             )
-            status, reason = _status(readings)
+            status, reason = _status(readings) if model.adequate else ("undecided", NOT_ADEQUATE)
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
         said = {claim.term for claim in claims}
         unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
@@ -171,15 +172,19 @@ def _reading(claim: Claim, meaning: Meaning, model: ChannelModel, level: float, 
     return Reading(
         meaning=meaning,
         measured=found,
-        typical=_compared(found, claim.typical, meaning.factor, level),
-        maximum=_compared(found, maximum, meaning.factor, level),
+        typical=_compared(found, claim.typical, meaning.factor, level, adequate=model.adequate),
+        maximum=_compared(found, maximum, meaning.factor, level, adequate=model.adequate),
     )
 
 
-def _compared(found: Measured, stated: float | None, factor: float, level: float) -> Comparison | None:
+def _compared(
+    found: Measured, stated: float | None, factor: float, level: float, *, adequate: bool
+) -> Comparison | None:
     if stated is None:
         return None
     limit = factor * stated
+    if not adequate:  # how far off its values are is not known
+        return Comparison(limit=limit, side="undecided")
     if found.value is None:
         # A limit of 95 % shows nothing with 99 %.
         shows = level <= found.level

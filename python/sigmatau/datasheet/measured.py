@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau import _kernels
 from sigmatau.datasheet.claims import MINIMUM
 from sigmatau.errors import DataError
 from sigmatau.model import ChannelModel
@@ -160,9 +161,8 @@ def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
     """IEEE Std 952-2020, annex C, of Gauss-Markov processes and sinusoids."""
     total = np.zeros_like(tau)
     for process in model.gauss_markov:
-        x = tau / process.time
-        exact = 1 - (3 - 4 * np.exp(-x) + np.exp(-2 * x)) / (2 * x)
-        total += 2 * process.sigma**2 / x * np.where(x < 1e-3, x**2 / 3 - x**3 / 4, exact)
+        at_each = (_kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
+        total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
     for line in model.sinusoid:
         periods = line.frequency * tau
         ripple = np.sin(math.pi * np.minimum(periods, 1.0)) ** 4

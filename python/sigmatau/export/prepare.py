@@ -99,12 +99,7 @@ def prepare_all(
         content, findings = _written(wanted, source, used, path)
         return Prepared(to=to, path=path, content=content, findings=findings)
 
-    try:
-        return _placed(list(files), chosen, one)
-    except OptionError as error:
-        if not named:
-            raise
-        raise OptionError(f"{getattr(error, 'target', next(iter(files)))}: {error}", option=error.option) from None
+    return _placed(list(files), chosen, one, named=named)
 
 
 def check_all(names: Iterable[str], choices: Choices) -> None:
@@ -114,7 +109,7 @@ def check_all(names: Iterable[str], choices: Choices) -> None:
         check_choices(target(name), used)
         return Prepared(to=name, path=None, content="", findings=())
 
-    _placed(list(names), choices, one)
+    _placed(list(names), choices, one, named=False)
 
 
 def check_choices(target: Target, choices: Choices) -> None:
@@ -157,8 +152,14 @@ def _chosen(choices: object) -> Choices:
     return choices
 
 
-def _placed(names: list[str], choices: Choices, attempt: Callable[[str, Choices], Prepared]) -> list[Prepared]:
+def _placed(
+    names: list[str], choices: Choices, attempt: Callable[[str, Choices], Prepared], *, named: bool
+) -> list[Prepared]:
     """What `attempt` makes of each target, each with the choices that it has a place for."""
+
+    def of(name: str, error: OptionError) -> OptionError:
+        return OptionError(f"{name}: {error}", option=error.option) if named else error
+
     made: list[Prepared] = []
     dropped: list[dict[tuple[str, str | None], NoPlaceError]] = []
     for name in names:
@@ -172,9 +173,8 @@ def _placed(names: list[str], choices: Choices, attempt: Callable[[str, Choices]
                 used = used.without(error.choice, error.key)
             except OptionError as error:
                 if without and len(names) == 1:  # what it comes to without a choice that is refused is not the point
-                    raise next(iter(without.values())) from None
-                error.target = name  # type: ignore[attr-defined]
-                raise
+                    raise of(name, next(iter(without.values()))) from None
+                raise of(name, error) from None
         said = tuple(
             Finding(code="choice_without_place", severity="info", message=f"left out there: {error}")
             for error in without.values()
@@ -183,7 +183,7 @@ def _placed(names: list[str], choices: Choices, attempt: Callable[[str, Choices]
         dropped.append(without)
     for key, refused in dropped[0].items() if dropped else ():
         if all(key in without for without in dropped):
-            raise refused
+            raise of(names[0], refused)
     return made
 
 

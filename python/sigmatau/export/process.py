@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sigmatau import _kernels
 from sigmatau.errors import OptionError
 from sigmatau.export.axes import by_axis, of_channel, refuse
 from sigmatau.export.choices import given
@@ -123,9 +124,7 @@ class Process:
 
 def relative_avar(x: float) -> float:
     """Allan variance of a Gauss-Markov process of σ = 1 at x correlation times, (2x − 3 + 4e⁻ˣ − e⁻²ˣ)/x² (IEEE Std 952)."""
-    if x < 0.5:  # where three terms cancel: their power series, which begins with 2x/3
-        return math.fsum(math.pow(-x, k - 2) * (4 - 2**k) / math.factorial(k) for k in range(3, 24))
-    return (2 * x - 3 + 4 * math.exp(-x) - math.exp(-2 * x)) / x**2
+    return float(_kernels.gauss_markov_avar(1.0, 1.0, 1, x, averaged=True)[0])
 
 
 def process(numbers: Numbers, sensor: str) -> Process:

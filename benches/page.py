@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benches import fits, growth, kernels, peers, processes, simulation, stream, text
+from benches import checks, fits, growth, kernels, peers, processes, simulation, stream, text
 
 SECTIONS = {
-    module.__name__.split(".")[-1]: module for module in (peers, kernels, processes, stream, simulation, growth, fits)
+    module.__name__.split(".")[-1]: module
+    for module in (peers, kernels, processes, stream, simulation, growth, fits, checks)
 }
 
 

@@ -9,7 +9,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.io import read
 
 PAGE = 4096
-SECONDS = 5.0  # for one small file; a hang, not a slow machine
+SECONDS = 30.0  # for one small file; a hang, not a slow machine
 SPACE = 6 << 30  # of addresses, so that memory that is asked for by mistake is refused
 
 
@@ -89,5 +89,5 @@ def outcomes(rng, logs, path, topics=(None,), count=2400):
             found.add("told" if record.findings else "read")
         except (DataError, OptionError) as error:
             found.add(type(error).__name__)
-    assert time.perf_counter() - begin < 60  # seconds; some 5 are usual
+    assert time.perf_counter() - begin < 300  # seconds; some 5 are usual
     return found

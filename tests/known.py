@@ -2,7 +2,6 @@
 
 import hashlib
 import signal
-import time
 
 import numpy as np
 
@@ -10,20 +9,6 @@ import numpy as np
 def seed_of(name: str) -> int:
     """A seed from a case's name: never chosen, never changed."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
-
-
-def cpu_unit() -> float:
-    """CPU seconds of one Fourier transform of 2²⁰ numbers here and now: what times in tests are measured by.
-
-    A gate in seconds fails on a busy or a slow machine; a multiple of this does not.
-    """
-    x = np.random.default_rng(0).standard_normal(1 << 20)
-    spent = []
-    for _ in range(5):
-        start = time.process_time()
-        np.fft.rfft(x)
-        spent.append(time.process_time() - start)
-    return min(spent)
 
 
 def nbs14() -> np.ndarray:

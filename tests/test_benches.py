@@ -58,7 +58,7 @@ def test_every_counted_work_has_its_limit():
 def test_a_run_from_end_to_end(tmp_path):
     for package in PEERS:
         pytest.importorskip(package, reason=f"{package}, a peer, is not installed: make bench installs it")
-    parts = ["peers", "processes", "stream", "simulation", "growth", "fits"]  # all that needs no compiler
+    parts = ["peers", "processes", "stream", "simulation", "growth", "fits", "checks"]  # all that needs no compiler
     command = [sys.executable, "-m", "benches.run", "--rounds", "1", "--scale", "0.002", "--only", *parts]
     folders = ["--cache", str(tmp_path / "kept"), "--output", str(tmp_path)]
     subprocess.run([*command, *folders], cwd=ROOT, check=True, capture_output=True)

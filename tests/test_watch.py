@@ -212,7 +212,7 @@ class TestCommand:
         )
         time.sleep(3)
         run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=30)
+        out, err = run.communicate(timeout=120)
         assert run.returncode == 0, err
         assert "150000 samples" in out
 
@@ -305,7 +305,7 @@ class TestEnds:
         run = self.started(str(path))
         time.sleep(3)
         run.terminate()
-        out, err = run.communicate(timeout=30)
+        out, err = run.communicate(timeout=120)
         assert run.returncode == 0, err
         assert "3000 samples" in out
 
@@ -316,7 +316,7 @@ class TestEnds:
         run = self.started(str(path), "--json", str(tmp_path / "r.json"))
         time.sleep(3)
         path.write_bytes(text[:1000])
-        out, err = run.communicate(timeout=30)
+        out, err = run.communicate(timeout=120)
         assert run.returncode == 1
         assert "has become shorter" in err
         assert "3000 samples" in out

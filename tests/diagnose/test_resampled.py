@@ -3,7 +3,6 @@
 import gzip
 import json
 import math
-import time
 
 import numpy as np
 import pytest
@@ -125,16 +124,6 @@ def test_false_alarms():
     """A swing of 0.25 is twelve standard errors of the largest by chance: in 200 channels of clean mixtures not one."""
     for stream in clean_records("false alarms of interpolation", 100):
         assert upsampled(stream) == []
-
-
-def test_speed():
-    """Processor time of six channels of 1e6 samples: measured 0.02 s beside the spectra, gate as for those."""
-    rng = np.random.default_rng(known.seed_of("speed of interpolation"))
-    stream = st.Record.from_arrays(rate=100, gyro=rng.standard_normal((10**6, 3))).streams[0]
-    upsampled(stream)
-    began = time.process_time()
-    upsampled(stream)
-    assert time.process_time() - began < 15 * known.cpu_unit()
 
 
 def test_field_data_are_not_interpolated(field_data):

@@ -1,7 +1,5 @@
 """Time stamps: the rate and the grid they say, right for bunched, coarse, late and lost ones; what is wrong is said."""
 
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +7,7 @@ from hypothesis import strategies as st
 from stamping import codes, found, ordered, record_of
 
 import sigmatau
-from known import cpu_unit, seed_of
+from known import seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.grid import fit_grid, resolution
@@ -268,24 +266,6 @@ def test_clean_stamps_raise_no_warning():
         one = found(t)
         assert codes(one, least="warning") == [], k
         assert (one.rows, one.places, one.n) == (None, None, len(t)), k
-
-
-@pytest.mark.parametrize("kind", ["even", "integers", "jitter"])
-def test_speed(kind):
-    """1.44e6 stamps take some 15 ms of one core: no loop over rows."""
-    n = 1_440_000
-    rng = np.random.default_rng(seed_of("speed of stamps"))
-    t = {
-        "even": np.arange(n) / 400,
-        "integers": 1_403_636_579_758_555_393 + 2_500_000 * np.arange(n),
-        "jitter": np.arange(n) / 400 + rng.normal(0, 1e-5, n),
-    }[kind]
-    spent = []
-    for _ in range(5):
-        start = time.process_time()
-        found(t, 1e-9 if kind == "integers" else 1.0)
-        spent.append(time.process_time() - start)
-    assert min(spent) < 2.5 * cpu_unit()
 
 
 @settings(max_examples=200, deadline=None)

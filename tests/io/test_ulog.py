@@ -253,4 +253,4 @@ def test_much_work_from_few_bytes(file):
     begin = time.monotonic()
     with pytest.raises(DataError, match="without data"):
         read(file)
-    assert time.monotonic() - begin < 10  # seconds; below 1 is usual
+    assert time.monotonic() - begin < 60  # seconds; below 1 is usual

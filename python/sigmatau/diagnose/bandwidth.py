@@ -29,25 +29,18 @@ _LATE = 1.0  # [s] where the field reads the random walk
 
 
 def low_passes(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> dict[str, LowPass]:
-    """The filters that the spectra of a stream's channels show, by channel; see `low_pass`."""
+    """The filters that the spectra of a stream's channels show, by channel; `spectra` as of `psd`, if at hand."""
     found = {channel: _fitted(stream, channel, spectra) for channel in stream.channels}
     return {channel: fitted for channel, fitted in found.items() if fitted is not None}
 
 
-def low_pass(
-    stream: Stream,
-    *,
-    spectra: Mapping[str, Spectrum] | None = None,
-    fits: Mapping[str, LowPass] | None = None,
-) -> list[Finding]:
+def low_pass(stream: Stream, *, fits: Mapping[str, LowPass] | None = None) -> list[Finding]:
     """Findings ``low_pass_filter``: one a channel whose spectrum shows a filter.
 
     Parameters
     ----------
     stream : Stream
         Static data.
-    spectra : mapping of str to Spectrum, optional
-        As of `sigmatau.spectrum.psd`, where they are at hand. Default: computed.
     fits : mapping of str to LowPass, optional
         As of `low_passes`, where they are at hand. Default: computed.
 
@@ -58,7 +51,7 @@ def low_pass(
         info. `changes` holds the random walk read at one sample over the sensor's own.
     """
     found = []
-    filters = low_passes(stream, spectra=spectra) if fits is None else fits
+    filters = low_passes(stream) if fits is None else fits
     # What is to be done is said once for all axes, so by the slowest of them.
     latest = max((fitted.right_from for fitted in filters.values()), default=0.0)
     for channel, fitted in filters.items():
@@ -91,7 +84,6 @@ def aliasing(
     stream: Stream,
     *,
     bandwidth: tuple[float, int | None] | None = None,
-    spectra: Mapping[str, Spectrum] | None = None,
     fits: Mapping[str, LowPass] | None = None,
 ) -> list[Finding]:
     """Findings ``aliasing``: what sampling without an anti-alias filter adds to the random walk.
@@ -104,7 +96,7 @@ def aliasing(
         warning above 5 %, otherwise an info. Without an order both the first and the second are named, and the first
         decides. Default: the filter that is seen in the spectrum, where that is one of the two and makes more than 5 %.
         [Hz]
-    spectra, fits : optional
+    fits : optional
         See `low_pass`.
 
     Raises
@@ -117,7 +109,7 @@ def aliasing(
         return [_stated(stream, *bandwidth)]
     found = []
     orders = {"first_order": 1, "butterworth2": 2}
-    for channel, fitted in (low_passes(stream, spectra=spectra) if fits is None else fits).items():
+    for channel, fitted in (low_passes(stream) if fits is None else fits).items():
         if fitted.shape not in orders:
             continue
         order = orders[fitted.shape]

@@ -1,0 +1,81 @@
+"""The checks of a record, which have no peer: by a Fourier transform, which says how fast the machine is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import sigmatau
+from benches import text
+from benches.measure import Settings, turns
+from benches.text import Gate
+from sigmatau.diagnose.bandwidth import low_passes
+from sigmatau.diagnose.lines import lines
+from sigmatau.diagnose.resampled import upsampled
+from sigmatau.integrity import check as check_samples
+from sigmatau.io.read.time import stamps
+from sigmatau.io.read.time.rows import in_order
+from sigmatau.spectrum import psd
+
+
+def measure(settings: Settings) -> dict[str, Any]:
+    """Each check by itself on six clean axes, all of them together, and three kinds of time stamps."""
+    n, of_stamps = settings.samples(1e6), settings.samples(1_440_000)
+    rng = np.random.default_rng(1)
+    gyro, accel = (1e-3 * rng.standard_normal((n, 3)) for _ in range(2))
+    record = sigmatau.Record.from_arrays(rate=100, gyro=gyro, accel=accel + np.array([0, 0, 9.8]))
+    spectra = psd(record)
+
+    def each(of_stream: Callable[..., Any], **more: Any) -> Callable[[], Any]:
+        return lambda: [of_stream(stream, **more) for stream in record.streams]
+
+    calls = {
+        "samples": each(check_samples),
+        "spectra": lambda: [spectrum.binned() for spectrum in psd(record).values()],
+        "filters, spectra at hand": each(low_passes, spectra=spectra),
+        "interpolation, spectra at hand": each(upsampled, spectra=spectra),
+        "lines": each(lines),
+        "all of them: `sigmatau.check`": lambda: sigmatau.check(record),
+    }
+    times = {
+        "even": np.arange(of_stamps) / 400,
+        "integers": 1_403_636_579_758_555_393 + 2_500_000 * np.arange(of_stamps),
+        "jitter": np.arange(of_stamps) / 400 + rng.normal(0, 1e-5, of_stamps),
+    }
+    rows = {kind: in_order(t, (), _row, "'t'") for kind, t in times.items()}
+    of_time: dict[str, Callable[[], Any]] = {
+        kind: partial(stamps.fit, rows[kind], 1e-9 if kind == "integers" else 1.0, _row, "'t'") for kind in times
+    }
+    x = rng.standard_normal(1 << 20)
+    calls["transform"] = lambda: np.fft.rfft(x)
+    return {
+        "samples": n,
+        "stamps": of_stamps,
+        "checks": turns(calls, settings.rounds),
+        "times": turns(of_time, settings.rounds),
+    }
+
+
+def _row(row: int) -> str:
+    return f"row {row}"
+
+
+def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+    """The section of the page."""
+    checks = dict(found["checks"])
+    transform = checks.pop("transform")
+    wanted = [*checks.items(), *((f"time stamps, {kind}", spent) for kind, spent in found["times"].items())]
+    rows = [[what, text.seconds(spent), f"{spent / transform:.1f}"] for what, spent in wanted]
+    return [
+        "## Checks of a record",
+        "",
+        *text.prose(
+            f"Six clean axes of {text.number(found['samples'])} samples, {text.number(found['stamps'])} time stamps;",
+            f"the last column is in Fourier transforms of 2²⁰ numbers, {text.seconds(transform)} each.",
+            "No other package does this. `make bench PARTS=checks`.",
+        ),
+        *text.table(["", "wall time", "transforms"], rows),
+    ], []

@@ -14,7 +14,17 @@ from sigmatau import _kernels, terms
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import covariance as covariances
 from sigmatau.model.elsewhere import PointsToFunctions
-from sigmatau.model.processes import LARGEST, SMALLEST, GaussMarkov, LowPass, Sinusoid, coefficients_of, real, several
+from sigmatau.model.processes import (
+    LARGEST,
+    SMALLEST,
+    GaussMarkov,
+    LowPass,
+    Sinusoid,
+    coefficients_of,
+    interval,
+    real,
+    several,
+)
 from sigmatau.results import Printed
 from sigmatau.terms import TERMS, coefficient_unit, display_units
 
@@ -193,7 +203,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         if tau0 is None and "quantization" in self.terms:
             raise OptionError("the density of quantization noise needs the sample interval `tau0`", option="tau0")
         if tau0 is not None:
-            _interval(tau0)
+            interval("tau0", tau0)
         total = np.zeros(frequency.shape)
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
@@ -239,7 +249,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
                 f"{' and '.join(moving)} {'has' if len(moving) == 1 else 'have'} no autocovariance: the rate is not"
                 " stationary, only its differences are; take phase_autocovariance, or a model without"
             )
-        shape, size, step = np.shape(lags), _lags(lags), _interval(tau0)
+        shape, size, step = np.shape(lags), covariances.whole_lags(lags), interval("tau0", tau0)
         total = np.zeros(size.shape)
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
@@ -282,7 +292,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         The sum of three terms above loses digits where a process hardly changes within n samples: of a Gauss-Markov process
         the Allan variance has a relative error of about 1e-15·T/(n·τ₀), of a filter's corner 1e-15/(f·n·τ₀)².
         """
-        shape, size, step = np.shape(l), _lags(l), _interval(tau0)
+        shape, size, step = np.shape(l), covariances.whole_lags(l), interval("tau0", tau0)
         total = np.zeros(size.shape)
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
@@ -395,18 +405,3 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         if not self.adequate:
             rows.append("from a fit that is not adequate: no intervals")
         return ", ".join(rows)
-
-
-def _interval(tau0: float) -> float:
-    if not (math.isfinite(real(tau0)) and tau0 > 0):
-        raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="tau0")
-    return float(tau0)
-
-
-def _lags(lags: ArrayLike) -> Floats:
-    """Lags as numbers that are not negative: every covariance here is that of a real process."""
-    given = np.asarray(lags).ravel()
-    size = given.astype(np.float64) if given.dtype.kind in "iuf" else np.array([math.nan])
-    if not np.isfinite(size).all() or (size != np.round(size)).any():
-        raise OptionError("`lags` must be whole numbers of samples", option="lags")
-    return np.asarray(np.abs(size))

@@ -12,7 +12,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import OptionError
 
 __all__ = [
     "band_limited",
@@ -24,6 +26,7 @@ __all__ = [
     "phase_of_sinusoid",
     "phase_of_term",
     "rate_of_term",
+    "whole_lags",
 ]
 
 Floats = NDArray[np.float64]
@@ -31,6 +34,15 @@ _Complex = NDArray[np.complex128]
 
 _SMALL = 0.5
 _SERIES = 18  # terms, of which the last is 0.5^18/20! of the first
+
+
+def whole_lags(lags: ArrayLike) -> Floats:
+    """Lags as numbers that are not negative: every covariance here is that of a real process."""
+    given = np.asarray(lags).ravel()
+    size = given.astype(np.float64) if given.dtype.kind in "iuf" else np.array([math.nan])
+    if not np.isfinite(size).all() or (size != np.round(size)).any():
+        raise OptionError("`lags` must be whole numbers of samples", option="lags")
+    return np.asarray(np.abs(size))
 
 
 def rate_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import OptionError
-from sigmatau.model.processes import real
+from sigmatau.model.processes import interval, real
 from sigmatau.results import Printed
 
 __all__ = ["LONGEST_BAND", "FlickerPoles", "flicker_poles"]
@@ -90,8 +90,7 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
     Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
     :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
     """
-    if not (math.isfinite(real(dt)) and dt > 0):
-        raise OptionError(f"`dt` must be a positive number of seconds, not {dt!r}", option="dt")
+    interval("dt", dt)
     if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
         raise OptionError(f"`tau_max` must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
     if not 1e-4 <= real(error) < 1:

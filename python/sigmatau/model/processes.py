@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.terms import TERMS
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "LowPass",
     "Sinusoid",
     "coefficients_of",
+    "interval",
     "real",
     "several",
 ]
@@ -102,6 +103,13 @@ def real(value: object) -> float:
         return float(value)
     except OverflowError:  # an integer of more than 300 digits
         return math.inf
+
+
+def interval(name: str, value: float) -> float:
+    """A time between samples: `OptionError` unless it is positive and finite."""
+    if not (math.isfinite(real(value)) and value > 0):
+        raise OptionError(f"`{name}` must be a positive number of seconds, not {value!r}", option=name)
+    return float(value)
 
 
 def coefficients_of(what: str, given: object) -> dict[str, float]:

@@ -24,7 +24,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.elsewhere import one_channel
 from sigmatau.model.flicker import LONGEST_BAND, flicker_poles
 from sigmatau.model.linear import Steps
-from sigmatau.model.processes import LowPass, real
+from sigmatau.model.processes import LowPass, interval, real
 from sigmatau.results import Printed
 
 __all__ = ["Output", "StateSpace", "state_space"]
@@ -220,8 +220,7 @@ def state_space(
     but flicker noise.
     """
     one_channel(model, kind=ChannelModel, function="state_space")
-    if not (math.isfinite(real(dt)) and dt > 0):
-        raise OptionError(f"`dt` must be a positive number of seconds, not {dt!r}", option="dt")
+    interval("dt", dt)
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"`output` must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
     if not (math.isfinite(real(turn_on)) and turn_on >= 0):

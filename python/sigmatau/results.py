@@ -17,6 +17,7 @@ __all__ = [
     "damaged",
     "duration_text",
     "interval_texts",
+    "printable",
     "seconds",
     "two_digits",
     "value_error_text",
@@ -150,6 +151,11 @@ def value_error_text(value: float, error: float) -> str:
         return f"{value:.4g} ± {error:.2g}"
     digits = max(decimals, 0)
     return f"{round(value, decimals):.{digits}f} ± {round(error, decimals):.{digits}f}"
+
+
+def printable(text: str) -> str:
+    """The text with a question mark for each line end and other control character, for one line of a report or a comment."""
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def seconds(value: float) -> str:

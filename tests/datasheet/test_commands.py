@@ -179,6 +179,54 @@ def test_undecided_is_said_when_it_passes(folder, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_a_fit_that_is_not_adequate_is_named_where_it_passes(folder, contents, capsys):
+    content = json.loads(contents["bad"])
+    for channel in content["channels"].values():
+        channel["fit"]["verdict"] = "descriptive"
+    (folder / "doubtful.json").write_text(json.dumps(content))
+    assert run("sigmatau compare doubtful.json good.json --datasheet spec.toml") == 0
+    assert "1 of 2 passed that may be out, 1 of them with a fit that is not adequate" in capsys.readouterr().err
+
+
+def test_a_name_cannot_forge_a_line(folder, contents, capsys):
+    name = "x\ngood.json: within\x1b[31m.json"
+    (folder / name).write_text(contents["bad"])
+    for more in (["good.json"], []):
+        assert main(["compare", name, *more, "--datasheet", "spec.toml"]) == 3
+        out = capsys.readouterr().out
+        assert "x?good.json: within?[31m.json" in out
+        assert "\x1b" not in out
+    (folder / "x\x1b[2J.json").write_text("{}")
+    assert main(["compare", "x\x1b[2J.json", "good.json", "--datasheet", "spec.toml"]) == 1
+    assert "\x1b" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("key", ["low", "high", "upper_limit"])
+def test_a_damaged_result_does_not_stop_the_others(folder, contents, key, capsys):
+    content = json.loads(contents["good"])
+    content["channels"]["gyro_x"]["fit"]["terms"]["random_walk"][key] = 1e308
+    (folder / "damaged.json").write_text(json.dumps(content))
+    assert run("sigmatau compare damaged.json good.json --datasheet spec.toml") == 1
+    captured = capsys.readouterr()
+    assert "good.json: within" in captured.out
+    assert "damaged.json: channel 'gyro_x'" in captured.err
+
+
+def test_files_of_windows_editors(folder):
+    for name in ("good.json", "spec.toml"):
+        (folder / f"bom-{name}").write_bytes(b"\xef\xbb\xbf" + (folder / name).read_bytes())
+    assert run("sigmatau compare bom-good.json --datasheet bom-spec.toml") == 0
+
+
+@pytest.mark.parametrize("place", ["--datasheet", "--json"])
+def test_a_name_that_is_too_long_is_named(folder, place, capsys):
+    words = ["compare", "good.json", "--datasheet", "a" * 300 + ".toml"]
+    assert main(words if place == "--datasheet" else ["inspect", "good.json", "--json", "a" * 300]) in (1, 2)
+    err = capsys.readouterr().err
+    assert "standard output" not in err
+    assert "aaa" in err or place == "--json"
+
+
 def test_axes_that_are_missing_do_not_pass_as_decided(folder, contents, capsys):
     content = json.loads(contents["good"])
     for name in ("gyro_y", "gyro_z", "accel_y", "accel_z"):

@@ -1,6 +1,7 @@
 """PX4 and ArduPilot: files read as those programs read them, and their propagation run on what was read."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -52,6 +53,8 @@ def mavproxy(text):
     return found
 
 
+STEP = {"px4": 0.01, "ardupilot": 0.0125}  # of their filters, s
+
 CASES = {
     "px4": (qgroundcontrol, ("EKF2_GYR_NOISE", "EKF2_ACC_NOISE", "EKF2_GYR_B_NOISE", "EKF2_ACC_B_NOISE")),
     "ardupilot": (mavproxy, ("EK3_GYRO_P_NSE", "EK3_ACC_P_NSE", "EK3_GBIAS_P_NSE", "EK3_ABIAS_P_NSE")),
@@ -68,7 +71,7 @@ def read(target, **choices):
 @pytest.mark.parametrize("step", [None, 0.01, 0.004])
 @pytest.mark.parametrize("target", CASES)
 def test_values_in_si_are_the_models(target, step):
-    dt = step or 0.01
+    dt = step or STEP[target]
     expected = [N["gyro"], N["accel"], K["gyro"], K["accel"]]
     assert [p * math.sqrt(dt) for p in read(target, step=step)] == pytest.approx(expected, rel=1.01 * SINGLE)
 
@@ -78,7 +81,7 @@ def test_mean_of_axes_and_factors(target):
     rms = math.sqrt((1 + 0.64 + 0.36) / 3)
     found = read(target, axes="mean", noise_factor=2.0, walk_factor=3.0)
     expected = [2 * rms * N["gyro"], 2 * rms * N["accel"], 3 * rms * K["gyro"], 3 * rms * K["accel"]]
-    assert [p * 0.1 for p in found] == pytest.approx(expected, rel=1.01 * SINGLE)
+    assert [p * math.sqrt(STEP[target]) for p in found] == pytest.approx(expected, rel=1.01 * SINGLE)
 
 
 def propagate(target, p_noise, p_bias, dt, steps):
@@ -93,6 +96,29 @@ def propagate(target, p_noise, p_bias, dt, steps):
         else:  # the state is the bias times dt: sq(sq(dt) * _gyroBiasProcessNoise)
             bias += float((f4(dt) ** 2 * f4(p_bias)) ** 2) / dt**2
     return angle, bias
+
+
+def step_of_ardupilot(loop_rate):
+    """readIMUData: loops are summed until EKF_TARGET_DT, 12 ms, less half a loop is reached. [s]"""
+    dt, summed = 1 / loop_rate, 0.0
+    while True:
+        summed += dt
+        if summed >= 0.012 - 0.5 * dt:
+            return summed
+
+
+def test_step_of_ardupilot_is_that_of_its_loop():
+    """What the head of the file says of loop rates."""
+    (words,) = [line for line in export(model(), to="ardupilot").splitlines() if "SCHED_LOOP_RATE" in line]
+    found = re.search(
+        r"a filter step of 12.5 ms. It is ([\d.]+) ms where SCHED_LOOP_RATE is (\d+), (.*): --step", words
+    )
+    pairs = [(found[1], found[2])]
+    for dt, rates in re.findall(r"([\d.]+) of ([\d or]+)", found[3]):
+        pairs += [(dt, rate) for rate in rates.split(" or ")]
+    assert len(pairs) == 5
+    for dt, rate in pairs:
+        assert float(dt) == pytest.approx(1000 * step_of_ardupilot(float(rate)), abs=0.005)
 
 
 @pytest.mark.parametrize("step", [0.01, 0.004])
@@ -110,13 +136,14 @@ def test_propagation_finds_the_covariance_of_the_model(target, step):
 
 @pytest.mark.parametrize("target", CASES)
 def test_propagation_finds_the_scatter_of_simulated_noise(target):
-    """At another rate than the filter's: samples of 2.5 ms, summed to steps of 10 ms, as the filters do."""
+    """At another rate than the filter's: samples of 2.5 ms, summed to steps by the rule of each filter."""
     p = read(target)
     runs, time, tau0 = 4000, 2.0, 0.0025
     rng = np.random.default_rng(seed_of(f"autopilots {target}"))
     white = N["gyro"] / math.sqrt(tau0) * rng.standard_normal((runs, round(time / tau0)))
     walked = K["gyro"] * math.sqrt(tau0) * rng.standard_normal((runs, round(time / tau0)))
-    angle, bias = propagate(target, p[0], p[2], 0.01, round(time / 0.01))
+    step = {"px4": 0.01, "ardupilot": step_of_ardupilot(400)}[target]
+    angle, bias = propagate(target, p[0], p[2], step, round(time / step))
     error = 3 * math.sqrt(2 / runs)  # of a variance, three standard errors
     assert np.mean((tau0 * white.sum(axis=1)) ** 2) == pytest.approx(angle, rel=error)
     assert np.mean(walked.sum(axis=1) ** 2) == pytest.approx(bias, rel=error)
@@ -132,8 +159,16 @@ def test_out_of_the_range_is_said(target):
 
     assert said("below 0.0001, the least documented", step=1.0) == [names[0]]
     assert said("below 0.01, the least documented", step=1.0) == [names[1]]
-    assert said("the least documented", noise_factor=10.0) == []
-    assert said("above 1", noise_factor=1e4) == [name for name in names[:2] if name != "EK3_ACC_P_NSE"]
+    assert said("documented", noise_factor=10.0, walk_factor=10.0) == []
+    assert said("above 1, which is what", noise_factor=1e4) == [name for name in names[:2] if name != "EK3_ACC_P_NSE"]
+    assert said("above 5, which is what", noise_factor=1e4) == [name for name in names[:2] if name == "EK3_ACC_P_NSE"]
+    assert said("above 0.1, the most documented", noise_factor=200.0) == [names[0]]
+    if target == "px4":
+        assert said("above 0.01, the most documented", walk_factor=3000.0) == [*names[2:]]
+    else:
+        assert said("above 0.001, the most documented", walk_factor=100.0) == [names[2]]
+        assert said("above 0.02, the most documented", walk_factor=100.0) == [names[3]]
+        assert said("below 1e-05, the least documented", walk_factor=0.01) == [*names[2:]]
 
 
 @pytest.mark.parametrize("target", CASES)
@@ -143,7 +178,7 @@ def test_flicker_is_in_no_number_and_that_is_said(target):
     assert CASES[target][0](plain) == CASES[target][0](export(model(), to=target))
     assert "gyro: the model has flicker" in plain
     chosen = export(flicker, to=target, choices=Choices(walk={"gyro": "horizon"}, horizon=100.0, rate=100.0))
-    found = CASES[target][0](chosen)[CASES[target][1][2]] * 0.1
+    found = CASES[target][0](chosen)[CASES[target][1][2]] * math.sqrt(STEP[target])
     # K² = 3·(σ²(T) − N²/T)/T, of the channel with flicker.
     rest = float(flicker.avar("gyro_x", m=[10_000], tau0=0.01)[0]) - N["gyro"] ** 2 / 100
     assert found == pytest.approx(math.sqrt(3 * rest / 100), rel=1e-6)
@@ -181,7 +216,7 @@ def test_hostile_names_stay_in_their_comments(target):
     parse, names = CASES[target]
     found = parse(export(hostile, to=target))
     assert sorted(found) == sorted(names)
-    assert found[names[0]] == pytest.approx(10 * N["gyro"], rel=1.01 * SINGLE)
+    assert found[names[0]] == pytest.approx(N["gyro"] / math.sqrt(STEP[target]), rel=1.01 * SINGLE)
 
 
 @pytest.mark.parametrize("value", ["1\t1\tEKF2_GYR_NOISE\t9\t9\n1", "0", "256", "1.5", "nan", "x", ""])

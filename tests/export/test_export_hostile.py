@@ -45,7 +45,7 @@ def check(target_name, text, monkeypatch):
     assert text.isascii()
     assert all(character == "\n" or character.isprintable() for character in text)
     assert len(text.split("\n")) == len(plain.split("\n"))
-    assert max(map(len, text.split("\n"))) < 1000
+    assert max(map(len, text.split("\n"))) < 2500
     if target_name == "gtsam":
         assert ast.dump(ast.parse(text)) == ast.dump(ast.parse(plain))
         made = vio.gtsam_params(text, monkeypatch)

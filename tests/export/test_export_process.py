@@ -129,3 +129,57 @@ def test_the_mean_of_axes_of_several_kinds_is_of_processes_of_one_time():
     mean = of({"gyro_x": flicker, "gyro_y": walk}, axes="mean", horizon=60.0)
     wanted = (2 * math.log(2) / math.pi * B**2 + K**2 * 60 / 3) / 2
     assert avar_of(mean, 60.0) == pytest.approx(wanted, rel=1e-5)
+
+
+def numbers_of(terms, **choices):
+    return Numbers(NoiseModel(channels=terms), Choices(**choices))
+
+
+class TestMoreSlowNoiseThanTheProcess:
+    """What is written is held against all slow noise of the model where it is to be right."""
+
+    def test_a_small_process_of_the_model_itself(self):
+        own = ChannelModel(
+            terms={"random_walk": N, "bias_instability": 1000 * B}, gauss_markov=(GaussMarkov(sigma=B, time=50.0),)
+        )
+        numbers = numbers_of({"gyro_x": own})
+        found = process(numbers, "gyro")
+        assert (found.sigma, found.time) == (B, 50.0)
+        (finding,) = numbers.findings
+        assert (finding.code, finding.severity) == ("slow_noise_left_out", "warning")
+        # Flicker of 1000 B, σ² = 2 ln2/π·B², over the peak of the process, which is that of flicker of B/1.076.
+        ratio = math.hypot(1000 * SIGMA_OF_FLICKER, 1)
+        assert f"all slow noise of gyro_x has {ratio:.3g} times" in finding.message
+        assert f"{ratio:.3g} times" in found.words
+
+    def test_a_walk_beside_flicker_at_a_horizon(self):
+        terms = {"random_walk": N, "bias_instability": B}
+        axes = {"gyro_x": terms | {"rate_random_walk": 3 * K}, "gyro_y": {**terms, "bias_instability": 1.2 * B}}
+        numbers = numbers_of(axes, horizon=2000.0)
+        found = process(numbers, "gyro")
+        assert "gyro_y" in found.stands  # that of the largest bias instability, and the curve of x is above it
+        ratio = math.sqrt((2 * math.log(2) / math.pi * B**2 + (3 * K) ** 2 * 2000 / 3) / avar_of(found, 2000.0))
+        assert ratio > 1.3
+        assert f"all slow noise of gyro_x has {ratio:.3g} times" in found.words
+        assert [f.code for f in numbers.findings] == ["slow_noise_left_out"]
+
+    @pytest.mark.parametrize("horizon", [None, 50.0])
+    def test_nothing_is_said_where_it_is_right(self, horizon):
+        terms = {"random_walk": N, "bias_instability": B, "rate_random_walk": K / 10}
+        numbers = numbers_of({"gyro_x": terms, "gyro_y": terms}, horizon=horizon, walk_factor=3.0)
+        assert "all slow noise" not in process(numbers, "gyro").words
+        assert numbers.findings == []
+
+
+def test_a_mean_says_what_it_is_of():
+    """Each axis with its value, its factor and its doubt, so that the number can be made again."""
+    limits = {"bias_instability": (0.9 * B, 1.2 * B)}
+    axes = {
+        "gyro_x": ChannelModel(terms={"random_walk": N, "bias_instability": B}, intervals=limits),
+        "gyro_y": ChannelModel(terms={"random_walk": N, "bias_instability": 2 * B}, adequate=False),
+    }
+    words = of(axes, axes="mean", horizon=60.0, walk_factor=10.0).words
+    size = math.radians(1) / 3600
+    assert f"gyro_x: bias instability {B / size:.4g} deg/h [{0.9 * B / size:.4g}, {1.2 * B / size:.4g}] as one" in words
+    assert f"gyro_y: bias instability {2 * B / size:.4g} deg/h as one process, times 10" in words
+    assert words.count("from a fit that is not adequate") == 1

@@ -3,12 +3,18 @@
 import math
 import re
 import sys
+from decimal import Decimal
+from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.export import NAMES, Choices, export, target
 from sigmatau.model import ChannelModel
+
+RATE = 200.0
+FLAT = {"random_walk": 3e-4, "rate_random_walk": 7e-6}
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, 1e308, 1e-308, 1e60, 1e-60])
@@ -64,3 +70,28 @@ def test_an_upper_limit_whose_square_is_nothing():
     given = NoiseModel(channels={"gyro_x": gyro, "accel_x": {"random_walk": 1e-3, "rate_random_walk": 1e-6}})
     with pytest.raises(DataError, match="1e-200 in SI is out of range"):
         export(given, to="fast-lio", choices=Choices(rate=200.0, walk={"gyro": "upper-limit"}))
+
+
+@pytest.mark.parametrize("value", [np.array([200.0]), Decimal(200), Fraction(200, 1), "200", True, 200j])
+def test_choices_are_numbers(value):
+    if isinstance(value, Fraction):  # a real number
+        assert Choices(rate=value).rate == 200
+        return
+    with pytest.raises(OptionError, match="`rate` must be"):
+        Choices(rate=value)
+
+
+@pytest.mark.parametrize("text", ["9_8", "٣", "0x9", "1e300", "1e-300", " 9.8", "9.8 "])
+def test_constants_are_plain_numbers(text):
+    given = NoiseModel(channels={"gyro_x": FLAT, "accel_x": FLAT})
+    with pytest.raises(OptionError, match="gravity"):
+        export(given, to="vins", choices=Choices(rate=RATE, names={"gravity": text}))
+
+
+@pytest.mark.parametrize(("path", "words"), [(3, "name of a file"), ("a\0b", "null"), ("a" * 300, "too long")])
+def test_names_that_no_file_has(path, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = NoiseModel(channels={"gyro_x": FLAT, "accel_x": FLAT})
+    with pytest.raises((DataError, OptionError), match=words):
+        export(given, to="kalibr", path=path, choices=Choices(rate=RATE))
+    assert not list(tmp_path.iterdir())

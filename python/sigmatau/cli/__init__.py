@@ -56,7 +56,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        # Files name themselves in a DataError; what is left is standard output, on a full disk for instance.
+        if error.filename is not None:  # a name that no file can have, such as one that is too long
+            return _fail(f"{str(error.filename)[:80]}: {error.strerror or error}", 1)
+        # Other files name themselves in a DataError; what is left is standard output, on a full disk for instance.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
@@ -100,6 +102,8 @@ def _termination() -> Iterator[None]:
 
 
 def _fail(message: str, code: int) -> int:
-    line = " ".join(message.split())
+    from sigmatau.results import printable  # which an import of the command line must not wait for
+
+    line = printable(" ".join(message.split()))
     sys.stderr.write(f"sigmatau: {line}\n")
     return code

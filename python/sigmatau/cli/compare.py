@@ -16,6 +16,8 @@ from sigmatau.datasheet import Verdict, compare_with
 from sigmatau.datasheet import datasheet as find_datasheet
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import NoiseModel
+from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.results import printable
 
 __all__ = ["compare_command"]
 
@@ -77,7 +79,7 @@ def compare_command(
         else:
             verdicts.append(verdict)
     for message in errors.values():
-        sys.stderr.write(f"sigmatau: {' '.join(message.split())}\n")
+        sys.stderr.write(f"sigmatau: {printable(' '.join(message.split()))}\n")
     if not verdicts:
         return _UNUSABLE
     if not any(verdict.judged for verdict in verdicts):
@@ -94,10 +96,13 @@ def compare_command(
     else:
         text = repr(verdicts[0]) if len(paths) == 1 else _summary(verdicts, sheet.name, undecided, len(errors))
     sys.stdout.write(text + "\n")
-    open_ = sum(verdict.fails("fail") for verdict in verdicts) - failed
+    open_ = [verdict for verdict in verdicts if verdict.fails("fail") and not verdict.fails(undecided)]
     if open_:
+        doubtful = [verdict for verdict in open_ if any(one.reason == NOT_ADEQUATE for one in verdict.judged)]
+        why = f", {len(doubtful)} of them with a fit that is not adequate, which decides nothing" if doubtful else ""
         say(
-            f"warning: {open_} of {len(verdicts)} passed that may be out; --undecided fail passes what is shown not to be",
+            f"warning: {len(open_)} of {len(verdicts)} passed that may be out{why}; --undecided fail passes what is shown"
+            " not to be",
             quiet=quiet,
         )
     return _UNUSABLE if errors else _OUT if failed else 0
@@ -124,7 +129,7 @@ def _result(path: Path) -> NoiseModel | dict[str, Any]:
     if path.suffix.lower() != ".json":
         return NoiseModel.read(path)
     try:
-        content = json_module.loads(path.read_text(encoding="utf-8"))
+        content = json_module.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:

@@ -64,7 +64,7 @@ def parsed(path: Path) -> dict[str, Any]:
             raw = file.read(_LARGEST + 1)
         if len(raw) > _LARGEST:
             raise DataError(f"{path}: no datasheet: it has more than {_LARGEST >> 20} MiB")
-        return tomllib.loads(raw.decode("utf-8"))
+        return tomllib.loads(raw.decode("utf-8-sig"))
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except DataError:

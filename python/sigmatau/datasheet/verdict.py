@@ -8,7 +8,7 @@ from typing import Any, Literal
 from sigmatau.datasheet.claims import Claim, Meaning
 from sigmatau.datasheet.measured import NOTHING, Measured
 from sigmatau.errors import OptionError
-from sigmatau.results import Printed, interval_texts, two_digits
+from sigmatau.results import Printed, interval_texts, printable, two_digits
 from sigmatau.units import find
 
 __all__ = ["Comparison", "Judged", "Reading", "Side", "Status", "Verdict"]
@@ -179,7 +179,7 @@ class Verdict(Printed):
         worst = self.of(self.status) if self.status != "within" else ()
         named = [f"{j.channel} {j.claim.label}{_by(j)}" for j in worst]
         named += [f"no {channel}" for channel in self.missing] if self.status == "undecided" else []
-        return f"{self.unit}: {self.status}" + (f": {', '.join(named)}" if named else "")
+        return f"{printable(self.unit)}: {self.status}" + (f": {', '.join(named)}" if named else "")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, no NaN."""
@@ -197,7 +197,7 @@ class Verdict(Printed):
         }
 
     def __repr__(self) -> str:
-        lines = [f"{self.unit} against {self.datasheet}: {self.status}"]
+        lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]
         rows = [row for judged in self.judged for row in _rows(judged)]
         full = [row for row in rows if len(row) == _COLUMNS]
         widths = [max((len(row[k]) for row in full), default=0) for k in range(_COLUMNS)]

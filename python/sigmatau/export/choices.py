@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from sigmatau.errors import OptionError
 from sigmatau.model import value_in_si
-from sigmatau.model.processes import LARGEST, SMALLEST
+from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.terms import coefficient_unit
 
 __all__ = ["KINDS", "RANGES", "Axes", "Choices", "NoPlaceError", "NotChosenError", "given"]
@@ -151,10 +151,7 @@ class Choices:
 
 def _between(value: object, low: float, high: float) -> bool:
     """Whether it is a number within a range; NumPy's numbers too."""
-    try:
-        return not isinstance(value, str | bool) and bool(low <= value <= high)  # type: ignore[operator]
-    except (TypeError, ValueError):
-        return False
+    return low <= real(value) <= high
 
 
 def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str | float]:

@@ -6,10 +6,10 @@ import math
 
 from sigmatau.model import ChannelModel
 
-__all__ = ["matching_walk", "sampled"]
+__all__ = ["matching_walk", "sampled", "slow_avar"]
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov")
-_FINE = 1000  # samples of a horizon where no rate is known
+_FINE = 10**6  # samples of a horizon where no rate is known: flicker noise is then exact to 4e-12
 
 
 def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) -> float:
@@ -25,17 +25,21 @@ def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) ->
     horizon : float
         Averaging time; taken to whole samples, see `sampled`. [s]
     rate : float or None
-        Sampling rate; without one the horizon is exact. [Hz]
+        Sampling rate; without one the horizon is as it was given. [Hz]
 
     Returns
     -------
     float
         [rad/s²/√Hz or m/s³/√Hz]
     """
-    m, tau0 = _samples(horizon, rate)
+    return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
+
+
+def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
+    """Allan variance of the model's slow noise at an averaging time, as `matching_walk` takes both. [(rate unit)²]"""
+    m, tau0 = _samples(tau, rate)
     parts = model.avar_of_parts(m=[m], tau0=tau0)
-    slow = sum(float(parts[term][0]) for term in _SLOW if term in parts)
-    return math.sqrt(3 * slow / (m * tau0))
+    return sum(float(parts[term][0]) for term in _SLOW if term in parts)
 
 
 def sampled(horizon: float, rate: float | None) -> float:

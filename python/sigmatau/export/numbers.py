@@ -14,6 +14,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.export.choices import KINDS, RANGES, Choices, NotChosenError, given
 from sigmatau.export.horizon import matching_walk, sampled
 from sigmatau.export.source import Source, one_rate
+from sigmatau.export.text import number
 from sigmatau.model import ChannelModel, NoiseModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.processes import LARGEST, SMALLEST
@@ -120,14 +121,7 @@ class Numbers:
 
     def number(self, key: str, default: str) -> float:
         """A constant that the user gave as a name, such as gravity; raises `OptionError` if it is no positive number."""
-        text = self.name(key, default)
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not (math.isfinite(value) and value > 0):
-            raise OptionError(f"`name` {key}={text!r}: want a positive number, e.g. {key}={default}", option="name")
-        return value
+        return number(self.name(key, default), key, least=1e-9)
 
     def noise(self, sensor: str) -> Number:
         """N, the random walk of a sensor, or what was chosen in its place: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""

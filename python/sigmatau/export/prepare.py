@@ -65,7 +65,11 @@ class Prepared(Printed):
 
 def prepare(model: object, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> Prepared:
     """What `export` would write, and what should be known of it; parameters and errors as there."""
-    return prepare_all(model, {to: None if path is None else Path(path)}, choices=choices)[0]
+    try:
+        file = None if path is None else Path(path)
+    except TypeError:
+        raise OptionError(f"`path` must be the name of a file, not {path!r}", option="path") from None
+    return prepare_all(model, {to: file}, choices=choices)[0]
 
 
 def prepare_all(

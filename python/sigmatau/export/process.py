@@ -16,6 +16,7 @@ from sigmatau import _kernels
 from sigmatau.errors import OptionError
 from sigmatau.export.axes import by_axis, of_channel, refuse
 from sigmatau.export.choices import given
+from sigmatau.export.horizon import slow_avar
 from sigmatau.export.numbers import Numbers
 from sigmatau.model import ChannelModel
 from sigmatau.record import stream_name
@@ -35,10 +36,10 @@ __all__ = [
     "relative_avar",
 ]
 
-PEAK_TIME = 1.8926178329
+PEAK_TIME = 1.8926178329250187668
 """The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
 
-SIGMA_OF_FLICKER = 1.0759975729
+SIGMA_OF_FLICKER = 1.0759975729152142369
 """Standard deviation of the process whose largest Allan deviation is the plateau of flicker noise of B = 1."""
 
 WALK_TIME = 10.0
@@ -46,6 +47,7 @@ WALK_TIME = 10.0
 
 
 _AWAY = math.sqrt(10)  # half a decade, at which it is said how wrong a process is
+_SHORT = 1.1  # times what is written, from which it is said that the model has more slow noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,11 +142,34 @@ def process(numbers: Numbers, sensor: str) -> Process:
         return _of_walk(numbers, sensor)
     found = {name: _of_channel(of_channel(numbers, name), sensor, name) for name in channels}
     if len(found) == 1:
-        return next(iter(found.values()))
+        return _short(numbers, sensor, next(iter(found.values())))
     if numbers.choices.axes == "mean":
-        return _mean(found)
+        return _short(numbers, sensor, _mean(found))
     worst = max(found.values(), key=lambda p: p.sigma)
-    return replace(worst, stands=f"worst of {len(found)} axes, {worst.stands}")
+    return _short(numbers, sensor, replace(worst, stands=f"worst of {len(found)} axes, {worst.stands}"))
+
+
+def _short(numbers: Numbers, sensor: str, written: Process) -> Process:
+    """With a word, and a finding, on slow noise that is clearly more than the process where that is right."""
+    tau, rate = written.match, numbers.known_rate()
+    slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
+    most = max(slow, key=lambda name: slow[name])
+    has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[most]
+    ratio = numbers.choices.walk_factor * math.sqrt(has) / written.stood_for(tau)
+    if ratio <= _SHORT:
+        return written
+    whose = f"of {', '.join(slow)}, in the mean," if numbers.choices.axes == "mean" and len(slow) > 1 else f"of {most}"
+    words = f"all slow noise {whose} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
+    numbers.find(
+        Finding(
+            code="slow_noise_left_out",
+            severity="warning",
+            message=f"{sensor}: the bias that is written is {written.stands}; {words}",
+            effect="the bias that is written is too steady by that",
+            remedy=f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)} has the process stand for all of it",
+        )
+    )
+    return replace(written, left_out=f"{written.left_out}; {words}")
 
 
 def _mean(found: Mapping[str, Process]) -> Process:
@@ -155,10 +180,10 @@ def _mean(found: Mapping[str, Process]) -> Process:
     if not same:  # each brought to the one time, where its Allan deviation stays what it has to be
         every = [p.at(time) for p in every]
     sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
-    listed = f"root mean square of {', '.join(found)}; "
+    stands = f"root mean square of {', '.join(found)} ({' | '.join(p.stands + p.left_out for p in found.values())})"
+    one = replace(one, left_out="")
     if same and all(math.isclose(p.time, time, rel_tol=1e-9) for p in every):
-        return replace(one, sigma=sigma, time=time, stands=listed + one.stands)
-    stands = listed + " | ".join(p.stands for p in every)
+        return replace(one, sigma=sigma, time=time, stands=stands)
     least, most = (seconds(of(p.time for p in found.values())) for of in (min, max))
     fit = f", with {seconds(time)} s, the mean of the logarithms of correlation times from {least} to {most} s"
     place = "a time between those of the axes"
@@ -227,7 +252,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
-            stands=f"{name}: bias instability {b / size:.4g} {text} as one process{times}",
+            stands=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
             fit=f", right at {place}, {seconds(time)} s, about 18 % low half a decade to either side",
             place=place,
             left_out=left + numbers.doubt(name),
@@ -297,6 +322,14 @@ def _values(model: ChannelModel, *terms: str) -> list[str]:
             text, size = display_units(term, model.quantity, model.unit)[0]
             found.append(f"{TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}")
     return found
+
+
+def _interval(model: ChannelModel, size: float) -> str:
+    """The interval of the bias instability in a unit, if there is one."""
+    if "bias_instability" not in model.intervals:
+        return ""
+    low, high = (end / size for end in model.intervals["bias_instability"])
+    return f" [{low:.4g}, {high:.4g}]"
 
 
 def _left_out(model: ChannelModel, *terms: str) -> str:

@@ -19,6 +19,23 @@ __all__ = ["Source", "one_rate", "read_source", "source_of"]
 
 _SAME = 1e-3  # relative: two sensors of one unit, each with its own stamps
 _FILTER = "low_pass_filter"
+_LEAST = 32  # samples in the longest means whose differences are summed, at least
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """What a record has of the variance of a sample.
+
+    Attributes
+    ----------
+    variance : float
+        About the mean of so many seconds around it. [(rate unit)²]
+    time : float
+        [s]
+    """
+
+    variance: float
+    time: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,9 +51,8 @@ class Source(Printed):
         What should be known of it.
     corners : mapping of str to float
         By channel, the corner of a low-pass filter that the analysis found in its spectrum. [Hz]
-    first : mapping of str to float
-        By channel, the measured Allan variance at one sample: half the mean square of the differences of neighbours.
-        [(rate unit)²]
+    samples : mapping of str to Sample
+        By channel, the measured variance of a sample.
     names : mapping of str to str
         Names that the file has beside the numbers, such as a topic.
     """
@@ -45,7 +61,7 @@ class Source(Printed):
     rates: Mapping[str, float]
     findings: tuple[Finding, ...] = ()
     corners: Mapping[str, float] = field(default_factory=dict)
-    first: Mapping[str, float] = field(default_factory=dict)
+    samples: Mapping[str, Sample] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -57,19 +73,18 @@ class Source(Printed):
     def of_result(cls, content: Mapping[str, Any]) -> Source:
         """What a result of `analyze` holds, as its ``to_dict`` or its JSON has it; raises `DataError` if it is none."""
         plain = cls.of_model(NoiseModel.from_result(content))
-        corners, first = {}, {}
+        corners, samples = {}, {}
         try:
             for finding in content.get("findings", ()):
                 if finding.get("code") == _FILTER and finding.get("channel") in plain.model.channels:
                     corners[str(finding["channel"])] = float(finding["size"])
             for name in plain.model.channels:
                 _check_rate(content["channels"][name]["sample_rate_hz"])
-                curve = content["channels"][name]["curve"]
-                if len(curve.get("m", ())) and curve["m"][0] == 1:
-                    first[name] = float(curve["adev"][0]) ** 2
-        except (KeyError, TypeError, AttributeError, ValueError) as error:
+                if (sample := _sample(content["channels"][name]["curve"])) is not None:
+                    samples[name] = sample
+        except (LookupError, TypeError, AttributeError, ValueError) as error:
             raise DataError(f"not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
-        return replace(plain, corners=corners, first=first)
+        return replace(plain, corners=corners, samples=samples)
 
     def of(self, channels: Iterable[str]) -> Source:
         """The same of some of the channels."""
@@ -116,7 +131,7 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     path = Path(path)
     if path.suffix.lower() in (".yaml", ".yml"):
         try:
-            back = read_yaml(path.read_text(encoding="utf-8"), rate=rate)
+            back = read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate)
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None
         except OptionError as error:
@@ -128,12 +143,33 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     model = NoiseModel.read(path)
     if path.suffix.lower() != ".json":
         return Source.of_model(model)
-    content = json.loads(path.read_text(encoding="utf-8"))
+    content = json.loads(path.read_text(encoding="utf-8-sig"))
     try:
         source = Source.of_result(content)
     except DataError as error:
         raise DataError(f"{path}: {error}") from None
     return source
+
+
+def _sample(curve: Mapping[str, Any]) -> Sample | None:
+    """The variance of a sample from an Allan curve, about means that reach to the bottom of the curve.
+
+    A record less its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
+    (Haar's decomposition), so that its variance is half the sum of their Allan variances. Whatever is in the samples is in
+    it: filtered noise, lines, quantization. None of a curve that lacks an octave, or ends before means of 32 samples.
+    """
+    pairs = zip(curve["m"], curve["adev"], strict=True)
+    adev = {m: float(sigma) for m, sigma in pairs if sigma is not None}
+    if 1 not in adev:
+        return None
+    lowest = max(min(adev, key=lambda m: adev[m]), _LEAST)
+    octaves = [2**k for k in range(int(lowest).bit_length())]
+    if not all(m in adev for m in octaves) or not octaves[-1] >= _LEAST:
+        return None
+    last = octaves[-1]
+    means = adev[last] ** 2 / 2  # their own variance, as far as it is that of white noise
+    time = 2 * last * float(curve["tau_s"][0])
+    return Sample(variance=sum(adev[m] ** 2 for m in octaves) / 2 + means, time=time)
 
 
 def _check_rate(value: object) -> None:

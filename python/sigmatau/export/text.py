@@ -30,7 +30,8 @@ __all__ = [
 LARGEST = 1e9
 """The most that a constant beside the noise can be, in any unit."""
 
-_LONGEST = 600  # characters of a comment: some parsers have line buffers
+_LONGEST = 2000  # characters of a comment: OpenCV's reader of YAML had room for 4096 in a line
+_NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() takes 9_8 and other alphabets' digits too
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
@@ -108,12 +109,11 @@ def topic(text: str) -> str:
 
 def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) -> float:
     """A number that the user gave beside those of the model; raises `OptionError` unless it is from `least` to `most`."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = float(text) if re.fullmatch(_NUMBER, text, flags=re.ASCII) else math.nan
     if not least <= value <= most:
-        raise OptionError(f"`name` {key}={text!r}: want a number from {least:g} to {most:g}", option="name")
+        raise OptionError(
+            f"`name` {key}={text!r}: want a {'positive ' * (least > 0)}number from {least:g} to {most:g}", option="name"
+        )
     return value
 
 

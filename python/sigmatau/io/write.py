@@ -30,21 +30,15 @@ def atomic(path: str | Path) -> Iterator[Path]:
     DataError
         If the file cannot be written there; the message says why.
     """
-    target = Path(path)
-    if target.is_dir():
-        raise DataError(f"{target}: is a directory; give the name of a file")
-    if target.exists() and not target.is_file():
-        raise DataError(f"{target}: is no regular file, and would be replaced; give the name of a file")
-    if not target.parent.is_dir():
-        raise DataError(f"{target}: there is no directory {target.parent}")
-    # The ending stays, because writers choose a format by it.
-    ending = "".join(target.suffixes[-2:])
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=ending, dir=target.parent)
-        os.close(handle)
+        target = Path(path)
+        temporary = _beside(target)
     except OSError as error:
-        raise DataError(f"{target}: cannot be written: {error.strerror or error}") from None
-    temporary = Path(name)
+        raise DataError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except (TypeError, ValueError) as error:
+        if isinstance(error, DataError):
+            raise
+        raise DataError(f"{path!r}: no name of a file: {error}") from None
     try:
         yield temporary
         mask = os.umask(0)
@@ -55,6 +49,20 @@ def atomic(path: str | Path) -> Iterator[Path]:
         raise DataError(f"{target}: cannot be written: {error.strerror or error}") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _beside(target: Path) -> Path:
+    if target.is_dir():
+        raise DataError(f"{target}: is a directory; give the name of a file")
+    if target.exists() and not target.is_file():
+        raise DataError(f"{target}: is no regular file, and would be replaced; give the name of a file")
+    if not target.parent.is_dir():
+        raise DataError(f"{target}: there is no directory {target.parent}")
+    # The ending stays, because writers choose a format by it.
+    ending = "".join(target.suffixes[-2:])
+    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=ending, dir=target.parent)
+    os.close(handle)
+    return Path(name)
 
 
 @contextlib.contextmanager

@@ -99,6 +99,10 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
                 raise DataError(f"{name} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {value!r}")
         object.__setattr__(self, "terms", given)
         object.__setattr__(self, "limits", coefficients_of("limits", self.limits))
+        beside = [*self.limits.items(), *((name, end) for name, ends in self.intervals.items() for end in ends)]
+        for name, value in beside:
+            if abs(value) > LARGEST:
+                raise DataError(f"{name}: {value!r}, of its limit or interval, is more than {LARGEST:g} in SI")
         for field_, kind in (("gauss_markov", GaussMarkov), ("sinusoid", Sinusoid)):
             object.__setattr__(self, field_, several(field_, kind, getattr(self, field_)))
         if self.bandwidth is not None and not isinstance(self.bandwidth, LowPass):

@@ -28,7 +28,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.record import stream_name
-from sigmatau.results import interval_texts
+from sigmatau.results import interval_texts, printable
 from sigmatau.terms import TERMS, coefficient_unit, display_units
 from sigmatau.units import usual
 
@@ -119,7 +119,7 @@ def _interval_comment(channel: ChannelModel, term: str) -> str:
     unit, factor = display_units(term, channel.quantity, channel.unit)[0]
     low, high = channel.intervals[term]
     value, interval = interval_texts(channel.terms[term] / factor, low / factor, high / factor)
-    return _comment(f"  # {value} {interval} {unit}, {_percent(channel.level)} interval")
+    return printable(f"  # {value} {interval} {unit}, {_percent(channel.level)} interval")
 
 
 def _left_out(channel: ChannelModel) -> list[str]:
@@ -130,24 +130,19 @@ def _left_out(channel: ChannelModel) -> list[str]:
             continue
         unit, factor = display_units(term, channel.quantity, channel.unit)[0]
         lines.append(
-            _comment(
+            printable(
                 f"# {term}: not seen, and left out; below {limit / factor:.2g} {unit} = {limit:.2g}"
                 f" {channel.unit_of(term)}, {_percent(channel.level)} limit"
             )
         )
     names = [name for name in channel.covariance[0] if name in channel.terms]
     if len(names) > 1:
-        lines.append(_comment(f"# How the errors of {', '.join(names)} go together stands in the result only."))
+        lines.append(printable(f"# How the errors of {', '.join(names)} go together stands in the result only."))
     return lines
 
 
 def _percent(level: float) -> str:
     return f"{100 * level:.4g} %"
-
-
-def _comment(text: str) -> str:
-    """Text that a comment of TOML may hold: no line end and no other control character in a signal's unit."""
-    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def value_in_si(text: str, si: str, what: str) -> float:

@@ -101,7 +101,7 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
         path = Path(path)
         is_json = path.suffix.lower() == ".json"
         try:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin a file with a mark
             content = json.loads(text) if is_json else tomllib.loads(text)
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None

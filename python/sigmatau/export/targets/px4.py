@@ -7,6 +7,7 @@ K²·dt are p = N/√dt and p = K/√dt: the numbers hold for one step dt, which
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
 from sigmatau.export.choices import given
@@ -15,48 +16,67 @@ from sigmatau.export.target import Target
 from sigmatau.export.text import comment, number, single
 from sigmatau.results import seconds
 
-__all__ = ["FLOORS", "STEP", "TARGET", "left_out", "rows", "step_of"]
+__all__ = ["TARGET", "Parameter", "left_out", "rows", "step_of"]
 
 _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts so seldom
 
-STEP = 0.01
-"""EKF2_PREDICT_US as it is delivered, and the step of EK3 in ArduPilot. [s]"""
+_STEP = 0.01  # s; EKF2_PREDICT_US as it is delivered
 
-FLOORS = {"EKF2_GYR_NOISE": 1e-4, "EKF2_ACC_NOISE": 0.01}
-"""The least that the parameters are documented for. The first releases of EKF2 put it in the place of what is below."""
 
-_NAMES = (
-    ("EKF2_GYR_NOISE", "gyro", "noise", "rad/s"),
-    ("EKF2_ACC_NOISE", "accel", "noise", "m/s^2"),
-    ("EKF2_GYR_B_NOISE", "gyro", "walk", "rad/s^2"),
-    ("EKF2_ACC_B_NOISE", "accel", "walk", "m/s^3"),
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A parameter of an autopilot.
+
+    Attributes
+    ----------
+    name : str
+    sensor : {"gyro", "accel"}
+    kind : {"noise", "walk"}
+    unit : str
+    least, most : float
+        The range that is documented, which ground stations may hold a value to.
+    cut : float
+        What the filter takes of what is larger.
+    """
+
+    name: str
+    sensor: str
+    kind: str
+    unit: str
+    least: float
+    most: float
+    cut: float = 1.0
+
+
+_PARAMETERS = (  # the first releases of EKF2 put the least in the place of what is below it
+    Parameter(name="EKF2_GYR_NOISE", sensor="gyro", kind="noise", unit="rad/s", least=1e-4, most=0.1),
+    Parameter(name="EKF2_ACC_NOISE", sensor="accel", kind="noise", unit="m/s^2", least=0.01, most=1.0),
+    Parameter(name="EKF2_GYR_B_NOISE", sensor="gyro", kind="walk", unit="rad/s^2", least=0.0, most=0.01),
+    Parameter(name="EKF2_ACC_B_NOISE", sensor="accel", kind="walk", unit="m/s^3", least=0.0, most=0.01),
 )
 
 
-def rows(
-    numbers: Numbers, names: tuple[tuple[str, str, str, str], ...], floors: dict[str, float]
-) -> list[tuple[str, float, str]]:
+def rows(numbers: Numbers, parameters: tuple[Parameter, ...], step: float) -> list[tuple[str, float, str]]:
     """Name, value and comment of each parameter; N/√dt and K/√dt."""
-    step = step_of(numbers)
     result = []
-    for name, sensor, kind, unit in names:
-        found: Number = numbers.noise(sensor) if kind == "noise" else numbers.walk(sensor)
+    for of in parameters:
+        found: Number = numbers.noise(of.sensor) if of.kind == "noise" else numbers.walk(of.sensor)
         value = found.value / math.sqrt(step)
-        letter = "N" if kind == "noise" else "K"
-        words = f"{name} [{unit}] = {letter}/sqrt(dt), dt = {step:g} s; {found.words}"
-        if value < floors.get(name, 0.0):
-            words += (
-                f"; below {floors[name]:g}, the least documented: a ground station may refuse it, old code takes that"
-            )
-        if value > 1 and name != "EK3_ACC_P_NSE":
-            words += "; above 1, which is what the filter takes instead"
-        result.append((name, value, comment(words)))
+        letter = "N" if of.kind == "noise" else "K"
+        words = f"{of.name} [{of.unit}] = {letter}/sqrt(dt), dt = {step:g} s; {found.words}"
+        if value > of.cut:
+            words += f"; above {of.cut:g}, which is what the filter takes instead"
+        elif not of.least <= value <= of.most:
+            side, end = ("below", of.least) if value < of.least else ("above", of.most)
+            words += f"; {side} {end:g}, the {'least' if value < of.least else 'most'} documented: a ground station may"
+            words += " refuse it or ask"
+        result.append((of.name, value, comment(words)))
     return result
 
 
-def step_of(numbers: Numbers) -> float:
+def step_of(numbers: Numbers, default: float) -> float:
     """The step of the filter; raises `OptionError` for one that must be milliseconds taken for seconds. [s]"""
-    step = numbers.choices.step or STEP
+    step = numbers.choices.step or default
     if step > _LONGEST_STEP:
         raise OptionError(
             f"`step` {step:g}: it is in seconds, and no filter of an autopilot has one of {step:g} s; {step:g} ms are"
@@ -83,7 +103,7 @@ def left_out(numbers: Numbers) -> list[str]:
 def write(numbers: Numbers) -> str:
     """The text of the file: vehicle, component, name, value, type (9: single precision), with tabs between."""
     ids = [_identity(numbers, key) for key in ("vehicle", "component")]
-    step = step_of(numbers)
+    step = step_of(numbers, _STEP)
     lines = [
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms: right while EKF2_PREDICT_US is"
         f" {round(1e6 * step)}; --step changes it.",
@@ -91,7 +111,7 @@ def write(numbers: Numbers) -> str:
         *left_out(numbers),
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]
-    for name, value, words in rows(numbers, _NAMES, FLOORS):
+    for name, value, words in rows(numbers, _PARAMETERS, step):
         lines += [f"# {words}", "\t".join([*ids, name, single(value, name), "9"])]
     return "\n".join(lines) + "\n"
 

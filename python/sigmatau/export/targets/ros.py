@@ -1,7 +1,8 @@
 """ROS: the covariances of ``sensor_msgs/Imu``, row by row, as YAML.
 
-They are those of one sample. White noise of density N² that nothing has filtered has N²·rate; behind a bandwidth a sample
-has less, and samples are correlated, which the message cannot say. All zeros means unknown, −1 that there is no such data.
+They are those of one sample. Where the source is of a record it is what that has, see `Source.samples`; of a model what the
+model makes: white noise of density N² that nothing has filtered has N²·rate; behind a bandwidth a sample has less, and
+samples are correlated, which the message cannot say. All zeros means unknown, −1 that there is no such data.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from sigmatau.export.target import Target
 from sigmatau.export.text import said, vector
 from sigmatau.model import ChannelModel
 from sigmatau.model.state_space import state_space
-from sigmatau.results import Finding
+from sigmatau.record import stream_name
+from sigmatau.results import Finding, seconds
 
 __all__ = ["TARGET"]
 
@@ -26,6 +28,8 @@ _FIELDS = (
     ("accel", "linear_acceleration_covariance", "(m/s^2)^2"),
 )
 _ABSENT = [-1.0, *[0.0] * 8]
+_INDEPENDENT = "takes samples for independent"
+_ALIKE = 1.2  # times N²·rate, up to which the samples of a record are taken for independent
 
 
 def write(numbers: Numbers) -> str:
@@ -35,6 +39,7 @@ def write(numbers: Numbers) -> str:
         raise DataError("the model has neither gyros nor accelerometers, which sensor_msgs/Imu is of")
     lines = [
         "# sensor_msgs/Imu: covariance of one sample, row by row. [0] = -1: there is no such data.",
+        "# Of a sample about a bias that stands still: bias instability, rate random walk and ramp are no part of it.",
         f"orientation_covariance: {vector(_ABSENT)}  # of an attitude that was estimated, which no noise model has",
     ]
     for sensor, field, unit in _FIELDS:
@@ -44,7 +49,7 @@ def write(numbers: Numbers) -> str:
         found = by_axis(numbers, sensor, functools.partial(_variance, sensor=sensor))
         matrix = np.diag([variance.value for variance in found])
         together = ""
-        if numbers.choices.axes == "each":
+        if numbers.choices.axes == "each" and _shared(numbers, sensor):
             names = [f"{sensor}_{axis}" for axis in "xyz"]
             for term, of in (("random_walk", _white), ("quantization", _quantization)):
                 deviation = np.sqrt([of(numbers, name) for name in names])
@@ -59,66 +64,98 @@ def write(numbers: Numbers) -> str:
 
 def _variance(numbers: Numbers, *, sensor: str) -> Number:
     """Variance of a sample by the user's choice of axis, and what it is."""
-    channels = numbers.channels(sensor)
-    rate = numbers.rate()
-    by_channel = {}
-    for name in channels:
-        numbers.noise_of(name)  # which says what is missing
-        by_channel[name] = _white(numbers, name) + _quantization(numbers, name)
+    found = {name: _of_channel(numbers, name) for name in numbers.channels(sensor)}
+    if len(found) == 1:
+        return next(iter(found.values()))
     if numbers.choices.axes == "mean":
-        value = sum(by_channel.values()) / len(by_channel)
-        used = list(channels)
-        models, source = (
-            list(channels.values()),
-            f"mean of {', '.join(channels)}{next(filter(None, map(numbers.doubt, channels)), '')}",
+        words = " | ".join(variance.words for variance in found.values())
+        value = sum(variance.value for variance in found.values()) / len(found)
+        white = (
+            f"; in the mean N^2*rate = {numbers.noise(sensor).value ** 2 * numbers.rate():.4g}"
+            if _INDEPENDENT in words
+            else ""
         )
-    else:
-        worst = max(by_channel, key=lambda name: by_channel[name])
-        value, models, used = by_channel[worst], [channels[worst]], [worst]
-        source = ("" if len(channels) == 1 else f"worst of {len(channels)} axes, ") + numbers.noise_of(worst).words
-    parts = "N^2*rate" if all(model.bandwidth is None for model in models) else "variance behind the bandwidth"
-    if any("quantization" in model for model in models):
-        parts += " + 2*(Q*rate)^2"
-    limited = [model for model in models if model.bandwidth is not None]
-    if limited:  # of all axes: what is worst behind a filter need not be worst without
-        corner = ", ".join(dict.fromkeys(f"{m.bandwidth.corner:g} Hz" for m in limited if m.bandwidth is not None))
-        plain = numbers.noise(sensor).value ** 2 * rate
-        parts += (
-            f" of {corner}: samples are correlated, and a filter that takes them for independent needs N^2*rate ="
-            f" {plain:.4g} instead"
+        return Number(value=value, words=f"mean of {', '.join(found)} ({words}){white}")
+    worst = max(found.values(), key=lambda variance: variance.value)
+    return Number(value=worst.value, words=f"worst of {len(found)} axes, {worst.words}")
+
+
+def _of_channel(numbers: Numbers, name: str) -> Number:
+    """Variance of a sample of one channel: measured, where the source is of a record, else that of the model."""
+    measured = _measured(numbers, name)
+    model = numbers.model.channels[name]
+    if measured is None:
+        return Number(
+            value=_modelled(numbers, name), words=f"{name}: {_parts(numbers, name)}{_filtered(numbers, name)}"
         )
-    else:
-        parts += _filtered(numbers, used, value)
-    return Number(value=value, words=f"{parts}; {source}")
+    value = numbers.choices.noise_factor**2 * measured
+    words = f"{name}: measured, about the mean of {seconds(numbers.source.samples[name].time)} s"
+    if numbers.choices.noise_factor != 1:
+        words += f", {measured!r} times {numbers.choices.noise_factor:g}^2"
+    if "random_walk" in model:
+        independent = numbers.noise_of(name).value ** 2 * numbers.rate()
+        words += f"; N^2*rate = {independent:.4g} is what a filter needs that {_INDEPENDENT}"
+        _correlated(numbers, name, value, independent)
+    return Number(value=value, words=words + numbers.doubt(name))
 
 
-def _filtered(numbers: Numbers, channels: list[str], value: float) -> str:
-    """What the analysis says of a filter that the model has not: words, and a finding.
+def _measured(numbers: Numbers, name: str) -> float | None:
+    """The variance of a sample as the record has it; None if that is not known, or a noise was chosen in its place."""
+    chosen = stream_name(name) in numbers.choices.noise and "random_walk" not in numbers.model.channels[name]
+    sample = None if chosen else numbers.source.samples.get(name)
+    return None if sample is None else sample.variance
 
-    Behind a low-pass neighbours are alike, so that half the mean square of their differences, which is the Allan variance
-    at one sample, is less than the variance of a sample, and N²·rate is more.
-    """
-    found = {name: numbers.source.corners[name] for name in channels if name in numbers.source.corners}
-    if not found:
-        return ""
-    axes = ", ".join(f"{name} {corner:.3g} Hz" for name, corner in found.items())
-    known = [numbers.choices.noise_factor**2 * numbers.source.first[n] for n in found if n in numbers.source.first]
-    range_ = (
-        f": it is between {max(known):.3g}, half the mean square of differences of neighbours, and this"
-        if known
-        else ""
+
+def _parts(numbers: Numbers, name: str) -> str:
+    """What makes the variance that the model has."""
+    model = numbers.model.channels[name]
+    noise = numbers.noise_of(name)
+    parts = "N^2*rate" if model.bandwidth is None else "variance behind the bandwidth"
+    parts += " + 2*(Q*rate)^2" if "quantization" in model else ""
+    parts += " + sigma^2 of its Gauss-Markov noise" if model.gauss_markov else ""
+    parts += " + amplitude^2/2 of its sinusoids" if model.sinusoid else ""
+    if model.bandwidth is not None:
+        independent = noise.value**2 * numbers.rate()
+        parts += f" of {model.bandwidth.corner:g} Hz: samples are correlated, and N^2*rate = {independent:.4g} is what"
+        parts += f" a filter needs that {_INDEPENDENT}"
+    return f"{parts}; {noise.words}"
+
+
+def _correlated(numbers: Numbers, name: str, value: float, independent: float) -> None:
+    """A finding where the variance of a sample is not what independent samples of the same random walk would have."""
+    if 1 / _ALIKE <= value / independent <= _ALIKE:
+        return
+    corner = numbers.source.corners.get(name)
+    why = f", behind a low-pass filter of {corner:.3g} Hz" if corner is not None and value < independent else ""
+    numbers.find(
+        Finding(
+            code="correlated_samples",
+            severity="warning",
+            channel=name,
+            message=f"the variance of a sample is {value / independent:.3g} of N^2*rate: samples are not independent{why}",
+            effect="a filter that takes each sample for new noise is wrong by that factor",
+            remedy=f"give such a filter N^2*rate = {independent:.4g}",
+        )
     )
+
+
+def _filtered(numbers: Numbers, name: str) -> str:
+    """What the analysis says of a filter that the model has not, where the record's own variance is not known."""
+    model, corner = numbers.model.channels[name], numbers.source.corners.get(name)
+    if corner is None or model.bandwidth is not None:
+        return ""
     numbers.find(
         Finding(
             code="low_pass_filter",
             severity="warning",
-            message=f"a low-pass filter was found ({axes}), and {value:.3g} is the variance of samples without one",
-            effect=f"the variance of a sample is smaller{range_}",
+            channel=name,
+            message=f"a low-pass filter of {corner:.3g} Hz was found, and N^2*rate is the variance of samples without one",
+            effect="the variance of a sample is smaller",
             remedy="right for a filter that takes samples for independent; for the variance itself give the channel its"
             " bandwidth in a model file",
         )
     )
-    return f", as without the low-pass filter that was found ({axes}); the variance of a sample is smaller{range_}"
+    return f"; as without the low-pass filter of {corner:.3g} Hz that was found"
 
 
 def _shared(numbers: Numbers, sensor: str) -> bool:
@@ -144,9 +181,16 @@ def _white(numbers: Numbers, name: str) -> float:
     return float((system.H @ system.P0 @ system.H.T + system.R)[0, 0])
 
 
+def _modelled(numbers: Numbers, name: str) -> float:
+    """Variance of a sample by the model, about a bias that stands still: slow noise is that of the bias."""
+    model, square = numbers.model.channels[name], numbers.choices.noise_factor**2
+    more = sum(g.sigma**2 for g in model.gauss_markov) + sum(line.amplitude**2 / 2 for line in model.sinusoid)
+    return _white(numbers, name) + _quantization(numbers, name) + square * more
+
+
 TARGET = Target(
     name="ros",
-    summary="ROS sensor_msgs/Imu covariances of one sample, N^2*rate where nothing filters it, by axis",
+    summary="ROS sensor_msgs/Imu covariances of one sample, as measured, or N^2*rate of a model, by axis",
     ending=".yaml",
     write=write,
     needs_rate=True,

@@ -10,7 +10,7 @@ from simulators import AXES, EXACT, RATE, N, block_yaml, every_axis_policy, expe
 
 from known import seed_of
 from sigmatau import DataError, OptionError, Record, analyze
-from sigmatau.export import Choices, export, prepare
+from sigmatau.export import Choices, Source, export, prepare
 from sigmatau.model import ChannelModel, GaussMarkov, LowPass, NoiseModel, Sinusoid
 
 
@@ -132,6 +132,20 @@ class TestRos:
         assert set(said) == {"gyro_x", "gyro_y", "gyro_z"}
         assert "low-pass" in said["gyro_y"]
         assert "low-pass" not in said["gyro_z"]
+
+    def test_at_another_rate_it_is_the_models(self):
+        rng = np.random.default_rng(seed_of("ros other rate"))
+        analysis = analyze(Record.from_arrays(rate=100, gyro_x=1e-3 * rng.standard_normal(20_000)))
+        n = analysis.fits["gyro_x"]["random_walk"].value
+        text = export(analysis, to="ros", choices=Choices(rate=400))
+        assert block_yaml(text)["angular_velocity_covariance"][0] == pytest.approx(n**2 * 400, rel=EXACT)
+        assert "measured" not in text
+
+    def test_the_doubt_of_the_last_axis_is_said(self):
+        x = np.random.default_rng(seed_of("ros doubt")).normal(size=(20_000, 3))
+        content = analyze(Record.from_arrays(rate=100, gyro=1e-3 * x)).to_dict()
+        content["channels"]["gyro_z"]["fit"]["verdict"] = "descriptive"
+        assert "not adequate" in export(Source.of_result(content), to="ros", choices=Choices(axes="each"))
 
     def test_a_curve_without_octaves_leaves_the_model(self):
         record = Record.from_arrays(

@@ -121,6 +121,8 @@ def test_imu_utils_needs_the_rate():
         (KALIBR + "update_rate: 100\n", "update_rate comes twice"),
         (KALIBR.replace("200.0", "fast"), "update_rate: 'fast'"),
         (f"imu0:\n  {KALIBR}imu1:\n  gyroscope_noise_density: 1e-4\n", "several IMUs|comes twice"),
+        ("imu0: {gyroscope_noise_density: 1e-4, update_rate: 200}\n", "other YAML is not read; anchors and {…}"),
+        ("a: &a\n  x: 1\nimu0:\n  <<: *a\n  gyroscope_noise_density: 1e-4\n", "; anchors and {…} are not read"),
         ("imu0:\n  gyroscope_noise_density: 1e-4\nimu1:\n  gyroscope_noise_density: 1e-4\n", r"\(imu0, imu1\)"),
     ],
 )

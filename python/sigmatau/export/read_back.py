@@ -35,6 +35,7 @@ _PASSED = (  # of Kalibr, OpenVINS and EuRoC: no noise
     *("T_i_b", "T_ib", "T_BS", "Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"),
 )
 _LINE = re.compile(r"""( *)(?:"([^"\\]*)"|'([^']*)'|([A-Za-z_][^\s:#'"]*))[ \t]*:(?:[ \t]+(.*))?""")
+_OTHER = re.compile(r"^\s*<<\s*:|:\s*[*{]", flags=re.MULTILINE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -82,26 +83,27 @@ def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
         If it is of imu_utils and there is no `rate`.
     """
     values = _values(text)
+    other = "; anchors and {…} are not read: write each key on a line of its own" if _OTHER.search(text) else ""
     imus = sorted({path[:-1] for path in values if path[-1] in _KALIBR})
     if len(imus) > 1:
         listed = ", ".join(".".join(imu) or "the top" for imu in imus)
         raise DataError(f"several IMUs ({listed}); keep the one that is meant")
     if imus:
-        return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate)
+        return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate, other)
     if any(path[0] in _IMU_UTILS and len(path) == 3 and path[-1].endswith("_n") for path in values):
         return _imu_utils(values, rate)
     raise DataError(
         f"neither a Kalibr imu.yaml ({', '.join(_KALIBR)}) nor a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
-        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS))}"
+        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS)) or other}"
     )
 
 
-def _kalibr(values: Mapping[str, str], rate: float | None) -> ReadBack:
+def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBack:
     others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _PASSED]
     missing = [key for key in _KALIBR if key not in values]
     nearly = _nearly(others, (*_KALIBR, *_RATES))
     if missing:
-        raise DataError(f"no {', no '.join(missing)}: a file of this kind has all four densities{nearly}")
+        raise DataError(f"no {', no '.join(missing)}: a file of this kind has all four densities{nearly or other}")
     if nearly:
         raise DataError(f"a key that is not understood{nearly}")
     channels: dict[str, dict[str, float]] = {}

@@ -29,6 +29,7 @@ _FIELDS = (
 )
 _ABSENT = [-1.0, *[0.0] * 8]
 _INDEPENDENT = "takes samples for independent"
+_SAME = 1e-3  # relative, of sampling rates
 _ALIKE = 1.2  # times N²·rate, up to which the samples of a record are taken for independent
 
 
@@ -100,10 +101,12 @@ def _of_channel(numbers: Numbers, name: str) -> Number:
 
 
 def _measured(numbers: Numbers, name: str) -> float | None:
-    """The variance of a sample as the record has it; None if that is not known, or a noise was chosen in its place."""
+    """The variance of a sample as the record has it; None if that is not known, of another rate, or a noise was chosen."""
     chosen = stream_name(name) in numbers.choices.noise and "random_walk" not in numbers.model.channels[name]
-    sample = None if chosen else numbers.source.samples.get(name)
-    return None if sample is None else sample.variance
+    sample, rate = numbers.source.samples.get(name), numbers.source.rates.get(name, 0.0)
+    if chosen or sample is None or abs(numbers.rate() - rate) > _SAME * rate:
+        return None
+    return sample.variance
 
 
 def _parts(numbers: Numbers, name: str) -> str:

@@ -8,6 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import DataError
 from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid, arma
+from sigmatau.model.factor import Spectrum
 from sigmatau.model.flicker import flicker_poles
 from sigmatau.model.state_space import state_space
 
@@ -91,6 +92,75 @@ def test_spectrum_is_the_models(case):
     same = ChannelModel(terms=terms, gauss_markov=(*model.gauss_markov, *more), bandwidth=model.bandwidth)
     f = np.geomspace(1e-6, 49.9, 200)
     np.testing.assert_allclose(found.psd(f), same.psd(f, tau0=DT), rtol=tolerance)
+
+
+FOLDED = {
+    (2, 0.01): (0.999900009999, 1.00023753151e-12, 3.25980616371e-15),
+    (3, 1): (0.999999000003, 1.00000148258e-6, 1.29263176963e-10),
+    (4, 1): (0.99999999, 1.00000001798e-8, 5.19479467269e-14),
+    (5, 5): (0.9999999999, 0.000975609756416, 2.04426360742e-10),
+    (5, 10): (1.0000000001, 0.500000000326, 2.09332570659e-7),
+    (6, 0.01): (0.999999999999, 1.0e-36, 8.44940153966e-45),
+    (7, 30): (1.00000010489, 1.0000000126, 0.00163227647558),
+    (9, 0.01): (1.0, 1.0e-54, 5.60654760534e-67),
+    (9, 30): (1.0000000009, 1.00000000007, 0.000217182743096),
+    (9, 400): (8.02564988798, 8.02877110949, 8.05487385177),
+}
+"""Of white noise of density 1 behind a filter of this order and corner, sampled at 100 Hz, at a tenth of the corner (400 Hz:
+at 1 Hz), 10 Hz and 49 Hz: the sum over the poles of its autocovariance in 250 digits, mpmath 1.3; all digits printed."""
+
+
+@pytest.mark.parametrize("case", FOLDED)
+@pytest.mark.parametrize("walk", [0.0, 1e-6])
+def test_spectrum_behind_a_sharp_filter(case, walk):
+    """Where the poles' terms cancel to a part in 10⁶⁷; 12 digits are printed, a root at 0.01 Hz is rounded to 1e-13."""
+    order, corner = case
+    terms = {"random_walk": 1.0, **({"rate_random_walk": walk} if walk else {})}
+    found = arma(ChannelModel(terms=terms, bandwidth=LowPass(order=order, corner=corner)), dt=DT)
+    f = np.array([corner / 10 if corner < 50 else 1.0, 10.0, 49.0])
+    expected = np.array(FOLDED[case]) + walk**2 * DT**2 / (4 * np.sin(math.pi * f * DT) ** 2)
+    np.testing.assert_allclose(found.psd(f), expected, rtol=5e-12 * (1 + order / 2))
+    assert found.error < 1e-7  # of 1 − ϑ = K·dt/N = 1e-8, rounded
+    assert (found.p, found.d, found.q) == (order, bool(walk), order if walk else order - 1)
+    assert np.abs(found.ma_roots).max(initial=0) <= 1
+
+
+def test_quantization_alone_has_one_root_at_one():
+    """Whatever its size: of 400 sizes and intervals 29 lost or doubled it."""
+    draws = np.random.default_rng(seed_of("arma of quantization")).uniform((-8, -4), (0, 1), (100, 2))
+    for q, dt in (10**draws).tolist():
+        for other, d in ({}, 0), ({"rate_ramp": 1e-4}, 1), ({"random_walk": q, "rate_random_walk": q}, 1):
+            found = arma(ChannelModel(terms={"quantization": q, **other}), dt=dt)
+            assert (found.p, found.d, found.q) == (0, d, 1 + d)
+            assert np.count_nonzero(found.ma_roots == 1) == (0 if "random_walk" in other else 1 + d)
+            assert found.error < 1e-6
+    one = arma(ChannelModel(terms={"quantization": 1.3271517125308805e-05}), dt=1.0)
+    assert one.ma.tolist() == [1.0, -1.0]
+    assert one.variance == pytest.approx(1.3271517125308805e-05**2, rel=1e-14)
+
+
+def test_two_roots_that_are_one():
+    """N⁴ = 4K²Q² makes w² + 2w + 1: the root −1 twice."""
+    terms = {"quantization": DT, "rate_random_walk": DT**-0.5, "random_walk": math.sqrt(2 * DT)}
+    found = arma(ChannelModel(terms=terms), dt=DT)
+    theta = 1.5 - math.sqrt(1.25)  # (1 − ϑ)² = ϑ
+    np.testing.assert_allclose(found.ma_roots, theta, rtol=1e-7)
+    assert found.error < 1e-12
+
+
+def test_what_rounding_would_change_is_refused(monkeypatch):
+    """A pair that is 5e-6 from 1 has no coefficients; a factor that is wrong is not returned."""
+    slow = ChannelModel(terms={"random_walk": 1.0}, bandwidth=LowPass(order=4, corner=1e-4))
+    found = arma(slow, dt=DT)
+    assert found.error < 1e-7
+    with pytest.raises(DataError, match=r"`sections`.*take the state space"):
+        _ = found.sections
+    assert found.to_dict()["sections"] is None
+    assert "take the state space" in repr(found)
+    right = Spectrum.factor
+    monkeypatch.setattr(Spectrum, "factor", lambda self: (right(self)[0], 1.001 * right(self)[1]))
+    with pytest.raises(DataError, match=r"off by 0\.001"):
+        arma(slow, dt=DT)
 
 
 @pytest.mark.parametrize("gm", [(), (GaussMarkov(sigma=0.03, time=1.0), GaussMarkov(sigma=0.05, time=0.1))])

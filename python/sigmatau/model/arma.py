@@ -1,16 +1,13 @@
 """Noise models as ARIMA processes: the difference equation with the same spectrum.
 
-With w = 2 − z − 1/z = 4·sin²(πf·dt), the spectrum of every term is a simple function of w: white noise a constant,
-quantization w, a rate random walk 1/w, and a process of autocovariance ρ·φˡ is ρ(1 − φ²)/((1 − φ)² + φ·w). The roots of
-their sum's numerator are found from these partial fractions as they stand, never from the coefficients of a polynomial, so
-that nothing is lost but what the rounding of φ itself takes: 1e-10 of a spectrum at correlation times of 10⁶ samples.
-Of a root w, ϑ inside the unit circle has (1 − ϑ)²/ϑ = −w.
+The moving average is the spectral factor of the sum of all terms, see `sigmatau.model.factor`; what is returned is held
+against the model's own spectrum first.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.elsewhere import one_channel
-from sigmatau.model.state_space import StateSpace, state_space
+from sigmatau.model.factor import Spectrum
+from sigmatau.model.processes import interval
+from sigmatau.model.state_space import flicker_of
 from sigmatau.results import Printed
 
 __all__ = ["Arma", "arma"]
@@ -27,14 +26,17 @@ __all__ = ["Arma", "arma"]
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_WHITE = 1e-14
-"""What is left of a process after one sample, below which it is white."""
-
-_ITERATIONS = 500
 _LOST = 1e-6
 """What rounded coefficients may change the gain at zero frequency by, relative, roots at 1 left out."""
 
-_TINY = 1e-300
+_LONGEST = 1e12
+"""Samples of the longest period at which the spectrum is held against the model's: flicker's longest band."""
+
+_PER_DECADE = 8
+
+_WRONG = 1e-4
+"""Relative error of a spectrum that is not returned. A root rounded to double precision moves 1 − φ by 1e-16, which is 1e-4
+of it at a correlation time of 10¹² samples; all else is below 1e-12."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -64,6 +66,9 @@ class Arma(Printed):
         Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without.
     tau_max : float or None
         The longest averaging time for which the flicker noise is right. [s]
+    error : float
+        Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and down
+        to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see `flicker_error`.
     """
 
     d: int
@@ -75,6 +80,7 @@ class Arma(Printed):
     unit: str
     flicker_error: float = 0.0
     tau_max: float | None = None
+    error: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("ar_roots", "ma_roots"):
@@ -114,8 +120,28 @@ class Arma(Printed):
         ndarray, shape (n_sections, 6)
             b₀, b₁, b₂, 1, a₁, a₂ of each: what `scipy.signal.sosfilt` takes. Real roots stand alone, so that each is as it
             is in `ar_roots`.
+
+        Raises
+        ------
+        DataError
+            For complex roots so close to 1 that the coefficients of a pair lose them: a filter whose corner is below 5e-6 of
+            the rate.
         """
+        if not self._has_sections():
+            raise DataError(
+                f"`sections`: complex roots so close to 1 ({self._closest():.3g}) have no coefficients in doubles;"
+                " take the state space, or a longer sample interval"
+            )
         return _sections(np.append(self.ar_roots, np.ones(self.d)), self.ma_roots)
+
+    def _closest(self) -> float:
+        """Least distance to 1 of a complex root."""
+        roots = np.append(self.ar_roots, self.ma_roots)
+        return float(np.abs(1 - roots[roots.imag != 0]).min(initial=2.0))
+
+    def _has_sections(self) -> bool:
+        """1 + c₁ + c₂ = |1 − φ|² of a pair is what is left of numbers up to 2, which are rounded."""
+        return 4 * float(np.finfo(float).eps) <= _LOST * self._closest() ** 2
 
     def psd(self, f: ArrayLike) -> Floats:
         """Two-sided density of the process, without its drift; frequencies in Hz, positive. [(unit of the rate)²/Hz]"""
@@ -134,13 +160,14 @@ class Arma(Printed):
             "ma": self.ma.tolist() if _has_coefficients(self.ma_roots) else None,
             "ar_roots": [[root.real, root.imag] for root in self.ar_roots.tolist()],
             "ma_roots": [[root.real, root.imag] for root in self.ma_roots.tolist()],
-            "sections": self.sections.tolist(),
+            "sections": self.sections.tolist() if self._has_sections() else None,
             "variance": self.variance,
             "drift": self.drift,
             "dt_s": self.dt,
             "unit": self.unit,
             "flicker_error": self.flicker_error,
             "tau_max_s": self.tau_max,
+            "error": self.error,
         }
 
     def __repr__(self) -> str:
@@ -158,7 +185,8 @@ class Arma(Printed):
             if len(roots):
                 lines.append(f"  {name} = Π(1 − {symbol}L), {symbol} = {', '.join(_root(r) for r in roots.tolist())}")
         if lost:
-            lines.append("  multiplied out, double precision would lose these roots: filter with `sections` (sosfilt)")
+            way = "filter with `sections` (sosfilt)" if self._has_sections() else "take the state space"
+            lines.append(f"  multiplied out, double precision would lose these roots: {way}")
         if self.drift:
             lines.append(f"  drift = {self.drift:.9g} {self.unit}")
         return "\n".join(lines)
@@ -187,7 +215,8 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     OptionError
         As `sigmatau.model.state_space`.
     DataError
-        For a sinusoid, which is no such process, or a ramp with no noise.
+        For a sinusoid, which is no such process, or a ramp with no noise; if the spectrum of what was found is not the
+        model's to 1e-4.
 
     Notes
     -----
@@ -199,120 +228,52 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     of sums of processes; O. Aberth, Math. Comp. 27, 1973, :doi:`10.1090/S0025-5718-1973-0329236-7`, for the roots.
     """
     one_channel(model, kind=ChannelModel, function="arma")
+    interval("dt", dt)
     if model.sinusoid:
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
-    system = state_space(model, dt=dt, tau_max=tau_max, flicker_error=flicker_error)
-    ramp = model.terms.get("rate_ramp", 0.0)
-    spectrum = _Spectrum.of(model, system)
-    if not (spectrum.white or spectrum.walk or spectrum.quantization or len(spectrum.phi)):
+    terms = model.terms
+    ramp = terms.get("rate_ramp", 0.0)
+    if not model.gauss_markov and not any(value for term, value in terms.items() if term != "rate_ramp"):
         raise DataError("a ramp alone is no ARMA process: it has no noise")
-    roots = spectrum.zeros()
+    processes = [(process.sigma, process.time) for process in model.gauss_markov]
+    level = terms.get("bias_instability", 0.0)
+    poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
+    if poles is not None:
+        processes += [(level * math.sqrt(v), t) for t, v in zip(poles.times, poles.variances, strict=True)]
+    n = terms.get("random_walk", 0.0)
+    spectrum = Spectrum.of(
+        dt=dt,
+        white=0.0 if model.bandwidth else n,
+        quantization=terms.get("quantization", 0.0),
+        walk=terms.get("rate_random_walk", 0.0),
+        processes=processes,
+        filtered=(n, model.bandwidth) if n and model.bandwidth else None,
+    )
+    zeros, variance = spectrum.factor()
+    ar_roots, ma_roots = spectrum.poles.array(), zeros.array()
     d = 1 if spectrum.walk or ramp else 0
     if d and not spectrum.walk:
-        roots = np.append(roots, 0.0)  # the difference is in the noise too
-    ma_roots = _inside(roots)
-    at = 2.0
-    power = spectrum.at(at) * at**d * float(_gain(spectrum.phi, np.array([at]))[0])
-    return Arma(
+        ma_roots = np.append(1.0, ma_roots)  # the difference is in the noise too
+    found = Arma(
         d=d,
-        variance=power / float(_gain(ma_roots, np.array([at]))[0]),
-        drift=ramp * dt * float(np.prod(1 - spectrum.phi).real),
-        ar_roots=_conjugate(spectrum.phi),
-        ma_roots=_conjugate(ma_roots),
+        variance=variance,
+        drift=ramp * dt * float(np.prod(1 - ar_roots).real),
+        ar_roots=ar_roots,
+        ma_roots=ma_roots,
         dt=dt,
         unit=model.unit,
-        flicker_error=system.flicker_error,
-        tau_max=system.tau_max,
+        flicker_error=poles.error if poles else 0.0,
+        tau_max=poles.tau_max if poles else None,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class _Spectrum:
-    """A spectrum in partial fractions of w: white + quantization·w + walk/w + Σ ρ(1 − φ²)/((1 − φ)² + φ·w)."""
-
-    white: float
-    quantization: float
-    walk: float
-    phi: Complexes
-    rho: Complexes
-
-    @classmethod
-    def of(cls, model: ChannelModel, system: StateSpace) -> _Spectrum:
-        """The stationary states' modes; the terms that are not stationary, and white noise, from their coefficients."""
-        dt, terms = system.dt, model.terms
-        kept = [k for k, s in enumerate(system.states) if s.startswith(("flicker_", "gauss_markov_", "filter_"))]
-        values, vectors = np.linalg.eig(system.F[np.ix_(kept, kept)])
-        p0, h = system.P0[np.ix_(kept, kept)], system.H[0, kept]
-        weights = (h @ vectors) * np.linalg.solve(vectors, p0 @ h) if kept else np.empty(0)
-        white = float(system.R[0, 0])
-        merged: dict[complex, complex] = {}
-        for phi, rho in zip(values.astype(complex).tolist(), weights.astype(complex).tolist(), strict=True):
-            if abs(phi) < _WHITE:
-                white += rho.real
-            else:
-                merged[phi] = merged.get(phi, 0) + rho
-        return cls(
-            white=white,
-            quantization=(terms.get("quantization", 0.0) / dt) ** 2,
-            walk=terms.get("rate_random_walk", 0.0) ** 2 * dt,
-            phi=np.array(list(merged), dtype=complex),
-            rho=np.array(list(merged.values()), dtype=complex),
+    f = np.geomspace(1 / (_LONGEST * dt), 0.5 / dt, math.ceil(_PER_DECADE * math.log10(_LONGEST / 2)))
+    expected = dt * spectrum.at(4 * np.sin(math.pi * f * dt) ** 2)
+    error = float(np.abs(found.psd(f) / expected - 1).max())
+    if not error <= _WRONG:
+        raise DataError(
+            f"the roots of this model's ARMA process, rounded to double precision, have a spectrum that is off by"
+            f" {error:.2g} of it (at most {_WRONG:g} is returned); take its state space"
         )
-
-    def at(self, w: float) -> float:
-        """The spectrum; w from 0 to 4."""
-        total = self.white + self.quantization * w + (self.walk / w if self.walk else 0.0)
-        parts = self.rho * (1 - self.phi**2) / ((1 - self.phi) ** 2 + self.phi * w)
-        return total + float(parts.sum().real)
-
-    def zeros(self) -> Complexes:
-        """Roots x = −w of the numerator, by Aberth's method, all at once; relative to the rounding of a double."""
-        poles = (1 - self.phi) ** 2 / self.phi
-        heights = self.rho * (1 - self.phi**2) / self.phi
-        if self.walk:
-            poles, heights = np.append(poles, 0.0), np.append(heights, self.walk)
-        degree = len(poles) + (1 if self.quantization else 0 if self.white else -1)
-        if degree <= 0:
-            return np.empty(0, dtype=complex)
-        x = _starts(np.abs(poles), degree, self.white / self.quantization if self.quantization else None)
-        for _ in range(_ITERATIONS):
-            fractions = heights / (poles - x[:, None])
-            value = self.white - self.quantization * x + fractions.sum(axis=1)
-            slope = -self.quantization + (fractions / (poles - x[:, None])).sum(axis=1)
-            # N = f·Π(a − x): N′/N without N, whose coefficients would have to be multiplied out.
-            ratio = slope - value * (1 / (poles - x[:, None])).sum(axis=1)
-            apart = x[:, None] - x
-            np.fill_diagonal(apart, 1.0)
-            others = 1 / apart
-            np.fill_diagonal(others, 0.0)
-            step = value / (ratio - value * others.sum(axis=1))
-            x = x - step
-            if (np.abs(step) <= 1e-15 * np.abs(x)).all():
-                break
-        if not (np.abs(step) <= 1e-6 * np.abs(x) + _TINY).all():
-            raise FloatingPointError("the moving average of this model was not found")
-        # Roots come alone on the real line, or in pairs.
-        return np.where(np.abs(x.imag) < 1e-10 * np.abs(x), x.real, x)
-
-
-def _starts(poles: Floats, degree: int, last: float | None) -> Complexes:
-    """Points between the poles and beyond them, a little off the real line and all different."""
-    sizes = np.sort(poles[poles > 0])
-    least = sizes[0] if len(sizes) else 1.0
-    beyond = max(sizes[-1] if len(sizes) else 1.0, last or 0.0, 1.0)
-    around = np.concatenate(([least / 30], np.sqrt(sizes[1:] * sizes[:-1]), [beyond * 2, beyond * 20]))
-    while len(around) < degree:
-        around = np.append(around, around[-1] * 3)
-    angles = 0.3 + 0.5 * np.arange(degree) % 1.0
-    return np.asarray(around[len(around) - degree :] * np.exp(1j * angles * (-1.0) ** np.arange(degree)))
-
-
-def _inside(x: Complexes) -> Complexes:
-    """ϑ inside the unit circle with (1 − ϑ)²/ϑ = x."""
-    half = np.sqrt(x * (1 + x / 4))
-    outside = np.array([1 + x / 2 + half, 1 + x / 2 - half])
-    larger = np.where(np.abs(outside[0]) >= np.abs(outside[1]), outside[0], outside[1])
-    return np.asarray(1 / larger)
+    return replace(found, error=error)
 
 
 def _gain(roots: Complexes, w: Floats) -> Floats:
@@ -325,15 +286,6 @@ def _gain(roots: Complexes, w: Floats) -> Floats:
 def _expanded(roots: Complexes) -> Floats:
     """Coefficients of Π(1 − ϑL), from the lag 0 on."""
     return np.atleast_1d(np.poly(roots)).real if len(roots) else np.ones(1)
-
-
-def _conjugate(roots: Complexes) -> Complexes:
-    """Roots whose pairs are each other's conjugates to the bit, the real ones first, from the one closest to 1 on."""
-    real = roots[roots.imag == 0]
-    upper = roots[roots.imag > 0]
-    return np.concatenate(
-        (real[np.argsort(-real.real, kind="stable")], np.ravel(np.column_stack((upper, upper.conj()))))
-    )
 
 
 def _has_coefficients(roots: Complexes) -> bool:

@@ -22,17 +22,19 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.elsewhere import one_channel
-from sigmatau.model.flicker import LONGEST_BAND, flicker_poles
+from sigmatau.model.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
 from sigmatau.model.linear import Steps
 from sigmatau.model.processes import LowPass, interval, real
 from sigmatau.results import Printed
 
-__all__ = ["Output", "StateSpace", "state_space"]
+__all__ = ["Output", "StateSpace", "flicker_of", "state_space"]
 
 Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
 
 _HORIZON = 3600.0
+"""The longest averaging time if none is asked for, 1000 samples at least. [s]"""
+
 _SERIES = 40
 """Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
 
@@ -225,7 +227,6 @@ def state_space(
         raise OptionError(f"`output` must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
     if not (math.isfinite(real(turn_on)) and turn_on >= 0):
         raise OptionError(f"`turn_on` must be 0 or a positive number, not {turn_on!r}", option="turn_on")
-    longest = min(max(_HORIZON, 1000 * dt), LONGEST_BAND * dt) if tau_max is None else tau_max
     system = _System(dt)
     terms = model.terms
     white = 0.0
@@ -236,10 +237,8 @@ def state_space(
             system.low_pass(terms["random_walk"], model.bandwidth)
     if "rate_random_walk" in terms or "rate_ramp" in terms or turn_on:
         system.walk(terms.get("rate_random_walk", 0.0), terms.get("rate_ramp", 0.0), turn_on)
-    error = 0.0
-    if "bias_instability" in terms:
-        poles = flicker_poles(dt=dt, tau_max=longest, error=flicker_error)
-        error = poles.error
+    poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
+    if poles is not None:
         for k, (time, variance) in enumerate(zip(poles.times, poles.variances, strict=True), 1):
             system.gauss_markov(f"flicker_{k}", terms["bias_instability"] ** 2 * variance, time)
     for k, process in enumerate(model.gauss_markov, 1):
@@ -267,9 +266,17 @@ def state_space(
         dt=dt,
         output=output,
         unit=model.unit,
-        flicker_error=error,
-        tau_max=longest if "bias_instability" in terms else None,
+        flicker_error=poles.error if poles else 0.0,
+        tau_max=poles.tau_max if poles else None,
     )
+
+
+def flicker_of(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:
+    """The processes for a model's bias instability, up to an hour if no time is given; None without."""
+    if "bias_instability" not in model.terms:
+        return None
+    longest = min(max(_HORIZON, 1000 * dt), LONGEST_BAND * dt) if tau_max is None else tau_max
+    return flicker_poles(dt=dt, tau_max=longest, error=error)
 
 
 class _System:

@@ -118,3 +118,44 @@ def test_an_error_names_the_channel_and_one_asked_for_must_have_a_model():
     assert list(NoiseModel.from_result(both).channels) == ["gyro_x"]
     with pytest.raises(DataError, match="channel 'gyro_y' has no model: its fit is 'too_short'"):
         NoiseModel.from_result(both, channels=["gyro_x", "gyro_y"])
+
+
+DAMAGES = {
+    "level true": (lambda fit: fit["terms"]["random_walk"].update(level=True), "the level of an interval .* not True"),
+    "level 2": (lambda fit: fit["terms"]["random_walk"].update(level=2), "the level of an interval .* not 2"),
+    "no covariance names": (lambda fit: fit["covariance"].update(terms=[{}]), "covariance must be names"),
+    "a coefficient that is true": (
+        lambda fit: fit["model"].update(random_walk=True),
+        "random_walk must be a number, not True",
+    ),
+    "a bound that is true": (
+        lambda fit: fit["terms"]["random_walk"].update(low=True),
+        "low must be a number, not True",
+    ),
+    "a limit that is NaN": (
+        lambda fit: fit["terms"]["rate_ramp"].update(upper_limit=float("nan")),
+        "upper_limit must be",
+    ),
+    "no verdict": (lambda fit: fit.pop("verdict"), "verdict of its fit is None"),
+    "a verdict of null": (lambda fit: fit.update(verdict=None), "verdict of its fit is None"),
+    "an unknown verdict": (
+        lambda fit: fit.update(verdict="Adequate"),
+        "verdict of its fit is 'Adequate'; .* adequate or descr",
+    ),
+    "a verdict that is a list": (lambda fit: fit.update(verdict=["adequate"]), "verdict of its fit is"),
+}
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return result_of({"random_walk": 1e-3}, duration=300.0, name="to be damaged").to_dict()
+
+
+@pytest.mark.parametrize("case", DAMAGES)
+def test_damaged_results_are_refused(case, whole):
+    damage, words = DAMAGES[case]
+    content = json.loads(json.dumps(whole))
+    assert "random_walk" in NoiseModel.from_result(content)["gyro_x"]
+    damage(content["channels"]["gyro_x"]["fit"])
+    with pytest.raises(DataError, match=f"channel 'gyro_x': .*{words}"):
+        NoiseModel.from_result(content)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -10,10 +11,13 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import GaussMarkov, Sinusoid
+from sigmatau.model.processes import GaussMarkov, Sinusoid, real
 from sigmatau.terms import TERMS
 
 __all__ = ["channel_of_fit", "channels_of_result", "models_of", "results_by_channel"]
+
+_WITH_MODEL = ("adequate", "descriptive")
+"""Verdicts of a fit that has coefficients."""
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:
@@ -74,46 +78,67 @@ def channel_of_fit(
     """The model of one channel from a fit's ``to_dict``; `duration` of its record in s, its sampling rate in Hz."""
     terms = fit["terms"]
     five = {name: terms[name] for name in TERMS if name in terms}
-    model = {term: float(value) for term, value in fit["model"].items() if term in TERMS}
+    model = {term: _number(term, value) for term, value in fit["model"].items() if term in TERMS}
+    if fit.get("verdict") not in _WITH_MODEL:
+        raise DataError(
+            f"the verdict of its fit is {fit.get('verdict')!r}; one with a model is {' or '.join(_WITH_MODEL)}"
+        )
     names, matrix = _covariance(fit.get("covariance") or {})
     return ChannelModel(
         terms=model,
         gauss_markov=tuple(
-            GaussMarkov(sigma=float(g["sigma"]["value"]), time=float(g["time"]["value"])) for g in terms["gauss_markov"]
+            GaussMarkov(sigma=g["sigma"]["value"], time=g["time"]["value"]) for g in terms["gauss_markov"]
         ),
         sinusoid=tuple(
-            Sinusoid(amplitude=float(s["amplitude"]["value"]), frequency=float(s["frequency"]["value"]))
-            for s in terms["sinusoid"]
+            Sinusoid(amplitude=s["amplitude"]["value"], frequency=s["frequency"]["value"]) for s in terms["sinusoid"]
         ),
         quantity=quantity,
         unit=unit,
         intervals={
-            name: (float(term["low"]), float(term["high"]))
+            name: (_number("low", term["low"]), _number("high", term["high"]))
             for name, term in five.items()
             if term.get("low") is not None and term.get("high") is not None and name in model
         },
-        limits={name: float(term["upper_limit"]) for name, term in five.items() if "upper_limit" in term},
+        limits={
+            name: _number("upper_limit", term["upper_limit"]) for name, term in five.items() if "upper_limit" in term
+        },
         covariance=(names, matrix),
-        level=next((float(term["level"]) for term in five.values()), 0.95),
-        tau_min=float(fit.get("tau_min_s") or 0.0),
+        level=[*(_level(term["level"]) for term in five.values()), 0.95][0],
+        tau_min=_number("tau_min_s", fit.get("tau_min_s")),
         duration=duration,
         rate=rate,
-        adequate=fit.get("verdict") != "descriptive",
+        adequate=fit["verdict"] == "adequate",
     )
+
+
+def _number(name: str, value: object) -> float:
+    """A finite number, 0 for None; NaN, text and True, which Python would take as 1, are none."""
+    number = 0.0 if value is None else real(value)
+    if not math.isfinite(number):
+        raise DataError(f"{name} must be a number, not {value!r:.80}")
+    return number
+
+
+def _level(value: object) -> float:
+    if not 0 < real(value) < 1:
+        raise DataError(f"the level of an interval must be between 0 and 1, not {value!r:.80}")
+    return real(value)
 
 
 def _rate(channel: Mapping[str, Any]) -> float:
     """Sampling rate in Hz; 0 if the result does not say."""
-    return max(float(channel.get("sample_rate_hz") or 0.0), 0.0)
+    return max(_number("sample_rate_hz", channel.get("sample_rate_hz")), 0.0)
 
 
 def _duration(channel: Mapping[str, Any]) -> float:
     """Length of the record in s; 0 if the result does not say."""
     rate = _rate(channel)
-    return float(channel.get("samples") or 0) / rate if rate > 0 else 0.0
+    return _number("samples", channel.get("samples")) / rate if rate > 0 else 0.0
 
 
 def _covariance(content: Mapping[str, Any]) -> tuple[tuple[str, ...], NDArray[np.float64]]:
     names = tuple(content.get("terms", ()))
+    if not all(isinstance(name, str) for name in names):
+        raise DataError(f"the terms of its covariance must be names, not {names!r:.80}")
     matrix = np.asarray(content.get("matrix", ()), dtype=np.float64)
     return names, matrix.reshape(len(names), len(names))

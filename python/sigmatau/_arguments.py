@@ -20,6 +20,7 @@ __all__ = [
 ]
 
 _MOST_THREADS = 1024
+_LARGEST_SIZE = 2**53  # up to which a double counts
 _TOGETHER = 4096  # samples of each column that are copied together
 
 
@@ -73,11 +74,14 @@ def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArr
     return copies
 
 
-def whole_sizes(m: ArrayLike) -> NDArray[np.int64]:
-    sizes = np.ascontiguousarray(m)
-    if sizes.dtype.kind not in "iu":
-        rounded = np.rint(sizes)
-        if not np.array_equal(rounded, sizes):
-            raise ValueError("`m` must be whole numbers of samples")
-        sizes = rounded
-    return np.atleast_1d(sizes.astype(np.int64))
+def whole_sizes(m: ArrayLike, *, of: str = "samples") -> NDArray[np.int64]:
+    """Cluster sizes as integers; `OptionError` for what is none: text, True, a fraction, more than a double can count."""
+    given = np.atleast_1d(np.asarray(m))
+    sizes = given.astype(np.float64) if given.dtype.kind in "iuf" else np.full(1, np.nan)
+    if given.dtype.kind == "O" and all(isinstance(size, int) for size in given.ravel()):
+        sizes = np.full(1, np.inf)  # NumPy has no integers of more than 64 bits
+    if np.isnan(sizes).any() or (np.isfinite(sizes) & (sizes != np.rint(sizes))).any():
+        raise OptionError(f"`m` must be whole numbers of {of}", option="m")
+    if sizes.size and np.abs(sizes).max() > _LARGEST_SIZE:
+        raise OptionError(f"`m` must be at most {_LARGEST_SIZE:g} {of}", option="m")
+    return np.ascontiguousarray(given.astype(np.int64))

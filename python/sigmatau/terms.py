@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels
+from sigmatau._arguments import whole_sizes
 from sigmatau.units import find
 
 __all__ = ["BIAS_LEVEL", "TERMS", "Term", "aliasing_inflation", "avar", "coefficient_unit", "display_units", "psd"]
@@ -224,7 +225,7 @@ def avar(
 
     .. [1] :doi:`10.1109/TIM.2007.908635`
     """
-    sizes = np.atleast_1d(np.asarray(m))
+    sizes = whole_sizes(m)
     if term not in TERMS:
         raise ValueError(f"unknown term {term!r}; terms: {', '.join(TERMS)}")
     if not (math.isfinite(tau0) and tau0 > 0):

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from sigmatau import DataError, Imperfections, NoiseModel, OptionError, simulate
-from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Outage, Sinusoid, Temperature
+from known import seed_of
+from sigmatau import DataError, Imperfections, NoiseModel, OptionError, predict, simulate
+from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Outage, Sinusoid, Temperature, arma, value_in_si
 from sigmatau.model.state_space import state_space
 
 WHITE = ChannelModel(terms={"random_walk": 1e-4})
@@ -53,6 +54,55 @@ def test_a_channel(arguments, words):
 def test_numbers_of_processes(make, value):
     with pytest.raises(DataError, match=r"positive number|1e-100 to 1e.100"):
         make(value)
+
+
+@pytest.mark.parametrize("corner", [1e99, 1e50, 1e13, 1e-10])
+def test_a_corner_beyond_any_rate(corner):
+    """Products with the sample interval would not be numbers any more."""
+    with pytest.raises(DataError, match=r"from 1e-09 to 1e.12 Hz, not 1e.*leave the bandwidth out"):
+        LowPass(order=9, corner=corner)
+
+
+@pytest.mark.parametrize("order", range(1, 10))
+@pytest.mark.parametrize(("corner", "dt"), [(1e12, 1e6), (1e12, 0.01), (1e-9, 1e-9), (1e6, 0.01)])
+def test_any_corner_at_any_rate(order, corner, dt):
+    """White noise of the filter's whole power, N²ω/(2n·sin(π/2n)), where the corner is far above the rate."""
+    model = ChannelModel(terms={"random_walk": 1.0}, bandwidth=LowPass(order=order, corner=corner))
+    system = state_space(model, dt=dt)
+    power = 2 * math.pi * corner / (2 * order * math.sin(math.pi / (2 * order)))
+    assert float(system.H[0] @ system.P0 @ system.H[0]) == pytest.approx(power, rel=1e-9)
+    m = np.array([1, 10, 1000])
+    assert np.isfinite(system.avar(m)).all()
+    if corner * dt > 1:
+        np.testing.assert_allclose(system.avar(m), power / m, rtol=1e-9)
+        record = simulate(
+            NoiseModel(channels={"gyro_x": model}), duration=1000 * dt, rate=1 / dt, rng=seed_of("corner")
+        )
+        assert np.isfinite(record.streams[0].samples.read(0, 0, 1000)).all()
+    assert np.isfinite(system.F).all()
+
+
+@pytest.mark.parametrize("dt", [1e-300, 1e-10, 1e7, 1e300])
+def test_steps_that_no_rate_has(dt):
+    for call in (state_space, arma):
+        with pytest.raises(OptionError, match=r"`dt` must be from 1e-09 to 1e.06 s, not 1"):
+            call(WHITE, dt=dt)
+    with pytest.raises(OptionError, match=r"`rate` must be from 1e-06 to 1e.09 Hz"):
+        predict(MODEL, after=[1.0], rate=1 / dt)
+
+
+@pytest.mark.parametrize(
+    "m", [[2**70], [-(2**70)], [2**63], [1e300], [math.inf], [math.nan], [True], ["a"], [None], [1.5]]
+)
+def test_cluster_sizes(m):
+    for avar in (state_space(WHITE, dt=0.01).avar, lambda m: WHITE.avar(m=m, tau0=0.01)):
+        with pytest.raises(OptionError, match=r"`m` must be (whole numbers|at most 9\.0072e\+15) "):
+            avar(m)
+
+
+def test_a_value_beyond_a_double():
+    with pytest.raises(OptionError, match="level '1e400 deg/s': is more than a double holds"):
+        value_in_si("1e400 deg/s", "rad/s", "level")
 
 
 def test_numbers_of_numpy_are_numbers():
@@ -105,8 +155,9 @@ def test_there_is_nothing_below_absolute_zero(end):
         ({"model": {"gyro_x": WHITE}}, "`model` must be a NoiseModel"),
         ({"imperfections": {"lost": 0.1}}, "`imperfections` must be an Imperfections"),
         ({"duration": "a"}, "duration must be a positive number, not 'a'"),
-        ({"rate": "a"}, "rate must be a positive number of hertz, not 'a'"),
-        ({"duration": 1e300, "rate": 1e300}, "1e.300 s at 1e.300 Hz are inf samples; at most"),
+        ({"rate": "a"}, "`rate` must be a positive number of hertz, not 'a'"),
+        ({"duration": 1e300, "rate": 1e300}, r"`rate` must be from 1e-06 to 1e\+09 Hz, not 1e\+300"),
+        ({"duration": 1e-290, "rate": 1e300}, r"`rate` must be from 1e-06 to 1e\+09 Hz"),
         ({"duration": 1e300}, r"are 1e.302 samples; at most"),
         ({"imperfections": Imperfections(outages=(Outage(start=10.0, length=1.0),))}, "10 s is behind the end"),
         ({"imperfections": Imperfections(outages=(Outage(start=0.0, length=99.0),))}, "99 s leaves nothing"),

@@ -21,7 +21,7 @@ def channels(draw):
         terms=terms,
         gauss_markov=tuple(draw(some.lists(some.builds(GaussMarkov, sigma=positive, time=positive), max_size=2))),
         sinusoid=tuple(draw(some.lists(some.builds(Sinusoid, amplitude=positive, frequency=positive), max_size=2))),
-        bandwidth=draw(some.none() | some.builds(LowPass, order=some.integers(1, 9), corner=positive))
+        bandwidth=draw(some.none() | some.builds(LowPass, order=some.integers(1, 9), corner=some.floats(1e-9, 1e12)))
         if "random_walk" in terms
         else None,
     )

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from sigmatau.errors import OptionError
 from sigmatau.model import value_in_si
-from sigmatau.model.processes import LARGEST, SMALLEST, real
+from sigmatau.model.processes import LARGEST, RATES, SMALLEST, real
 from sigmatau.terms import coefficient_unit
 
 __all__ = ["KINDS", "RANGES", "Axes", "Choices", "NoPlaceError", "NotChosenError", "given"]
@@ -23,8 +23,8 @@ RANGES = {
     "horizon": (1e-9, 1e12, " s"),
     "noise_factor": (1e-6, 1e6, ""),
     "walk_factor": (1e-6, 1e6, ""),
-    "rate": (1e-6, 1e9, " Hz"),
-    "step": (1e-9, 1e6, " s"),
+    "rate": (*RATES, " Hz"),
+    "step": (1 / RATES[1], 1 / RATES[0], " s"),
 }
 
 _TERMS = {"walk": "rate_random_walk", "noise": "random_walk"}

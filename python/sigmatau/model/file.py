@@ -151,9 +151,12 @@ def value_in_si(text: str, si: str, what: str) -> float:
     if match is None:
         raise OptionError(f'{what} {text!r}: want a value with its unit, e.g. "1 {usual(si)}"', option="value")
     try:
-        return float(match[1]) * _factor(match[2], si)
+        value = float(match[1]) * _factor(match[2], si)
     except OptionError as error:
         raise OptionError(f"{what}: {error}", option=error.option) from None
+    if not math.isfinite(value):
+        raise OptionError(f"{what} {text!r}: is more than a double holds", option="value")
+    return value
 
 
 def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:

@@ -14,6 +14,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.navigation import Earth, Mechanisation, Source, mechanisations, source
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.prediction import PredictedError, Prediction
+from sigmatau.model.processes import sampling_rate
 
 __all__ = ["predict"]
 
@@ -144,8 +145,7 @@ def predict(
 
 
 def _steps(after: ArrayLike, rate: float) -> Floats:
-    if not (math.isfinite(rate) and rate > 0):
-        raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+    sampling_rate(rate)
     times = np.atleast_1d(np.asarray(after, dtype=np.float64))
     if times.ndim != 1 or not times.size:
         raise OptionError("`after` must be one or more times in s", option="after")

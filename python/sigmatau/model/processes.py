@@ -14,6 +14,7 @@ from sigmatau.terms import TERMS
 __all__ = [
     "HIGHEST_ORDER",
     "LARGEST",
+    "RATES",
     "SMALLEST",
     "GaussMarkov",
     "LowPass",
@@ -21,6 +22,7 @@ __all__ = [
     "coefficients_of",
     "interval",
     "real",
+    "sampling_rate",
     "several",
 ]
 
@@ -29,6 +31,12 @@ HIGHEST_ORDER = 9
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """Of any number of a model, in SI: squares and products of others would not be numbers any more."""
+
+RATES = (1e-6, 1e9)
+"""Of samples [Hz]: beyond is a slip of the keyboard, and times, phases and squares leave what a double holds."""
+
+_CORNERS = (1e-9, 1e12)
+"""Of a bandwidth [Hz]: a thousandth of the lowest rate to a thousand times the highest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +90,8 @@ class LowPass:
     order : int
         1 (an RC filter) … 9.
     corner : float
-        Frequency of −3 dB. [Hz]
+        Frequency of −3 dB; 1e-9 to 1e12. The higher it is above the rate, the more noise folds back: a sensor whose noise is
+        white to half the rate has no bandwidth in its model. [Hz]
     """
 
     order: int
@@ -93,6 +102,11 @@ class LowPass:
             raise DataError(f"the order of a bandwidth must be 1 to {HIGHEST_ORDER}, not {self.order!r}")
         object.__setattr__(self, "order", int(self.order))
         object.__setattr__(self, "corner", _positive("the corner of a bandwidth", self.corner))
+        if not _CORNERS[0] <= self.corner <= _CORNERS[1]:
+            raise DataError(
+                f"the corner of a bandwidth must be from {_CORNERS[0]:g} to {_CORNERS[1]:g} Hz, not {self.corner:g}; without"
+                " a filter, leave the bandwidth out"
+            )
 
 
 def real(value: object) -> float:
@@ -106,9 +120,21 @@ def real(value: object) -> float:
 
 
 def interval(name: str, value: float) -> float:
-    """A time between samples: `OptionError` unless it is positive and finite."""
+    """A time between samples: `OptionError` unless it is positive, and that of a rate that may be."""
     if not (math.isfinite(real(value)) and value > 0):
         raise OptionError(f"`{name}` must be a positive number of seconds, not {value!r}", option=name)
+    shortest, longest = 1 / RATES[1], 1 / RATES[0]
+    if not shortest <= value <= longest:
+        raise OptionError(f"`{name}` must be from {shortest:g} to {longest:g} s, not {value!r}", option=name)
+    return float(value)
+
+
+def sampling_rate(value: float) -> float:
+    """A rate: `OptionError` unless it is positive and in `RATES`."""
+    if not (math.isfinite(real(value)) and value > 0):
+        raise OptionError(f"`rate` must be a positive number of hertz, not {value!r}", option="rate")
+    if not RATES[0] <= value <= RATES[1]:
+        raise OptionError(f"`rate` must be from {RATES[0]:g} to {RATES[1]:g} Hz, not {value!r}", option="rate")
     return float(value)
 
 

@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau._arguments import whole_sizes
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.elsewhere import one_channel
@@ -34,6 +35,9 @@ Output = Literal["rate", "increments", "integrated"]
 
 _HORIZON = 3600.0
 """The longest averaging time if none is asked for, 1000 samples at least. [s]"""
+
+_FORGOTTEN = 100.0
+"""Time constants after which a filter keeps e^−100 of its state, nothing beside 1e-16 of it."""
 
 _SERIES = 40
 """Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
@@ -136,9 +140,7 @@ class StateSpace(Printed):
         The second difference of the integral is (H·F²ᵐ − 2H·Fᵐ + H)·x₀ + (H·Fᵐ − 2H)·w₁ + H·w₂ and the noise of three
         measurements; random walks cancel in the first part. n steps are made by doubling, see `sigmatau.model.linear`.
         """
-        sizes = np.atleast_1d(np.asarray(m))
-        if sizes.dtype.kind not in "iuf" or not np.isfinite(sizes).all() or (sizes != np.round(sizes)).any():
-            raise OptionError("`m` must be whole numbers of steps", option="m")
+        sizes = whole_sizes(m, of="steps")
         if sizes.size and sizes.min() < 1:
             raise OptionError(f"`m` must be at least 1 step, got {sizes.min()}", option="m")
         step, before, row, noise = self.integrated()
@@ -344,8 +346,11 @@ class _System:
         driven = np.zeros((order, order))
         driven[-1, -1] = n**2 * corner
         p0 = solve_continuous_lyapunov(a, -driven)
-        f = expm(a * corner * self.dt)
-        q = _driven(a, driven, corner * self.dt)
+        if corner * self.dt * math.sin(math.pi / (2 * order)) > _FORGOTTEN:
+            f, q = np.zeros((order, order)), p0  # the slowest pole has forgotten all: products of this size lose it
+        else:
+            f = expm(a * corner * self.dt)
+            q = _driven(a, driven, corner * self.dt)
         names = [f"filter_{k}" for k in range(1, order + 1)]
         h = np.eye(1, order)[0]
         self._add(

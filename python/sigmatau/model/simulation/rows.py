@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import real
+from sigmatau.model.processes import real, sampling_rate
 from sigmatau.model.simulation.generators import Flicker, noise_of, normal
 from sigmatau.model.simulation.imperfections import Imperfections, rounded
 from sigmatau.record import MIN_SAMPLES, QUANTITIES, stream_name
@@ -93,8 +93,7 @@ def job(
             f"`imperfections` must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",
             option="imperfections",
         )
-    if not (math.isfinite(real(rate)) and rate > 0):
-        raise OptionError(f"the rate must be a positive number of hertz, not {rate!r}", option="rate")
+    sampling_rate(rate)
     if not (math.isfinite(real(duration)) and duration > 0):
         raise OptionError(f"the duration must be a positive number, not {duration!r} s", option="hours")
     if flicker not in _LARGEST:

@@ -287,7 +287,10 @@ class TestResults:
             (lambda c: c["channels"]["gyro_x"]["fit"].update(model=3), "gyro_x"),
             (lambda c: c["channels"]["gyro_x"]["fit"]["model"].update(random_walk=10**400), "gyro_x"),
             (lambda c: c["channels"]["gyro_x"]["fit"]["model"].update(random_walk=float("nan")), "gyro_x"),
-            (lambda c: c["channels"]["gyro_x"]["fit"]["terms"]["random_walk"].update(low=float("nan")), "no interval"),
+            (
+                lambda c: c["channels"]["gyro_x"]["fit"]["terms"]["random_walk"].update(low=float("nan")),
+                "low must be a number",
+            ),
             (lambda c: c["channels"]["gyro_x"]["fit"].update(covariance={"terms": ["a"], "matrix": []}), "gyro_x"),
             (lambda c: c["channels"]["gyro_x"].update(quantity="acceleration"), "gyro_x.*acceleration"),
             (lambda c: c["channels"].update({"\x1b[2J": c["channels"]["gyro_x"]}), "must print"),

@@ -1,5 +1,7 @@
 """``sigmatau simulate`` with what a real log has: values with units in, the record of `simulate` out."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,20 @@ def test_other_output(model, output):
         np.testing.assert_allclose(column, wanted, rtol=1e-12, atol=0)
 
 
+@pytest.mark.parametrize(
+    ("text", "start"),
+    [("300K", 26.85), ("0K", -273.15), ("2e1degC", 20.0), ("2.5e+1 °C", 25.0), (".5C", 0.5), ("2931.5e-1 K", 20.0)],
+)
+def test_kelvin_and_degrees(model, text, start):
+    """Of temperatures kelvins count from absolute zero; of a swing and a step both are the same."""
+    given = f"start={text},end=3e2K,swing=0degC,resolution=0.01K"
+    assert main(["simulate", "m.toml", *ALWAYS, "--temperature", given, "-o", "a.npz"]) == 0
+    shown = np.load("a.npz")["temperature [degC]"]
+    # Of the step of 0.01 K, and what has changed by the last of 180 s with a time of 20 min.
+    assert shown[0] == pytest.approx(start, abs=0.0051)
+    assert shown[-1] == pytest.approx(26.85 + (start - 26.85) * math.exp(-180 / 1200), abs=0.01)
+
+
 def test_exact_flicker_noise(model):
     assert main(["simulate", "m.toml", *ALWAYS, "--flicker", "exact", "-o", "a.npy"]) == 0
     expected = simulate(model, duration=180.0, rate=50.0, rng=7)
@@ -100,6 +116,9 @@ def test_exact_flicker_noise(model):
         (["--gaps", "2h:5s"], "7200 s is behind the end of the record, 180 s"),
         (["--gaps", "0s:200s"], "leaves nothing"),
         (["--jitter", "20"], "--jitter"),
+        (["--jitter", "-1us"], "the jitter of the stamps must be 0 or a positive number"),
+        (["--temperature", "start=20degC,end=30degC,swing=3"], "swing=3: want degrees, e.g. 3K"),
+        (["--temperature", "start=-1K,end=30degC"], "at the start must be above -273.15 °C, not -274.15"),
         (["--jitter", "5ms"], "tenth of the sample interval"),
     ],
 )

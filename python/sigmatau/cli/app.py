@@ -53,7 +53,7 @@ sigmatau psd static.csv --method multitaper --model result.json""",
 sigmatau simulate imu.toml --hours 2 --rate 100 --seed 1 -o simulated.csv
 sigmatau simulate imu.toml --hours 2 --rate 100 --level accel_x=1g --lsb gyro=0.01deg/s,accel=1mg --gaps 0.1% -o real.csv
 sigmatau simulate imu.toml --hours 2 --rate 100 --temperature start=20degC,end=35degC --sensitivity gyro=5deg/h/K -o warm.npy
-sigmatau simulate imu.toml --hours 2 --rate 100 --input increments --lsb gyro=0.1arcsec --jitter 20us -o laser.csv.gz""",
+sigmatau simulate rlg.toml --hours 2 --rate 100 --input increments --lsb gyro=0.1arcsec --jitter 20us -o laser.csv.gz""",
     ),
     "plan": (
         "How long to record: what a record shows of one noise term, from the other terms alone.",

@@ -17,7 +17,9 @@ __all__ = ["imperfections_of"]
 
 T = TypeVar("T")
 
-_DEGREES = re.compile(r"([-+]?[0-9.]+) *(?:°C|degC|C|K)")
+_DEGREES = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) *(°C|degC|C|K)")
+_ZERO = 273.15  # °C in K
+_DIGITS = 9  # of a temperature converted: 300 K are 26.85 °C
 _WARMTH = "start=20degC,end=35degC,time=20min"
 
 
@@ -105,12 +107,13 @@ def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temp
         if name == "time":
             continue
         match = _DEGREES.fullmatch(text)
-        try:
-            degrees[name] = float(match[1]) if match else float("nan")
-        except ValueError:
-            match = None
+        difference = name in ("swing", "resolution")
         if match is None:
-            raise OptionError(f"--temperature {name}={text}: want degrees, e.g. 20degC or 3K", option="temperature")
+            example = "3K" if difference else "20degC or 293.15K"
+            raise OptionError(f"--temperature {name}={text}: want degrees, e.g. {example}", option="temperature")
+        degrees[name] = float(match[1])
+        if match[2] == "K" and not difference:
+            degrees[name] = round(degrees[name] - _ZERO, _DIGITS)
     time = {"time": value_in_si(given["time"], "s", "--temperature time")} if "time" in given else {}
     return Temperature(**degrees, **time, sensitivity=sensitivity)
 

@@ -34,7 +34,7 @@ def simulate_command(
     saturation: _Values = None,
     lsb: _Values = None,
     gaps: _Values = None,
-    jitter: str | None = None,
+    jitter: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     flicker: Literal["poles", "exact"] = "poles",
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -54,14 +54,14 @@ def simulate_command(
         The same seed gives the same log.
     input
         What the columns hold, as the readers of the log will have to say by their own --input: rates, increments per
-        sample, or accumulated angle and velocity.
+        sample, or accumulated angle and velocity. Of a model of gyros and accelerometers alone if not rates.
     level
         A constant by channel or sensor: accel_z=1g.
     warm_up
         A level that dies away, amplitude:time to 1/e: gyro=20deg/h:10min.
     temperature
-        Of the sensor, which becomes a column: start=20degC,end=35degC,time=20min, and if you like swing=3K by day and night
-        and resolution=0.0625K of the thermometer.
+        Of the sensor, which becomes a column: start=20degC,end=35degC,time=20min (or start=293.15K), and if you like
+        swing=3K by day and night and resolution=0.0625K of the thermometer.
     sensitivity
         To the temperature: gyro=5deg/h/K.
     saturation

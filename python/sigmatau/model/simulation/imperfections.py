@@ -137,7 +137,8 @@ class Imperfections(Printed):
         The largest rate, of either sign, that the sensor shows. [unit of the rate]
     output : {"rate", "increments", "accumulated"}
         What the numbers of the log are, as `sigmatau.read` takes it by `input`: rates; the angle (velocity) of one sample
-        interval; or their running sum from 0, of one row more. Other signals than gyros and accelerometers are rates.
+        interval; or their running sum from 0, of one row more. Only rates of a model with other
+        signals than gyros and accelerometers.
     lsb : mapping of str to float
         Step of the numbers. Of rates each is rounded by itself; of the other two the running sum is, and increments are
         differences of the rounded sum, as an integrating sensor forms them: quantization noise of lsb/√12.

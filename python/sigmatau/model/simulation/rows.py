@@ -119,7 +119,9 @@ def job(
         for name, channel in model.channels.items():
             if channel.unit not in QUANTITIES.values():
                 raise OptionError(
-                    f"{name} is a signal in {channel.unit}: its log holds rates, not {given.output}", option="input"
+                    f"{name} is a signal in {channel.unit}: its log holds rates, not {given.output}; leave it out of the"
+                    " model, NoiseModel.of, or take rates",
+                    option="input",
                 )
     return Job(model=model, n=n, rate=rate, seed=seed, imperfections=given, flicker=flicker)
 

@@ -162,3 +162,47 @@ def test_a_missing_library_is_told(tmp_path, monkeypatch, ending):
     with pytest.raises(DataError, match=r"pip install 'sigmatau\["):
         simulate_to(tmp_path / f"a{ending}", MODEL, **OPTIONS)
     assert list(tmp_path.iterdir()) == []
+
+
+NAMES = {
+    "time": "beside 'time': a reader takes both for time",
+    "stamp": "beside 'time': a reader takes both for time",
+    "Time ": "beside 'time': a reader takes both for time",
+    "gyr_x": "a reader takes both for gyro_x",
+    "": "a channel needs a name",
+    " ": "a channel needs a name",
+    "a\0b": "must be printable text",
+    "a\x1bb": "must be printable text",
+    "a\ud800": "must be printable text",
+    "a" * 70_000: "70004 characters, and 200 are the most",
+}
+
+
+@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+@pytest.mark.parametrize(
+    "name", NAMES, ids=[name[:6].strip().encode("unicode_escape").decode() or "none" for name in NAMES]
+)
+def test_names_that_no_reader_gives_back_are_refused_at_once(tmp_path, ending, name):
+    """Of HDF5 the second column of a name was a crash; of text the log could not be read."""
+    if ending in needs:
+        pytest.importorskip(needs[ending])
+    noise = ChannelModel(terms={"random_walk": 1.0}, quantity="signal", unit="V")
+    model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}, name: noise})
+    with pytest.raises(DataError, match=NAMES[name]):
+        simulate_to(tmp_path / f"a{ending}", model, **OPTIONS)
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_of_a_format(tmp_path):
+    for name, unit, ending, words in (
+        (".", "V", ".h5", "'.'"),
+        ("a/b", "V", ".h5", "'/' in its name"),
+        ("a,b", "V", ".csv", "',' in its name"),
+        ("a", "V,", ".csv", "',' in its unit"),
+    ):
+        if ending in needs:
+            pytest.importorskip(needs[ending])
+        noise = ChannelModel(terms={"random_walk": 1.0}, quantity="signal", unit=unit)
+        with pytest.raises(DataError, match=words):
+            simulate_to(tmp_path / f"a{ending}", NoiseModel(channels={name: noise}), **OPTIONS)
+    assert not list(tmp_path.iterdir())

@@ -119,8 +119,8 @@ class Hdf5Table:
         """What takes the next piece; raises `OSError` where the disk takes no more, at the latest at the end."""
         with self._path.open("r+b", buffering=0) as file, ThreadPoolExecutor(1) as thread:
             patient = _Patient(file)
-            thread.submit(self._begin, patient).result()
             try:
+                thread.submit(self._begin, patient).result()
 
                 def put(piece: Sequence[NDArray[np.float64]]) -> None:
                     thread.submit(self._add, piece).result()

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.writers import WRITERS, Put
+from sigmatau.io.writers import WRITERS, Put, headers_of
 from sigmatau.record import Record
 from sigmatau.streams import CHUNK
 
@@ -86,9 +86,38 @@ def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterat
     """
     target = Path(path)
     ending = ending_of(target)
+    _check_names(columns)
     with contextlib.ExitStack() as stack:
         temporary = stack.enter_context(atomic(target))
         yield stack.enter_context(WRITERS[ending](temporary, columns))
+
+
+def _check_names(columns: Sequence[tuple[str, str]]) -> None:
+    """`DataError` for names that the reader would not give back, whatever the format."""
+    from sigmatau.io.read.names import LONGEST_NAME, recognise
+    from sigmatau.io.read.table import Column
+
+    headers = headers_of(columns)
+    taken: dict[str, str] = {}
+    for (name, unit), header, match in zip(columns, headers, recognise([Column(name=h) for h in headers]), strict=True):
+        if not name.strip():
+            raise DataError(f"a channel needs a name to be written, and one has {name!r}")
+        if not header.isprintable():
+            raise DataError(
+                f"the channel {name!r} in {unit!r} cannot be written: its name and unit must be printable text"
+            )
+        if len(header) > LONGEST_NAME:
+            raise DataError(
+                f"the channel {name[:20]!r}… cannot be written: with its unit the name has {len(header)} characters, and"
+                f" {LONGEST_NAME} are the most"
+            )
+        means = match[0] if match else name
+        if means in taken:
+            raise DataError(
+                f"the channel {name!r} cannot be written beside {taken[means]!r}: a reader takes both for {means}; give"
+                " the channel another name"
+            )
+        taken[means] = name
 
 
 def ending_of(path: Path) -> str:

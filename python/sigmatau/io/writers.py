@@ -22,7 +22,7 @@ from sigmatau import _formats
 from sigmatau.errors import DataError
 from sigmatau.io.hdf5 import Hdf5Table
 
-__all__ = ["WRITERS", "Piece", "Put"]
+__all__ = ["WRITERS", "Piece", "Put", "headers_of"]
 
 Piece = Sequence[NDArray[np.float64]]
 """A piece of every column, each of shape (n,)."""
@@ -38,22 +38,24 @@ def _lacking(extra: str, ending: str) -> DataError:
 
 
 def _refuse(columns: Sequence[tuple[str, str]], marks: str) -> None:
-    """Names must not hold what has a meaning in the format."""
-    for name, _ in columns:
+    """Names and units must not hold what has a meaning in the format."""
+    for name, unit in columns:
         for mark in marks:
-            if mark in name:
+            if mark in name or mark in unit:
+                where = "name" if mark in name else "unit"
                 raise DataError(
-                    f"the channel {name!r} cannot be written in this format, because of {mark!r} in its name"
+                    f"the channel {name!r} cannot be written in this format, because of {mark!r} in its {where}"
                 )
 
 
-def _headers(columns: Sequence[tuple[str, str]]) -> list[str]:
+def headers_of(columns: Sequence[tuple[str, str]]) -> list[str]:
+    """Names as columns have them: ``"gyro_x [rad/s]"``."""
     return [f"{name} [{unit}]" for name, unit in columns]
 
 
 def _lines(stream: IO[bytes], columns: Sequence[tuple[str, str]]) -> Put:
     _refuse(columns, ',"\n')
-    stream.write((",".join(_headers(columns)) + "\n").encode())
+    stream.write((",".join(headers_of(columns)) + "\n").encode())
 
     def put(piece: Piece) -> None:
         stream.write(_formats.format_text(None, ",", piece))
@@ -82,7 +84,7 @@ def _csv_gz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 @contextlib.contextmanager
 def _npy(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """A structured array, a field a column named with its unit."""
-    dtype = np.dtype([(header, "<f8") for header in _headers(columns)])
+    dtype = np.dtype([(header, "<f8") for header in headers_of(columns)])
     rows = 0
 
     def put(piece: Piece) -> None:
@@ -115,7 +117,7 @@ def _npy_head(dtype: np.dtype[Any], rows: int) -> bytes:
 @contextlib.contextmanager
 def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """One array a column, named with its unit; they lie in files of their own until all rows are there."""
-    headers = _headers(columns)
+    headers = headers_of(columns)
     dtype = np.dtype("<f8")
     rows = 0
     with (
@@ -150,7 +152,7 @@ def _parquet(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         import pyarrow.parquet as pq
     except ImportError:
         raise _lacking("parquet", ".parquet") from None
-    schema = pa.schema([pa.field(header, pa.float64(), nullable=False) for header in _headers(columns)])
+    schema = pa.schema([pa.field(header, pa.float64(), nullable=False) for header in headers_of(columns)])
     with pq.ParquetWriter(path, schema, use_dictionary=False, compression="snappy", write_page_checksum=True) as writer:
 
         def put(piece: Piece) -> None:
@@ -166,7 +168,9 @@ def _hdf5(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         import h5py
     except ImportError:
         raise _lacking("hdf5", ".h5") from None
-    _refuse(columns, "/")
+    _refuse([(name, "") for name, _ in columns], "/")
+    if "." in (name for name, _ in columns):  # the group itself
+        raise DataError("the channel '.' cannot be written in this format, because of its name")
     with Hdf5Table(h5py, path, columns).writing() as put:
         yield put
 

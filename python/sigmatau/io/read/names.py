@@ -16,6 +16,7 @@ from sigmatau.io.read.table import Column
 from sigmatau.io.read.thermometer import degrees_of
 
 __all__ = [
+    "LONGEST_NAME",
     "SPLIT_STAMP",
     "TIMES",
     "bare_name",
@@ -132,14 +133,15 @@ _ROS_IMU = "field.angular_velocity_covariance0"
 _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
-_LONGEST_NAME = 200
+LONGEST_NAME = 200
+"""With its unit in brackets."""
 
 
 def unit_of(column: Column) -> tuple[str, str | None]:
     """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
     name, unit = column.name.strip(), column.unit
     # The pattern takes the square of the length of what it fails on: no name with a unit is so long.
-    match = _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
+    match = _BRACKETS.match(name) if len(name) <= LONGEST_NAME else None
     if match and match["name"] and not match["unit"].strip().isdigit():
         name = match["name"].strip()
         unit = unit or match["unit"].strip()
@@ -190,7 +192,7 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
 
 def stated_unit(column: Column) -> str | None:
     """What the file says in brackets behind a name, or in its row of units, whether it is a unit that is known or not."""
-    match = _BRACKETS.match(column.name.strip()) if len(column.name) <= _LONGEST_NAME else None
+    match = _BRACKETS.match(column.name.strip()) if len(column.name) <= LONGEST_NAME else None
     said = column.unit or (match["unit"].strip() if match and match["name"] else None)
     return said if said and not said.isdigit() else None
 

@@ -150,7 +150,7 @@ REFUSED = {
     '[gyro]\nrandom_walk = {typical = "1"}': "gyro: typical of random_walk '1': want a value with its unit",
     '[gyro]\nrandom_walk = {typical = "1 m/s/sqrt(h)"}': "gyro: typical of random_walk: the unit .* does not fit",
     '[gyro]\nrandom_walk = {typical = "-1 deg/sqrt(h)"}': "gyro: typical of random_walk must be positive",
-    '[gyro]\nrandom_walk = {typical = "1e999 deg/sqrt(h)"}': "gyro: typical of random_walk .1e999 deg/sqrt.h.*more than a double",
+    '[gyro]\nrandom_walk = {typical = "1e999 deg/sqrt(h)"}': "gyro: typical of random_walk .1e999 .* more than a double",
     '[gyro]\nrandom_walk = {maximum = "1e300 deg/sqrt(h)"}': r"gyro: maximum of random_walk must be from 1e-100 to 1e\+100",
     '[gyro]\nrandom_walk = {maximum = "1e-300 deg/sqrt(h)"}': "gyro: maximum of random_walk must be from 1e-100",
     '[gyro]\nrandom_walk = {typical = "2 deg/sqrt(h)", maximum = "1 deg/sqrt(h)"}': "gyro: random_walk: typical 2 .* above",

@@ -7,12 +7,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
-from sigmatau.io.read.names import SPLIT_STAMP, TIMES, bare_name, key_of, readings, recognise, unit_of
+from sigmatau.io.read.names import (
+    SPLIT_STAMP,
+    TIMES,
+    bare_name,
+    key_of,
+    readings,
+    recognise,
+    signal_name,
+    stated_unit,
+    unit_of,
+)
 from sigmatau.io.read.table import Column, listing
 from sigmatau.io.read.thermometer import Thermometer, find_thermometer
 
 __all__ = ["Choice", "choose", "no_time"]
 
+_FEW = 4  # signals that an example names
 _WHOSE = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
@@ -211,6 +222,13 @@ def _number(columns: Sequence[Column], number: int) -> int:
 
 
 def _example(columns: Sequence[Column]) -> str:
+    known = recognise(columns)
+    signals: dict[str, int] = {}
+    for index, column in enumerate(columns):
+        if known[index] is None and column.name.strip() and stated_unit(column):
+            signals[signal_name(column, taken=signals)] = index
+    if 0 < len(signals) <= _FEW:  # they say themselves what they are
+        return ",".join(f"{name}={index + 1}" for name, index in signals.items())
     n = len(columns)
     if n >= 7:
         return "time=1,gyro=2:4,accel=5:7"

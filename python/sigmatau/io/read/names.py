@@ -8,7 +8,7 @@ unrecognised one costs the user an option. To teach a name: add it to one of the
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from sigmatau import units
 from sigmatau.errors import OptionError
@@ -24,6 +24,7 @@ __all__ = [
     "key_of",
     "readings",
     "recognise",
+    "signal_name",
     "stated_unit",
     "unit_of",
 ]
@@ -195,6 +196,14 @@ def stated_unit(column: Column) -> str | None:
     match = _BRACKETS.match(column.name.strip()) if len(column.name) <= LONGEST_NAME else None
     said = column.unit or (match["unit"].strip() if match and match["name"] else None)
     return said if said and not said.isdigit() else None
+
+
+def signal_name(column: Column, *, taken: Collection[str]) -> str:
+    """What a column that is no sensor's may be called as a channel, in letters that an option can hold; not a name taken."""
+    name = re.sub(r"\W+", "_", bare_name(column)).strip("_").lower()
+    if not name or name.isdigit() or name.startswith(("gyro", "accel", "time")):
+        name = f"signal_{name}".rstrip("_")
+    return name if name not in taken else next(f"{name}_{k}" for k in range(2, 1000) if f"{name}_{k}" not in taken)
 
 
 def _clock_in_another_unit(column: Column, key: str) -> bool:

@@ -20,6 +20,7 @@ from sigmatau.io.read.time import disorder
 from sigmatau.io.read.time.jitter import scattered
 from sigmatau.io.read.time.lay import missing_values, mostly_missing, own_rows, with_missing
 from sigmatau.io.read.time.timing import Timing, timed
+from sigmatau.io.read.unread import not_read
 from sigmatau.io.read.unwritten import without_unwritten
 from sigmatau.record import MIN_SAMPLES, make_stream, stream_name
 from sigmatau.results import Finding
@@ -147,6 +148,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *empty.values(),
             *(finding for timing in times for finding in timing.findings),
             *said,
+            *not_read(table, choice, options, used),
         ),
     )
 

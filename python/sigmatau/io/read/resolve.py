@@ -93,16 +93,12 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             said = None  # dates have no unit that one could err about
         if said is not None and stated is not None and not _same(said, stated):
             notes.append(f"{channel}: in {said} as given, though the file says {stated}")
-            overruled.append(
-                Finding(
-                    code="unit_overruled",
-                    severity="warning",
-                    channel=channel,
-                    message=f"the unit given is {said}, the file says {stated}",
-                    effect="the given unit is used",
-                )
-            )
+            overruled.append(_overruled(channel, said, stated))
         foreign = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
+        if foreign is not None and stream not in SI and foreign.isprintable():  # a signal is in any unit
+            stated, foreign = foreign, None
+            if said is not None and not _same(said, stated):
+                overruled.append(_overruled(channel, said, stated))
         if said is not None and foreign is not None:
             overruled.append(
                 Finding(
@@ -132,6 +128,16 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             hint = " (whole numbers may be counts: then say --scale too)" if counts and not options.scale else ""
         raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options) + hint)
     return unit, notes, overruled
+
+
+def _overruled(channel: str, said: str, stated: str) -> Finding:
+    return Finding(
+        code="unit_overruled",
+        severity="warning",
+        channel=channel,
+        message=f"the unit given is {said}, the file says {stated}",
+        effect="the given unit is used",
+    )
 
 
 def _whole(text: str) -> bool:

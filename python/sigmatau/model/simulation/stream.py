@@ -80,6 +80,9 @@ def simulate_to(
 ) -> Simulated:
     """Simulate a record into a file, which need not fit in memory; `sigmatau.read` gives the record of `simulate`.
 
+    Of channels that are neither ``gyro_x`` … ``accel_z`` nor the temperature, `sigmatau.read` gives those that its
+    `channels` names; a finding says which it left out.
+
     Parameters
     ----------
     path : str or path

@@ -1,5 +1,6 @@
 """Records simulated into files: the same as in memory, for any chunk, in every format; whole files or none."""
 
+import gc
 import sys
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, Imperfections, NoiseModel, OptionError, read, simulate, simulate_to
+from sigmatau.io.hdf5 import Hdf5Table
 from sigmatau.io.write import RECORD_ENDINGS
 from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Outage, Sinusoid, Temperature, WarmUp
 
@@ -206,3 +208,14 @@ def test_names_of_a_format(tmp_path):
         with pytest.raises(DataError, match=words):
             simulate_to(tmp_path / f"a{ending}", NoiseModel(channels={name: noise}), **OPTIONS)
     assert not list(tmp_path.iterdir())
+
+
+def test_an_hdf5_file_that_cannot_be_begun_is_let_go(tmp_path, capfd):
+    """Its callbacks would run when it vanishes, after what they write to is gone."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.h5"
+    path.touch()
+    with pytest.raises(ValueError, match="name already exists"), Hdf5Table(h5py, path, [("a", "1")] * 2).writing():
+        pass
+    gc.collect()
+    assert capfd.readouterr().err == ""

@@ -79,8 +79,8 @@ def whole_sizes(m: ArrayLike, *, of: str = "samples") -> NDArray[np.int64]:
     given = np.atleast_1d(np.asarray(m))
     sizes = given.astype(np.float64) if given.dtype.kind in "iuf" else np.full(1, np.nan)
     if given.dtype.kind == "O" and all(isinstance(size, int) for size in given.ravel()):
-        sizes = np.full(1, np.inf)  # NumPy has no integers of more than 64 bits
-    if np.isnan(sizes).any() or (np.isfinite(sizes) & (sizes != np.rint(sizes))).any():
+        sizes = np.full(1, 2.0 * _LARGEST_SIZE)  # NumPy has no integers of more than 64 bits
+    if not np.isfinite(sizes).all() or (sizes != np.rint(sizes)).any():
         raise OptionError(f"`m` must be whole numbers of {of}", option="m")
     if sizes.size and np.abs(sizes).max() > _LARGEST_SIZE:
         raise OptionError(f"`m` must be at most {_LARGEST_SIZE:g} {of}", option="m")

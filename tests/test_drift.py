@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, _kernels, allan, simulate
+from sigmatau import NoiseModel, Record, _kernels, allan, analyze, simulate
 from sigmatau.diagnose.blocks import BlockMeans, Problem, autocovariance, block_means, mode_variances, regress
 from sigmatau.diagnose.drift import settling, temperature, warm_up
 from sigmatau.diagnose.thermometer import between_steps, smoothed
@@ -244,6 +244,40 @@ class TestWarmUp:
         assert finding.remedy.startswith(f"--window :{begins:.0f}s")
         true = of_planted["gyro_x"].model["rate_random_walk"] / of_clean["gyro_x"].model["rate_random_walk"]
         assert dict(finding.changes)["rate_random_walk"] == pytest.approx(true, rel=0.15)
+
+    @pytest.mark.parametrize("fault", ["lost at the start", "lost at the end", "an early spike"])
+    def test_none_is_invented_by_bad_samples(self, fault):
+        """They are told for what they are: five seconds of nothing at either end, one sample of a thousand σ."""
+        rng = np.random.default_rng(seed_of(fault))
+        x = 1e-3 + 2e-4 * rng.standard_normal(60_000)
+        if fault == "an early spike":
+            x[777] += 0.2
+        else:
+            x[slice(0, 500) if "start" in fault else slice(-500, None)] = 0.0
+        found = [f.code for f in analyze(Record.from_arrays(rate=100.0, gyro_x=x)).findings if f.severity == "warning"]
+        assert found == ["spikes" if "spike" in fault else "dropout"]
+
+    def test_beside_a_step(self):
+        """Each alone is found; together the step went untold and made the warm-up half as large again."""
+        rng = np.random.default_rng(seed_of("warm-up and step"))
+        at = np.arange(100_000) / 50.0
+        noise = 2e-3 * rng.standard_normal(len(at))
+        x = noise + 6e-3 * np.exp(-at / 300) + np.where(at > 1500, 2e-3, 0.0)
+        analysis = analyze(Record.from_arrays(rate=50.0, gyro_x=x))
+        found = {f.code: f for f in analysis.findings if f.severity == "warning"}
+        assert set(found) == {"not_static", "warm_up"}
+        step, settled = found["not_static"], found["warm_up"]
+        assert step.message.startswith("beside this drift, the level changes")
+        assert float(step.where.split()[2]) == pytest.approx(1500, abs=4)  # windows of 2 s show it
+        # Medians of six half windows of 2 s or more: 2e-3·1.25/√(600) = 1e-4 is the error.
+        assert step.size == pytest.approx(2e-3, abs=3e-4)
+        error = float(settled.message.split("± ")[1].split()[0]) * math.radians(1) / 3600
+        assert settled.size == pytest.approx(6e-3, abs=3 * error)
+        # The effect is that of both, on the K that is printed, against a bound of the noise alone.
+        clean = fit(allan(Record.from_arrays(rate=50.0, gyro_x=noise))["gyro_x"])["rate_random_walk"]
+        printed = analysis.fits["gyro_x"]["rate_random_walk"].value
+        assert dict(settled.changes)["rate_random_walk"] == pytest.approx(printed / clean.upper_limit, rel=0.15)
+        assert "with the changes of level" in settled.effect
 
     def test_a_ramp_is_no_warm_up(self):
         _, planted = sensor("ramp", drift=1e-6 * SECONDS)

@@ -88,7 +88,7 @@ def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:
                     curve_findings.rounding(stream, channel)
                 ):
                     fits[channel] = fit(curve)
-    told = [*with_fits(record, fits, found), *check_fits(record, fits)]
+    told = [*with_fits(record, fits, found), *check_fits(record, fits, found=found)]
     return one_cause(told, list(fits), max((stream.grid.duration for stream in streams), default=0.0))
 
 

@@ -20,7 +20,15 @@ from sigmatau.diagnose.restated import bad_samples_in_fits, filters_in_fits, wit
 from sigmatau.diagnose.stationarity import non_stationary
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit
-from sigmatau.integrity import DISTURBANCES, lost_rows, quantization_mismatch, undisturbed, without_runs, without_spikes
+from sigmatau.integrity import (
+    DISTURBANCES,
+    lost_rows,
+    quantization_mismatch,
+    quiet,
+    undisturbed,
+    without_runs,
+    without_spikes,
+)
 from sigmatau.integrity import check as check_samples
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text
@@ -113,6 +121,7 @@ def check_fits(
     tuple of Finding
     """
     disturbed = found is None or any(finding.code in DISTURBANCES for finding in found)
+    faulty = disturbed or any(finding.code == "spikes" for finding in found or ())
     said: list[Finding] = []
     thermometer = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
     for stream in record.streams:
@@ -126,9 +135,12 @@ def check_fits(
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
                 said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
-        said += warm_up(stream, of_stream)
+        # A level that is not the sensor's, at either end, is no drift of it.
+        calm = quiet(stream) if faulty else stream
+        of_calm = of_stream if calm is stream else {}
+        said += warm_up(calm, of_calm)
         if thermometer is not None:
-            said += temperature(stream, thermometer, of_stream)
+            said += temperature(calm, thermometer, of_calm)
         still = undisturbed(stream) if disturbed else stream
         if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
             # Bad samples here and there are told by themselves: is the rest uneven, too?

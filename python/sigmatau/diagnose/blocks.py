@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -230,15 +231,23 @@ def regress(data: BlockMeans, regressor: Floats, *, theta: Floats | None = None)
 
 
 class Problem:
-    """Differences of block means as independent modes, ready for one regressor after the other."""
+    """Differences of block means as independent modes, ready for one regressor after the other.
+
+    Beside the level and the ramp, the level may change in some blocks, `steps`, by as much as fits best.
+    """
 
     __slots__ = ("_fixed", "_modes", "_y", "count")
 
-    def __init__(self, data: BlockMeans, unknown: NDArray[np.bool_] | None = None) -> None:
+    def __init__(
+        self, data: BlockMeans, unknown: NDArray[np.bool_] | None = None, *, steps: Sequence[int] = ()
+    ) -> None:
         from scipy.fft import dst
 
         means = data.means
         empty = np.isnan(means) if unknown is None else np.isnan(means) | unknown
+        # The block in which a level changes has a mean of its own, and all after it another level.
+        inside = [k for k in steps if 0 < k < len(means) - 1]
+        empty[inside] = True
         filled = np.where(empty, 0.0, means - means[~empty][0])
         # A block without a mean is one with a mean of its own that is not known: exact, and the modes stay as they are. The
         # first and the last are counted among them: quantization noise then has independent modes, exactly, since what else
@@ -247,7 +256,8 @@ class Problem:
         free[[0, -1]] = True
         dummies = np.zeros((len(means), int(free.sum())))
         dummies[np.flatnonzero(free), np.arange(dummies.shape[1])] = 1.0
-        fixed = np.column_stack([np.arange(len(means), dtype=float), dummies])
+        after = np.arange(len(means))[:, None] >= np.array(inside, dtype=int)
+        fixed = np.column_stack([np.arange(len(means), dtype=float), dummies, after.astype(float)])
         both = dst(np.diff(np.column_stack([filled, fixed]), axis=0), type=1, norm="ortho", axis=0)
         self._y, self._fixed = both[:, 0], both[:, 1:]
         self._modes = mode_variances(len(means) - 1, data.length)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from sigmatau.diagnose.drift import BESIDE
 from sigmatau.results import Finding
 
 __all__ = ["one_cause"]
@@ -97,9 +98,13 @@ def _without_steps_of_drifts(findings: Sequence[Finding]) -> list[Finding]:
     """Without the changes of level that are part of a warm-up or a late drift of the same channel: it is told once."""
     drifts = {f.channel: _spans(f.where)[0] for f in findings if f.code in _SETTLING and _spans(f.where)}
 
+    told = {f.channel for f in findings if f.code == "not_static" and f.message.startswith(BESIDE)}
+
     def part_of_drift(finding: Finding) -> bool:
         if finding.code != "not_static" or finding.channel not in drifts or not finding.message.startswith(_LEVEL):
             return False
+        if finding.channel in told:  # those that are none of it are told beside it
+            return True
         start, stop = drifts[finding.channel]
         return all(start <= a and b <= stop for a, b in _spans(finding.where))
 

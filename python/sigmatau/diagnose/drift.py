@@ -8,24 +8,25 @@ be told from it. What a drift does to the coefficients is found by fitting again
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.allan import allan
+from sigmatau.allan import channel_curve
 from sigmatau.diagnose.blocks import BlockMeans, Problem, Regression, block_means
 from sigmatau.diagnose.effects import Change, compared, effect_text, severity
 from sigmatau.diagnose.thermometer import temperature_of
 from sigmatau.errors import DataError
 from sigmatau.fitting import NoiseFit, fit
+from sigmatau.integrity import LevelChange, level_changes, level_finding, summary
 from sigmatau.record import Record
 from sigmatau.results import Finding, duration_text, two_digits
 from sigmatau.streams import Stream
 from sigmatau.terms import display_units
 
-__all__ = ["from_the_end", "settling", "temperature", "warm_up"]
+__all__ = ["BESIDE", "from_the_end", "settling", "temperature", "warm_up"]
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +41,11 @@ _FINER = 2.0 ** np.linspace(-0.75, 0.75, 31)
 # time constant, from either end, hold in 0.05 ± 0.02 %; p < 1e-3 in 0.36 %. So it is for a temperature with p < 1e-5.
 _P_SETTLING, _LARGEST_OF_ALL = 1e-4, 3.0
 _P, _LEAST_RATIO = 1e-5, 2.5
+
+_ROUNDS = 4  # in which drift and changes of level are found beside each other
+
+BESIDE = "beside this drift"
+"""How a finding about changes of level begins that a drift would hide."""
 
 _CLEARLY = 1.1
 _SETTLED = 5.0  # time constants, after which 0.7 % of a warm-up is left
@@ -69,20 +75,75 @@ def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
         data = block_means(stream, channel)
         if data is None or _constant(data):
             continue
-        found, late = settling(data), settling(from_the_end(data, stream.grid.n))
-        # One that bends the rate all over the record may show as both: then the beginning has it.
-        at_the_end = late is not None and (found is None or _ratio(late[1]) > _CLEARLY * _ratio(found[1]))
-        if at_the_end:
-            found = late
+        found, steps = _beside_steps(stream, channel, data)
         if found is None:
             continue
-        time, regression = found
-        seconds = np.arange(stream.grid.n) * stream.grid.tau0
-        drift = -regression.value * np.exp(-(seconds[::-1] if at_the_end else seconds) / time)
-        changes = _changes(stream, channel, drift, fits.get(channel))
-        finding = _late_finding if at_the_end else _warm_up_finding
-        findings.append(finding(stream, channel, time, regression, changes))
+        curve = found.curve(stream)
+        levels = _levels(stream.grid.n, steps)
+        changes = _changes(stream, channel, curve + levels, fits.get(channel))
+        finding = _late_finding if found.at_the_end else _warm_up_finding
+        findings.append(finding(stream, channel, found.time, found.regression, changes, beside=bool(steps)))
+        if steps:  # they are told beside what would hide them
+            still = stream.only(channel).with_rates([stream.column(channel) - curve])
+            said = level_finding(still, channel, steps)
+            findings.append(replace(said, message=f"{BESIDE}, {said.message}"))
     return findings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Drift:
+    """An exponential from the beginning on, or towards the end."""
+
+    time: float
+    regression: Regression
+    at_the_end: bool
+
+    def curve(self, stream: Stream) -> Floats:
+        seconds = np.arange(stream.grid.n) * stream.grid.tau0
+        exponent = -(seconds[::-1] if self.at_the_end else seconds) / self.time
+        return np.asarray(-self.regression.value * np.exp(exponent))
+
+
+def _beside_steps(stream: Stream, channel: str, data: BlockMeans) -> tuple[_Drift | None, list[LevelChange]]:
+    """The drift beside the changes of level that are left when it is taken off: each hides the other, or looks like it."""
+    found = _drift(stream, data, [])
+    if not level_changes(stream, summary(stream, channel)):
+        return found, []
+    told: list[LevelChange] = []
+    for _ in range(_ROUNDS):
+        one = stream if found is None else stream.with_rates(_less(stream, channel, found.curve(stream)))
+        steps = [step for step in level_changes(one, summary(one, channel)) if not step.gradual]
+        if found is not None:  # near its beginning, what no exponential makes of a drift may look like one
+            near, n = found.time / stream.grid.tau0, stream.grid.n
+            steps = [s for s in steps if (n - s.sample if found.at_the_end else s.sample) > near]
+        if [s.sample for s in steps] == [s.sample for s in told]:
+            break
+        told = steps
+        found = _drift(stream, data, [(s.sample - data.first) // data.length for s in steps])
+    return (None, []) if found is None else (found, told)
+
+
+def _less(stream: Stream, channel: str, curve: Floats) -> list[Floats]:
+    return [stream.column(each) - (curve if each == channel else 0.0) for each in stream.channels]
+
+
+def _levels(n: int, steps: Sequence[LevelChange]) -> Floats:
+    """All changes of level, shape (n,)."""
+    levels = np.zeros(n)
+    for step in steps:
+        levels[step.sample :] += step.size
+    return levels
+
+
+def _drift(stream: Stream, data: BlockMeans, steps: Sequence[int]) -> _Drift | None:
+    """The drift that block means show from either end, beside changes of level in some blocks."""
+    last = len(data.means) - 1
+    begins = settling(data, steps=steps)
+    ends = settling(from_the_end(data, stream.grid.n), steps=[last - k for k in steps])
+    # One that bends the rate all over the record may show as both: then the beginning has it.
+    if ends is not None and (begins is None or _ratio(ends[1]) > _CLEARLY * _ratio(begins[1])):
+        return _Drift(time=ends[0], regression=ends[1], at_the_end=True)
+    return None if begins is None else _Drift(time=begins[0], regression=begins[1], at_the_end=False)
 
 
 def from_the_end(data: BlockMeans, n: int) -> BlockMeans:
@@ -95,12 +156,15 @@ def _ratio(regression: Regression) -> float:
     return abs(regression.value) / regression.error
 
 
-def settling(data: BlockMeans) -> tuple[float, Regression] | None:
-    """Time constant and regression of the exponential that the block means show; None if they show none."""
+def settling(data: BlockMeans, *, steps: Sequence[int] = ()) -> tuple[float, Regression] | None:
+    """Time constant and regression of the exponential that the block means show; None if they show none.
+
+    The level may change in the blocks `steps`.
+    """
     edges = data.edges
     times = _TIMES * (edges[-1] - edges[0])
     try:
-        problem = Problem(data)
+        problem = Problem(data, steps=steps)
         curves = np.stack([_settled(edges, time) for time in times], axis=1)
         ratios = np.abs(problem.quick(curves, problem.noise()))
         if not ratios.max() > _LARGEST_OF_ALL:
@@ -126,7 +190,7 @@ def _settled(edges: Floats, time: float) -> Floats:
 
 
 def _warm_up_finding(
-    stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change]
+    stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change], *, beside: bool
 ) -> Finding:
     unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
     size = two_digits(abs(regression.value) / factor)
@@ -150,17 +214,23 @@ def _warm_up_finding(
         where=f"t = 0 s to {min(settled, stream.grid.duration):.0f} s",
         size=abs(regression.value),
         unit=stream.unit,
-        effect=effect_text(changes, stream.quantity, "a warm-up is no noise"),
+        effect=_with_steps(effect_text(changes, stream.quantity, "a warm-up is no noise"), beside=beside),
         changes=tuple((change.term, change.factor) for change in changes),
         remedy=after,
     )
+
+
+def _with_steps(effect: str, *, beside: bool) -> str:
+    return f"with the changes of level: {effect}" if beside else effect
 
 
 def _what(stream: Stream) -> str:
     return {"angular_rate": "rate", "acceleration": "acceleration"}.get(stream.quantity, "signal")
 
 
-def _late_finding(stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change]) -> Finding:
+def _late_finding(
+    stream: Stream, channel: str, time: float, regression: Regression, changes: list[Change], *, beside: bool
+) -> Finding:
     unit, factor = display_units("bias_instability", stream.quantity, stream.unit)[-1]
     size = two_digits(abs(regression.value) / factor)
     error = two_digits(regression.error / factor)
@@ -176,7 +246,7 @@ def _late_finding(stream: Stream, channel: str, time: float, regression: Regress
         where=f"t = {begins:.0f} s to {stream.grid.duration:.0f} s",
         size=abs(regression.value),
         unit=stream.unit,
-        effect=effect_text(changes, stream.quantity, "such a drift is no noise"),
+        effect=_with_steps(effect_text(changes, stream.quantity, "such a drift is no noise"), beside=beside),
         changes=tuple((change.term, change.factor) for change in changes),
         remedy=(
             f"--window :{begins:.0f}s leaves it out; look what changed then"
@@ -274,20 +344,15 @@ def _avar(levels: Floats, m: int) -> float:
 def _changes(stream: Stream, channel: str, drift: Floats, fitted: NoiseFit | None) -> list[Change]:
     """What a drift, shape (n,), does to the coefficients: the fit with it against the fit without."""
     one = stream.only(channel)
-    without = one.column(channel) - drift
-    still = one.with_rates([without])
+    still = one.with_rates([one.column(channel) - drift])
     try:
-        if one.mask is not None or fitted is None:
-            fitted = _fit(one, channel)
-        after = _fit(still, channel)
+        return compared(_fit(one, channel) if fitted is None else fitted, _fit(still, channel))
     except DataError:
         return []
-    return compared(fitted, after)
 
 
 def _fit(stream: Stream, channel: str) -> NoiseFit:
-    """Of the longest stretch without a missing sample."""
-    return fit(allan(Record(streams=(stream.longest_run(),)))[channel])
+    return fit(channel_curve(Record(streams=(stream,)), channel, taus="half"))
 
 
 def _constant(data: BlockMeans) -> bool:

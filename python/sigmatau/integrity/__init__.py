@@ -9,6 +9,7 @@ from sigmatau.integrity.copies import copies, copy_masks
 from sigmatau.integrity.interpolated import interpolated
 from sigmatau.integrity.knocks import light_knocks
 from sigmatau.integrity.masking import leave_out_option, mask_of, masked
+from sigmatau.integrity.motion import LevelChange, level_changes, summary
 from sigmatau.integrity.plausible import earth_rate, gravity, implausible_unit
 from sigmatau.integrity.repeated import repeated_samples
 from sigmatau.integrity.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
@@ -16,9 +17,9 @@ from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.saturation import saturation
 from sigmatau.integrity.spikes import find_spikes, mask_spikes, spikes, without_spikes
 from sigmatau.integrity.start import start_transient
-from sigmatau.integrity.static import not_static
+from sigmatau.integrity.static import level_finding, not_static
 from sigmatau.integrity.stuck import dropouts, stuck_samples, without_runs
-from sigmatau.integrity.undisturbed import DISTURBANCES, undisturbed
+from sigmatau.integrity.undisturbed import DISTURBANCES, quiet, undisturbed
 from sigmatau.integrity.zeros import dropout_masks, lost_rows, stuck_masks
 from sigmatau.record import Record
 from sigmatau.results import Finding
@@ -27,6 +28,7 @@ from sigmatau.streams import Stream
 __all__ = [
     "CHECKS",
     "DISTURBANCES",
+    "LevelChange",
     "check",
     "coarse_resolution",
     "copies",
@@ -39,6 +41,8 @@ __all__ = [
     "implausible_unit",
     "interpolated",
     "leave_out_option",
+    "level_changes",
+    "level_finding",
     "lost_rows",
     "mask_of",
     "mask_spikes",
@@ -46,12 +50,14 @@ __all__ = [
     "not_static",
     "quantization_mismatch",
     "quantization_step",
+    "quiet",
     "repeated_samples",
     "saturation",
     "spikes",
     "start_transient",
     "stuck_masks",
     "stuck_samples",
+    "summary",
     "too_coarse",
     "undisturbed",
     "without_runs",

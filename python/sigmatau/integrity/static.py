@@ -15,7 +15,7 @@ from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
 
-__all__ = ["Movements", "movements", "not_static"]
+__all__ = ["Movements", "level_finding", "movements", "not_static"]
 
 # A mean rate that no bias reaches: 20 deg/s is twice the largest zero-rate offset of consumer sensors' datasheets.
 _ROTATION = math.radians(20)
@@ -62,7 +62,7 @@ def not_static(stream: Stream, *, judged: Stream | None = None, knocks: Sequence
         findings.append(_moved(stream, moved, seen.window, light=not seen.moved))
     alone = findings[0].channel if findings else None
     for channel, changes in changed.items():
-        finding = _level(stream, channel, changes)
+        finding = level_finding(stream, channel, changes)
         if channel == alone:  # one finding a channel
             knock = findings[0]
             findings[0] = replace(
@@ -232,7 +232,8 @@ def _without(stream: Stream, channel: str, moved: list[Burst]) -> tuple[float, f
     return change_of_white(x, bad, stream.grid.tau0)
 
 
-def _level(stream: Stream, channel: str, changes: list[LevelChange]) -> Finding:
+def level_finding(stream: Stream, channel: str, changes: Sequence[LevelChange]) -> Finding:
+    """The finding that a channel's level changes: when, by how much, and what that adds to the rate random walk."""
     largest = max(changes, key=lambda change: abs(change.size))
     tau0 = stream.grid.tau0
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).

@@ -320,6 +320,42 @@ class TestTemperature:
         true = before.model["rate_random_walk"] / after.model["rate_random_walk"]
         assert changes["rate_random_walk"] == pytest.approx(true, rel=0.15)
 
+    def test_a_walk_of_the_rate_that_is_all_the_temperature_is_a_warning(self):
+        """A sensor with white noise alone and a temperature that walks: where K is stated, it is said to be no sensor's.
+
+        K = 1e-4·0.05 = 5e-6 is near what 2000 s can show, so that the limit without the temperature is no smaller than what
+        was fitted: a factor is not known.
+        """
+        rng = np.random.default_rng(seed_of("temperature walks"))
+        warned = stated = 0
+        for _ in range(12):
+            walk = np.cumsum(0.05 / math.sqrt(20) * rng.standard_normal(40_000))
+            noise = 3e-4 * math.sqrt(20) * rng.standard_normal(40_000)
+            stream = Record.from_arrays(rate=20.0, gyro_x=noise + 1e-4 * walk).streams[0]
+            fits = fits_of(stream)
+            if not fits["gyro_x"]["rate_random_walk"].observed:
+                continue
+            stated += 1
+            alone = fits_of(Record.from_arrays(rate=20.0, gyro_x=noise).streams[0])["gyro_x"]["rate_random_walk"]
+            for found in temperature(stream, thermometer(25 + walk, rate=20.0), fits):
+                warned += found.severity == "warning"
+                assert alone.observed or "rate random walk" in found.effect
+                assert all(factor > 1.05 for _, factor in found.changes)
+        assert stated >= 4
+        assert warned >= stated - 1  # a tenth of them is beside noise that hides it
+
+    def test_of_a_temperature_that_has_nothing_to_do_with_it(self):
+        """One in 9000 such channels is asked for: none in 300 of each kind, beside a temperature that walks."""
+        rng = np.random.default_rng(seed_of("independent temperature"))
+        found = 0
+        for terms in ({"random_walk": 1.0}, {"random_walk": 1.0, "rate_random_walk": 4e-3}):
+            for _ in range(300):
+                y = _kernels.simulate(4096, 1.0, terms, seed=int(rng.integers(1 << 62)), stream=1)
+                degrees = thermometer(np.cumsum(rng.standard_normal(4096)))
+                found += len(temperature(Record.from_arrays(rate=1.0, gyro_x=y).streams[0], degrees, {}))
+        # One in 600 has a chance of 6 %.
+        assert found <= 1
+
     def test_interval_holds_the_coefficient(self):
         drift = 6e-4 * 2 * np.sin(2 * np.pi * SECONDS / 1500)
         _, planted = sensor("interval of it", drift=drift)

@@ -9,17 +9,22 @@ from sigmatau.fitting import NoiseFit
 from sigmatau.results import Severity, two_digits
 from sigmatau.terms import TERMS
 
-__all__ = ["Change", "compared", "effect_text", "severity", "words"]
+__all__ = ["Change", "compared", "effect_text", "factors", "severity", "vanished", "words"]
 
 _MATTERS = 1.1
 """A coefficient that is so many times too large makes a warning of a finding."""
 
 _SAID = 1.05
 
+_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """By what factor a coefficient is larger with a fault than without; `at_least` if it is not seen without."""
+    """By what factor a coefficient is larger with a fault than without; `at_least` if it is not seen without.
+
+    A factor of 1 and less is then that to the limit which the record sets without the fault, see `vanished`.
+    """
 
     term: str
     factor: float
@@ -43,6 +48,30 @@ def compared(before: NoiseFit, after: NoiseFit) -> list[Change]:
     return [change for change in changes if _worth_saying(change)]
 
 
+def vanished(before: NoiseFit, after: NoiseFit) -> list[Change]:
+    """Slow terms that are stated with an interval in a fit and not seen in one without the fault, though below its limit.
+
+    By what factor they are too large is not known then, but that nothing of them is known to be the sensor's.
+    """
+    changes = []
+    for term in _SLOW:
+        if term not in before or term not in after or not before[term].observed or after[term].observed is not False:
+            continue
+        value, limit = before[term].value, after[term].upper_limit
+        if value is not None and limit and abs(value) <= _SAID * limit:
+            changes.append(Change(term=term, factor=abs(value) / limit, at_least=True))
+    return changes
+
+
+def factors(changes: Sequence[Change]) -> tuple[tuple[str, float], ...]:
+    """By term, of those whose factor is known, or at least known to be above 1."""
+    return tuple((c.term, c.factor) for c in changes if not _hidden(c))
+
+
+def _hidden(change: Change) -> bool:
+    return change.at_least and change.factor <= _SAID
+
+
 def _worth_saying(change: Change) -> bool:
     if change.at_least:
         return change.factor > _SAID
@@ -50,8 +79,11 @@ def _worth_saying(change: Change) -> bool:
 
 
 def severity(changes: Sequence[Change]) -> Severity:
-    """A warning if any coefficient is more than a tenth too large or too small."""
-    return "warning" if any(max(change.factor, 1 / change.factor) > _MATTERS for change in changes) else "info"
+    """A warning if any coefficient is more than a tenth too large or too small, or may be nothing but the fault."""
+    for change in changes:
+        if _hidden(change) or max(change.factor, 1 / change.factor) > _MATTERS:
+            return "warning"
+    return "info"
 
 
 def effect_text(changes: Sequence[Change], quantity: str, otherwise: str) -> str:
@@ -66,7 +98,9 @@ def words(changes: Sequence[Change], quantity: str) -> list[str]:
     texts = []
     for change in changes:
         label = TERMS[change.term].label(quantity)
-        if change.at_least:
+        if _hidden(change):
+            texts.append(f"{label} not seen without it: all of what is fitted may be this")
+        elif change.at_least:
             texts.append(f"{label} at least {two_digits(change.factor)} times too large: not seen without it")
         elif change.factor > 1:
             texts.append(f"{label} {two_digits(change.factor)} times too large")

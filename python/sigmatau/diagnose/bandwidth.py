@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from sigmatau.diagnose.lines import find_lines
+from sigmatau.diagnose.pairs import by_pairs, is_torn
 from sigmatau.diagnose.resampled import resampled
 from sigmatau.diagnose.rolloff import LowPass, fit_low_pass, promising
 from sigmatau.errors import DataError, OptionError
@@ -180,6 +181,7 @@ def _remedy(corner: float, order: int) -> str:
 
 def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None) -> LowPass | None:
     y = None
+    spectrum: Spectrum | None
     if spectra is not None and channel in spectra:
         spectrum = spectra[channel]
     else:
@@ -187,8 +189,13 @@ def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None
         try:
             spectrum = welch(y, stream, channel)
         except DataError:
-            return None
-    if not promising(spectrum):
+            spectrum = None
+    if stream.mask is not None:
+        y = np.ascontiguousarray(stream.column(channel)) if y is None else y
+        there = int(np.count_nonzero(np.isfinite(y)))
+        if there < len(y) and is_torn(spectrum, there):
+            spectrum = by_pairs(y, stream, channel) or spectrum
+    if spectrum is None or not promising(spectrum):
         return None
     # A record resampled to a higher rate has the spectrum of a running mean, and is no filtered sensor.
     if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:

@@ -257,7 +257,7 @@ def _points(spectrum: Spectrum, without: Sequence[tuple[float, float]]) -> _Poin
     if kept.sum() < 32:
         return None
     density, freedom, centres = _binned(
-        frequency * spectrum.tau0, spectrum.density[above], kept, float(spectrum.dof[0])
+        frequency * spectrum.tau0, spectrum.density[above], kept, _even(spectrum.dof)[above]
     )
     if len(density) < _LEAST_POINTS or not density.min() > 0:
         return None
@@ -277,7 +277,7 @@ def _promising(points: _Points) -> bool:
 
 
 def _binned(
-    frequency: Floats, density: Floats, kept: NDArray[np.bool_], dof: float
+    frequency: Floats, density: Floats, kept: NDArray[np.bool_], dof: Floats
 ) -> tuple[Floats, Floats, tuple[float, ...]]:
     """Means over 1/16 octave of the bins that are kept and are no lines."""
     edges = frequency[0] * 2.0 ** (np.arange(0, math.log2(frequency[-1] / frequency[0]) + 1, 1 / _PER_OCTAVE))
@@ -291,14 +291,20 @@ def _binned(
     kept = kept & (frequency < 0.5 - least)
     starts = np.unique(np.searchsorted(frequency, edges * (1 - 1e-9)))
     starts = starts[starts < np.searchsorted(frequency, 0.5 - least)]
-    kept = kept & (density < _beside(density) * (1 + 8 * math.sqrt(2 / dof) + 40 / dof))
+    kept = kept & (density < _beside(density) * (1 + 8 * np.sqrt(2 / dof) + 40 / dof))
     number = np.add.reduceat(kept.astype(float), starts)
     there = number > 0
     number = np.maximum(number, 1)
     means = np.add.reduceat(np.where(kept, density, 0), starts) / number
     centres = np.add.reduceat(np.where(kept, frequency, 0), starts) / number
-    freedom = np.minimum(dof * number / (1 + 2 * (4 / 9) * np.maximum(1 - 1 / number, 0)), _MOST_FREEDOM)
+    freedom = np.add.reduceat(np.where(kept, dof, 0), starts) / number
+    freedom = np.minimum(freedom * number / (1 + 2 * (4 / 9) * np.maximum(1 - 1 / number, 0)), _MOST_FREEDOM)
     return means[there], freedom[there], tuple(float(f) for f in centres[there])
+
+
+def _even(dof: Floats) -> Floats:
+    """Half the sampling rate, where half of the degrees of freedom are, counts as its neighbours do."""
+    return np.append(dof[:-1], dof[-2])
 
 
 def _beside(density: Floats) -> Floats:

@@ -13,7 +13,7 @@ References
 
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.cross import CrossSpectrum, cross_spectrum
-from sigmatau.spectrum.estimate import psd, welch
+from sigmatau.spectrum.estimate import default_size, psd, welch
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, without_line
 from sigmatau.spectrum.transfer import MinimumPhase, transfer
@@ -26,6 +26,7 @@ __all__ = [
     "Spectra",
     "Spectrum",
     "cross_spectrum",
+    "default_size",
     "good_length",
     "hann",
     "psd",

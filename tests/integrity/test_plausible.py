@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
-from sigmatau.integrity import earth_rate, gravity, implausible_unit
+from sigmatau.integrity import check, earth_rate, gravity, implausible_unit
 from sigmatau.terms import TERMS
 
 G = 9.80665
@@ -124,3 +124,27 @@ def test_earth_rate_where_it_can_be_resolved():
     # A bias of 100 deg/h hides it, and one gyro alone sees a part.
     assert earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=5e-4) == []
     assert earth_rate(Record.from_arrays(rate=100, gyro_x=x[:, 0]).streams[0], bias=bias) == []
+
+
+def test_earth_rate_of_an_unknown_bias():
+    """As information alone: of optical gyros that show it, of those that show nothing, and of no others."""
+    noise = 3e-8 * math.sqrt(100)
+    earth = np.array([0.6, 0.0, 0.8]) * 7.292115e-5
+
+    def told(mean, times=1.0):
+        stream = Record.from_arrays(rate=100, gyro=triad("unknown bias", mean, noise * times, n=100_000)).streams[0]
+        return [finding for finding in check(stream) if finding.code == "earth_rate"]
+
+    (shown,) = told(earth)
+    assert (shown.severity, shown.changes) == ("info", ())
+    assert shown.size == pytest.approx(7.292115e-5, rel=1e-3)
+    assert "agree" in shown.effect
+    (removed,) = told((0.0, 0.0, 0.0))
+    assert removed.severity == "info"
+    assert "taken off" in removed.message
+    assert told(earth + 5e-5) == []  # with a bias of 10 deg/h
+    assert told((0.0, 0.0, 0.0), times=100.0) == []  # 0.01 deg/√h: a MEMS gyro whose mean was taken off is no news
+    # What is simulated says so itself.
+    model = NoiseModel(channels={f"gyro_{axis}": {"random_walk": 3e-8} for axis in "xyz"})
+    simulated = simulate(model, duration=1000.0, rate=100.0, rng=seed_of("simulated earth")).streams[0]
+    assert [finding for finding in check(simulated) if finding.code == "earth_rate"] == []

@@ -67,6 +67,7 @@ __all__ = [
 CHECKS = (
     implausible_unit,
     gravity,
+    earth_rate,
     start_transient,
     not_static,
     spikes,
@@ -123,6 +124,8 @@ def check(stream: Stream) -> list[Finding]:
             found[not_static] = not_static(left)
         if found[repeated_samples]:
             found[repeated_samples] = repeated_samples(left)
+    if found[implausible_unit] or found[not_static]:  # then the mean is not that of a sensor at rest in its unit
+        found[earth_rate] = []
     found[start_transient] = begun if whole is not stream else []
     if any(
         not finding.channel for finding in found[implausible_unit]

@@ -12,7 +12,7 @@ from sigmatau.results import Finding
 from sigmatau.streams import Stream
 from sigmatau.terms import TERMS
 
-__all__ = ["grade", "mean_of", "mixed_units"]
+__all__ = ["QUIET", "grade", "mean_of", "mixed_units"]
 
 _DEG = math.pi / 180
 _G = 9.80665
@@ -43,7 +43,7 @@ _NOISIEST = 0.2 * _DEG
 
 # Below 0.01 deg/√h there are optical gyros alone, whose bias is some deg/h at the most; MEMS have biases of 100 to 10^5
 # deg/h. So a mean of 45 deg/h, three times the Earth's rate, is none of a gyro so quiet.
-_QUIET, _BIASED = 0.01 * _DEG / 60, 45 * _DEG / 3600
+QUIET, _BIASED = 0.01 * _DEG / 60, 45 * _DEG / 3600
 
 _LOOKED_AT = 1 << 17
 _SAME = 1e-6
@@ -153,7 +153,7 @@ def grade(stream: Stream) -> tuple[str, float, float, str] | None:
     level = math.sqrt(math.fsum(mean_of(stream, channel) ** 2 for channel in stream.channels))
     unit = next((one for one in instead if one is not None and one[1] > 1), None)
     most = max(_largest(stream, channel) for channel in stream.channels)
-    if most < _QUIET and level > _BIASED and unit is not None:
+    if most < QUIET and level > _BIASED and unit is not None:
         message = (
             f"white noise of {axes} is {said}, as of optical gyros, and their mean {math.degrees(level) * 3600:.3g} deg/h,"
             f" which is the bias of none of them: the samples look like {unit[2]}"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, _kernels, allan, read, simulate
-from sigmatau.diagnose.correlation import cross_axis
+from sigmatau import NoiseModel, Record, _kernels, allan, analyze, read, simulate
+from sigmatau.diagnose.correlation import _chance, cross_axis
 from sigmatau.diagnose.stationarity import cusum, non_stationary, segment_test
 from sigmatau.fitting import fit
 from sigmatau.fitting.noisefit import NoiseFit
@@ -184,7 +184,53 @@ def test_slow_common_noise():
     y = rng.standard_normal((n, 3))
     y[:, :2] += 0.1 * np.cumsum(rng.standard_normal(n))[:, None]
     (finding,) = cross_axis(Record.from_arrays(rate=20.0, gyro=y).streams[0])
-    assert "between means over 1 s" in finding.message
+    assert "between means over" in finding.message
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.05])
+@pytest.mark.parametrize("walk", [1e-4, 3e-5])
+def test_a_walk_that_axes_share(walk, lost):
+    """One rate random walk on three axes, hidden by their own white noise in means over 1 s; with lost samples, too."""
+    rng = np.random.default_rng(seed_of(f"shared walk {walk} {lost}"))
+    n = 100_000
+    shared = walk / np.sqrt(50.0) * np.cumsum(rng.standard_normal(n))
+    y = 3e-4 * np.sqrt(50.0) * rng.standard_normal((n, 3)) + shared[:, None] * [1.0, -1.0, 1.0]
+    y[rng.random((n, 3)) < lost] = np.nan
+    (finding,) = cross_axis(Record.from_arrays(rate=50.0, gyro=y).streams[0])
+    assert (finding.code, finding.severity) == ("correlated_axes", "warning")
+    # Differences of means over T have the variance 2(N²/T + K²T/3), the last part of which is shared; of 61 means at least
+    # the correlation has an error of (1 − r²)/√(61/1.125).
+    length = float(finding.message.split("means over ")[1].split(" s")[0])
+    expected = 1 / (1 + 3 * (3e-4 / (walk * length)) ** 2)
+    assert finding.size == pytest.approx(expected, abs=3 * max((1 - expected**2) / np.sqrt(61 / 1.125), 0.03))
+    assert all(name in finding.message for name in ("gyro_x and gyro_y", "gyro_x and gyro_z", "gyro_y and gyro_z"))
+
+
+def test_axes_that_warm_up_together_are_told_once():
+    """That they share it is information beside the warnings of the drifts."""
+    rng = np.random.default_rng(seed_of("together"))
+    n = 60_000
+    drift = 6e-3 * np.exp(-np.arange(n) / 20.0 / 900)
+    y = 1e-3 * rng.standard_normal((n, 2)) + drift[:, None]
+    found = analyze(Record.from_arrays(rate=20.0, gyro_x=y[:, 0], gyro_y=y[:, 1])).findings
+    assert [f.code for f in found if f.severity == "warning"] == ["warm_up", "warm_up"]
+    (shared,) = [f for f in found if f.code == "correlated_axes"]
+    assert "drifts" in shared.message
+
+
+@pytest.mark.parametrize("terms", MIXTURES)
+def test_law_of_few_means(terms):
+    """Of 61 means of any colour no more than 1e-3 of pairs pass the bound of 1e-3, which is made for the worst."""
+    rng = np.random.default_rng(seed_of(f"few means {terms}"))
+    changes = []
+    for _ in range(150):
+        y = _kernels.simulate(61 * 8, 1.0, MIXTURES[terms], seed=int(rng.integers(1 << 62)), stream=1)
+        d = np.diff(y.reshape(61, 8).mean(axis=1))
+        d -= d.mean()
+        changes.append(d / np.linalg.norm(d))
+    both = np.abs(np.array(changes) @ np.array(changes).T)[np.triu_indices(150, 1)]
+    # 11175 pairs, nearly independent of each other: √(1e-3/11175) is the error.
+    assert np.mean(both > _chance(60, 1e-3)) <= 1e-3 + 3 * np.sqrt(1e-3 / len(both))
 
 
 def test_correlation_with_gaps_and_without_noise():

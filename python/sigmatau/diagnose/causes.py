@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from sigmatau.diagnose.correlation import OVER
 from sigmatau.diagnose.drift import BESIDE
 from sigmatau.results import Finding
 
@@ -24,6 +25,8 @@ _LOCAL = (
 """Faults at a time, the plainest first."""
 
 _SETTLING = ("warm_up", "late_drift")
+
+_DRIFTS = (*_SETTLING, "temperature_drift")
 
 _LEVEL = "the level "
 """How a finding about nothing but changes of level begins."""
@@ -66,8 +69,13 @@ def one_cause(findings: Sequence[Finding], channels: Sequence[str], duration: fl
                 continue
             for channel in [finding.channel] if finding.channel else [c for c in channels if c in finding.message]:
                 causes.setdefault(channel, finding)
+    drifting = {finding.channel for finding in findings if finding.code in _DRIFTS}
     said = []
     for finding in findings:
+        if finding.code == "correlated_axes" and _of_drifts(finding, channels, drifting):
+            message = f"{finding.message}; the drifts that are told of them may be all of the reason"
+            said.append(replace(finding, severity="info", message=message))
+            continue
         cause = causes.get(finding.channel or "")
         if cause is None or finding.severity != "warning" or not _follows(finding, cause, duration):
             said.append(finding)
@@ -78,6 +86,13 @@ def one_cause(findings: Sequence[Finding], channels: Sequence[str], duration: fl
         message = f"{finding.message}; the {_WORDS[cause.code]} at {cause.where} may be all of the reason"
         said.append(replace(finding, severity="info", message=message, remedy=remedy))
     return said
+
+
+def _of_drifts(finding: Finding, channels: Sequence[str], drifting: set[str | None]) -> bool:
+    """Whether axes share only slow changes, and each of them drifts: as all do that warm up together."""
+    if finding.severity == "info" or "neighbouring" in finding.message:
+        return False
+    return OVER in finding.message and all(c in drifting for c in channels if c in finding.message)
 
 
 def _follows(finding: Finding, cause: Finding, duration: float) -> bool:

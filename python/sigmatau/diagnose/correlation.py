@@ -1,8 +1,9 @@
 """Whether the axes of a stream share a part of their noise.
 
-Two measures of each pair of axes: the correlation of first differences, of what is fast (vibration, a line, a common
-converter), and that of the differences of 1 s means, of what is slower (supply, temperature). A difference, because random
-walks and drifts are correlated by chance.
+Measures of each pair of axes: the correlation of first differences, of what is fast (vibration, a line, a common
+converter), and those of the differences of means over 1 s, 4 s, 16 s and so on, of what is slower (supply, temperature, a
+walk of the rate that white noise hides in shorter means). Differences, because random walks and drifts are correlated by
+chance.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.results import Finding, two_digits
+from sigmatau.results import Finding, duration_text, two_digits
 from sigmatau.streams import Stream
 
-__all__ = ["cross_axis"]
+__all__ = ["OVER", "cross_axis"]
 
 Floats = NDArray[np.float64]
 
 _FALSE_ALARM = 1e-4
-"""Probability for a stream whose axes are independent; divided among its pairs and the two measures."""
+"""Probability for a stream whose axes are independent; divided among its pairs and its measures."""
 
 # The correlation of n pairs of independent Gaussian series has the variance Σ ρ₁(l) ρ₂(l) / n over all lags (Bartlett 1935).
 # First differences of white noise have ρ = −1/2 at lag 1: 1.5. Those of quantization noise −2/3 and 1/6: 1.944, the most
@@ -31,11 +32,16 @@ _INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
 # tells how much, by Student's t.
 _STRETCHES = 32
 
+OVER = "between means over"
+"""What is said of correlation that shows in the differences of means."""
+
 _LEAST = 0.05
 """A smaller one is of no consequence: what two axes tell about their common noise is r² less than twice what one does."""
 
 _STRONG = 0.3
 _LEAST_MEANS = 60
+_LONGER = 4  # times, from one length of means to the next; the last is the longest of which there are enough
+_HALF = 0.5  # of its samples that a mean must have
 _MOST_SAMPLES = 1 << 22
 
 
@@ -61,24 +67,34 @@ def cross_axis(stream: Stream) -> list[Finding]:
         return []
     columns = {channel: stream.column(channel) for channel in stream.channels}
     pairs = list(combinations(stream.channels, 2))
-    level = _FALSE_ALARM / (2 * len(pairs))
-    length = max(round(1 / stream.grid.tau0), 1)
+    lengths = _lengths(stream)
+    level = _FALSE_ALARM / ((1 + len(lengths)) * len(pairs))
     fast = {channel: _differences(column) for channel, column in columns.items()}
-    slow = {channel: _slow(column, length) for channel, column in columns.items()} if length > 1 else {}
+    slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
     found: list[tuple[float, str, tuple[str, str]]] = []
     for first, second in pairs:
         # Squares of what is far too large or small are none; a channel in the wrong unit is for others to find.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-            r = _by_stretches(fast[first], fast[second], level)
-            other = _by_number(slow[first], slow[second], level) if slow else 0.0
-        kind = "between neighbouring samples"
-        if slow and abs(other) > abs(r) + _chance(len(slow[first]), 0.05):
-            r, kind = other, "between means over 1 s"
+            r, kind = _by_stretches(fast[first], fast[second], level), "between neighbouring samples"
+            for length, means in zip(lengths, slow, strict=True):
+                other = _by_number(means[first], means[second], level)
+                if abs(other) > abs(r) + _chance(len(means[first]), 0.05):
+                    r, kind = other, f"{OVER} {duration_text(length * stream.grid.tau0)}"
         if _LEAST <= abs(r) <= 1 + 1e-9:
             found.append((r, kind, (first, second)))
     if not found:
         return []
     return [_finding(stream, found)]
+
+
+def _lengths(stream: Stream) -> list[int]:
+    """Samples in the means: 1 s and more, so long as there are enough of them."""
+    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (_LEAST_MEANS + 1)
+    lengths = []
+    while length < longest:
+        lengths.append(length)
+        length *= _LONGER
+    return [each for each in [*lengths, longest] if each > 1]
 
 
 def _finding(stream: Stream, found: list[tuple[float, str, tuple[str, str]]]) -> Finding:
@@ -119,9 +135,16 @@ def _differences(column: Floats) -> Floats:
 
 
 def _slow(column: Floats, length: int) -> Floats:
-    """Differences of 1 s means, 0 where a sample is missing, without a ramp."""
+    """Differences of means over so many samples, 0 where half of them are missing, without a ramp."""
     count = len(column) // length
-    means = column[: count * length].reshape(count, length).mean(axis=1)
+    samples = column[: count * length].reshape(count, length)
+    means = samples.mean(axis=1)
+    torn = np.flatnonzero(np.isnan(means))
+    if len(torn):
+        there = ~np.isnan(samples[torn])
+        number = there.sum(axis=1)
+        sums = np.where(there, samples[torn], 0.0).sum(axis=1)
+        means[torn] = np.where(number >= _HALF * length, sums / np.maximum(number, 1), np.nan)
     return _centred(np.diff(means))
 
 

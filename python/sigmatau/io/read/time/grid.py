@@ -9,11 +9,13 @@ were in all.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.io.read.time.coarse import Allowed, allowed, few_steps
 from sigmatau.io.read.time.line import BLOCK, GridFit, about_line, finished
 from sigmatau.io.read.time.neighbours import agreed
 from sigmatau.io.read.time.pattern import lasts, pattern
@@ -41,6 +43,7 @@ _SPLITS = 64
 _EXACT = 0.05  # of the interval, root mean square: stamps of the sensor's own clock
 _LOST = 4  # times as many samples as there are: so many may be lost of stamps that are exact, and lost at random
 _GEOMETRIC, _APART = 0.25, 0.15  # relative error of the share of whole intervals; correlation of neighbouring intervals
+_ONE_STEP = 1.05  # steps of the clock within which evenly spaced samples are, with a little jitter
 _LEAST_LEFT = 0.1  # of the rows: a longest piece with less than this is no record
 
 
@@ -104,6 +107,15 @@ def fit_grid(
     even = _EVEN[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN[1] * mean
     if even and float(np.std(some)) < _SMOOTH * mean:
         return finished(t, None, "grid", median, None)
+    if (stairs := _stairs(t, intervals, step)) is not None:
+        if given and stairs.least <= given <= stairs.most:
+            stairs = replace(stairs, interval=given)
+        elif stairs.least == 0:
+            stairs = replace(stairs, interval=stairs.most)
+        one = finished(t, None, "coarse", median, intervals)
+        return replace(
+            one, interval=stairs.interval, error=stairs.error * stairs.interval, drift=None, bound=stairs.error
+        )
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
         stated = bool(given) and period > 0 and abs(cast("float", given) / step - 1) < _SAME
@@ -126,6 +138,17 @@ def fit_grid(
     return finished(t[start:stop], places, kind, median, intervals[start : stop - 1], start=start, pieces=pieces)
 
 
+def _stairs(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> Allowed | None:
+    """What even samples on a clock of few steps may be, if these are such stamps.
+
+    Its rate cannot be seen to drift: an even line is within one step of all stamps.
+    """
+    if not (step > 0 and few_steps(len(t), int(np.count_nonzero(intervals)))):
+        return None
+    found = allowed(t, step)
+    return found if found.width <= _ONE_STEP * step else None
+
+
 def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> bool:
     """Whether evenly spaced samples would have these stamps on a clock of such a step."""
     n = len(t)
@@ -136,7 +159,7 @@ def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: flo
     if step >= _SHORT * mean and np.count_nonzero(np.abs(intervals - np.rint(mean / step) * step) > 0.5 * step) < 5:
         return False
     rest, _, _ = about_line(t, np.arange(n, dtype=np.float64))
-    return bool(np.ptp(rest) <= 1.05 * step)
+    return bool(np.ptp(rest) <= _ONE_STEP * step)
 
 
 def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: float) -> NDArray[np.float64] | None:

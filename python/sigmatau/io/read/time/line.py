@@ -17,6 +17,7 @@ BLOCK = 64
 _BLOCKS = 512  # looked at for the jitter
 _PARTS = 10  # of a record, for the drift of the rate
 _SHORT = 0.5  # of the interval: a burst
+_LEAST_APART = 3.0  # stamps in a tenth: two of them would be on any line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +76,7 @@ class GridFit:
     drift: Drift | None
     pieces: int
     period: int = 0
+    bound: float = 0.0
 
 
 def about_line(
@@ -119,10 +121,11 @@ def finished(
     rest, more, middle = about_line(_by_blocks(t) - first * along, along)
     slope = first + more
     squares = float(middle @ middle)
-    scatter = math.sqrt(float(rest @ rest) / len(rest))
     short = 0.0
     if intervals is not None:
         short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
+    apart = (1 - short) * n  # stamps that say something of their own: those of one bunch are late or early together
+    scatter = math.sqrt(float(rest @ rest) / min(float(len(rest)), max(apart, 1.0)))
     return GridFit(
         kind=kind,
         interval=slope,
@@ -134,7 +137,7 @@ def finished(
         jitter=_jitter(t, places, slope),
         short=short,
         median=median,
-        drift=_drift(rest, along, slope) if n >= 4 * _PARTS * BLOCK else None,
+        drift=_drift(rest, along, slope, apart / _PARTS) if n >= 4 * _PARTS * BLOCK else None,
         pieces=pieces,
         period=period,
     )
@@ -168,8 +171,13 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
     return math.sqrt(float((values * values).sum()) / (len(at) * (size - 2)))
 
 
-def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float) -> Drift:
-    """Rates by tenths, from the means of blocks: their scatter about ten lines says how sure they are."""
+def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> Drift | None:
+    """Rates by tenths, from the means of blocks: their scatter about ten lines says how sure they are.
+
+    In bunches that are longer than a block, blocks are not independent: there are as many as the stamps `apart` in a tenth.
+    """
+    if apart < _LEAST_APART:
+        return None
     per = len(rest) // _PARTS
     values, along = (x[: _PARTS * per].reshape(_PARTS, per) for x in (rest, along))
     values = values - values.mean(axis=1, keepdims=True)
@@ -177,5 +185,5 @@ def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: floa
     squares = (along * along).sum(axis=1)
     slopes = (values * along).sum(axis=1) / squares
     left = values - slopes[:, None] * along
-    scatter = math.sqrt(float((left * left).sum()) / (_PARTS * (per - 2)))
+    scatter = math.sqrt(float((left * left).sum()) / (_PARTS * (per - 2)) * max(1.0, per / apart))
     return Drift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)

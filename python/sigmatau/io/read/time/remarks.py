@@ -9,9 +9,9 @@ import numpy as np
 
 from sigmatau.io.read.time.line import GridFit
 from sigmatau.io.read.time.rows import Rows
-from sigmatau.results import Finding, seconds
+from sigmatau.results import Finding, seconds, two_digits
 
-__all__ = ["PLAUSIBLE", "drift", "gaps", "host", "implausible", "not_round", "pauses"]
+__all__ = ["PLAUSIBLE", "drift", "gaps", "host", "implausible", "not_round", "of_single_precision", "pauses"]
 
 PLAUSIBLE = (0.01, 1e5)
 """Sampling rates of inertial sensors. [Hz]"""
@@ -22,6 +22,7 @@ _NEAR = 0.02  # relative distance from such a rate within which it may have been
 # The largest of ten equal rates less the smallest is 3.1 ± 0.8 standard errors: beyond 8 once in 1e7 records.
 _DRIFT_ERRORS = 8.0
 _DRIFT = (1e-4, 1e-3)  # relative change of the rate that is said, and that is a warning
+_UNSURE = 1e-2  # of the rate: then a random walk may be off by half a percent
 _LISTED = 3
 _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
 
@@ -158,17 +159,26 @@ def host(found: GridFit, used: Rows, second: float, step: float, place: Callable
     if found.kind == "grid" or not found.pieces:
         return ()
     if found.kind == "coarse":
+        sure = found.bound <= _AGREE
+        open_ended = found.bound == math.inf  # only a rate that is given has come so far
+        share = f"{two_digits(100 * found.bound)} %"
+        others = "any faster ones" if open_ended else f"others up to {share} off"
+        right = "" if sure or open_ended else f"; times are right to {share} only, a random walk to half of that"
+        single = of_single_precision(used, step)
         return (
             Finding(
                 code="coarse_stamps",
-                severity="info",
+                severity="warning" if found.bound > _UNSURE or single else "info",
                 message=(
-                    f"the clock of the time stamps goes in steps of {step * second:.3g} s, longer than the sample interval,"
-                    f" {found.interval * second:.3g} s; evenly spaced samples at {rate:.6g} Hz fit all of them"
+                    f"the clock of the time stamps goes in steps of {step * second:.3g} s{single}, longer than the sample"
+                    f" interval, {found.interval * second:.3g} s; evenly spaced samples at {rate:.6g} Hz fit all of them"
+                    + ("" if sure else f", and so would {others}")
                 ),
                 size=step * second,
                 unit="s",
-                effect=f"fewer than {max(round(step / found.interval), 1) + 1} lost samples in a row would not be seen",
+                effect=f"fewer than {max(round(step / found.interval), 1) + 1} lost samples in a row would not be seen"
+                + right,
+                remedy="write the stamps with all their digits, or give --rate HZ" if single or not sure else "",
             ),
         )
     median = f"{1 / (found.median * second):.3g} Hz" if found.median > 0 else "no rate at all"
@@ -179,9 +189,9 @@ def host(found: GridFit, used: Rows, second: float, step: float, place: Callable
             code="host_stamps",
             severity="warning",
             message=(
-                f"{100 * found.short:.2g} % of the intervals between time stamps are shorter than half the sample interval,"
-                f" the longest is {seconds(longest * second)} s (before {place(row + 1)}): the stamps say when a host took"
-                f" the samples, not when the sensor made them; their median interval would say {median}"
+                f"{two_digits(100 * found.short)} % of the intervals between time stamps are shorter than half the sample"
+                f" interval, the longest is {seconds(longest * second)} s (before {place(row + 1)}): the stamps say when a"
+                f" host took the samples, not when the sensor made them; their median interval would say {median}"
             ),
             where=place(row + 1),
             size=found.short,
@@ -194,13 +204,20 @@ def host(found: GridFit, used: Rows, second: float, step: float, place: Callable
     )
 
 
+def of_single_precision(used: Rows, step: float) -> str:
+    """Words for a step that is that of a number of 32 bits as large as the stamps."""
+    last = float(np.abs(used.stamps[-1]))
+    single = step >= 1 and last < float(np.finfo(np.float32).max) and float(np.spacing(np.float32(last))) == step
+    return ", which is that of single precision for numbers so large" if single else ""
+
+
 def drift(found: GridFit, tau0: float) -> tuple[Finding, ...]:
     """A rate that changes."""
     change = found.drift
     if change is None or change.size < max(_DRIFT[0], _DRIFT_ERRORS * change.error):
         return ()
     low, high = (1 + change.rates.min()) / tau0, (1 + change.rates.max()) / tau0
-    share = f"{100 * change.size:.2g} %"
+    share = f"{two_digits(100 * change.size)} %"
     at = int(np.argmax(np.abs(change.rates - np.median(change.rates))))
     begins = at / len(change.rates) * found.n * tau0
     return (

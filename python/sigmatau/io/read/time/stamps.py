@@ -107,6 +107,12 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
     step = resolution(some, float(max(abs(stamps[0]), abs(stamps[-1]))))
     given = 1 / (rate * second) if rate and second else None
     found = fit_grid(t, used.intervals, step, given=given)
+    if found.bound == math.inf and rate is None:
+        raise DataError(
+            f"stamps in column {name} have two values only, {stamps[0]} and {stamps[-1]}: of the rate they say no more than"
+            f" that {found.n} samples make one step{remarks.of_single_precision(used, step)}; give --rate HZ, or write them"
+            " with all their digits"
+        )
     known = second is not None
     if second is None:
         second = 1 / (rate * found.interval) if rate else 1.0

@@ -202,3 +202,31 @@ def test_coefficient_in_another_unit():
 def test_notebooks_show_what_is_printed():
     found = read_off(exact({"random_walk": 1e-4}))
     assert found._repr_html_().startswith("<pre>x: read off")
+
+
+@pytest.mark.parametrize(
+    ("term", "gaps"),
+    [
+        ("random_walk", "two in five"),
+        ("random_walk", "every second"),
+        ("random_walk", "every second of all"),
+        ("random_walk", "one in twenty"),
+        ("quantization", "every second"),
+        ("quantization", "one in twenty"),
+    ],
+)
+def test_missing_samples_do_not_change_what_is_read(term, gaps):
+    """Clusters that are half full show up to 1.3 times the random walk, and several times the quantization noise."""
+    rng = np.random.default_rng(seed_of(f"read off {term} {gaps}"))
+    n, values = 60_000, []
+    lost = {"two in five": rng.random(n) < 0.4, "one in twenty": rng.random(n) < 0.05}.get(gaps, np.arange(n) % 2 > 0)
+    if gaps != "every second of all":
+        lost &= np.arange(n) > n / 3
+    for _ in range(12):
+        white = rng.normal(size=n + 1)
+        x = white[1:] if term == "random_walk" else np.diff(white)
+        x[lost] = np.nan
+        found = read_off(allan(Record.from_arrays(rate=1, gyro_x=x))["gyro_x"])
+        values.append(found[term].value)
+    error = np.std(values, ddof=1) / len(values) ** 0.5
+    assert np.mean(values) == pytest.approx(1, abs=3 * error + 0.002)  # 0.2 %: which points a line is laid through

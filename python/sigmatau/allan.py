@@ -223,7 +223,7 @@ def allan(
     record : Record
         Static data. Where samples are missing, clusters are averaged over those that they have, and a pair counts if both
         of its clusters are at least half full; sizes without such a pair are left out. The variance is then not that of
-        a whole record: a fit takes account of it, see `sigmatau.gaps`, a reading by slopes does not.
+        a whole record: a fit and a reading by slopes take account of it, see `sigmatau.gaps`.
     taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
         Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
         samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]

@@ -223,7 +223,7 @@ def analyze(
     Notes
     -----
     A channel that never changes is left out with a finding; the others are analysed. Where samples are missing, the curve is
-    that of clusters at least half full, and the fit takes account of it; what is read off does not.
+    that of clusters at least half full; the fit and what is read off take account of it.
     """
     if method not in ("gls", "read-off"):
         raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")

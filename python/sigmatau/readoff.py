@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,7 @@ _BEND = 0.1
 _SIGMAS = 2.5
 _PER_OCTAVE = 8
 _FLOOR = 0.02
+_ALIKE = 1 - 1e-9  # cosine of two columns that are one, but for rounding
 
 GAIN = 6.0
 """What a region's term must add to a fit of all the other terms, in squared errors by δ (at least 2 %) an octave."""
@@ -205,11 +206,16 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     -----
     The line is fitted by least squares in log σ with the weights 1/(δ² + (tolerance/5)²), δ by eq. (26): the first part is
     the noise, the second keeps the shortest, most exact points from deciding alone while neighbouring terms bend them.
+
+    Where samples are missing, clusters that are not full show more of a term than full ones do, each term differently (see
+    `sigmatau.gaps`). What is sought of a term is then sought on the curve over that factor: its region is a line again.
     """
-    points = _Points.of(curve)
+    whole = _Points.of(curve)
+    gaps = {} if curve.gaps is None else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
     coefficients, refused = {}, []
     for name, rule in rules.items():
         term = TERMS[name]
+        points = whole.without(name, gaps)
         found = points.longest(term.slope, rule)
         if found is None:
             continue
@@ -238,7 +244,11 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
 @dataclass(frozen=True, slots=True)
 class _Points:
-    """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included."""
+    """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included.
+
+    `ratios` are the variances of each term over those without gaps, over that of the term that is sought; empty where there
+    are none.
+    """
 
     m: NDArray[np.int64]
     tau0: float
@@ -246,6 +256,7 @@ class _Points:
     lt: NDArray[np.float64]
     ls: NDArray[np.float64]
     delta: NDArray[np.float64]
+    ratios: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, curve: DeviationCurve) -> _Points:
@@ -256,6 +267,14 @@ class _Points:
         bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
         kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
         return cls(curve.m[usable][kept], curve.tau0, tau[kept], lt[kept], ls[kept], delta[kept])
+
+    def without(self, term: str, gaps: Mapping[str, NDArray[np.float64]]) -> _Points:
+        """As they would be without gaps, were all of the curve of one term."""
+        if not gaps:
+            return self
+        own = gaps[term]
+        ratios = {name: ratio / own for name, ratio in gaps.items()}
+        return replace(self, ls=self.ls - np.log(own) / 2, ratios=ratios)
 
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Slope over about an octave round each point, and its standard error by eq. (26)."""
@@ -338,10 +357,21 @@ class _Points:
         m, variance = self.m[near], np.exp(2 * self.ls[near])
         weight = 1 / (2 * variance * np.hypot(self.delta[near], _FLOOR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
+        columns = {
+            name: column * self.ratios[name][near] if self.ratios else column for name, column in columns.items()
+        }
+        own = columns[term.name]
+        # Where no two samples in a row are there, quantization noise is a random walk: then it is no reason against one.
+        alike = {n for n, c in columns.items() if n != term.name and self.ratios and _cosine(c, own) > _ALIKE}
+        columns = {name: column for name, column in columns.items() if name not in alike}
         others = [column for name, column in columns.items() if name != term.name]
         per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
         gain = (_misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)) / per_octave
         return None if gain > GAIN else "other terms together make the same"
+
+
+def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(one @ other) / float(np.linalg.norm(one) * np.linalg.norm(other))
 
 
 def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:

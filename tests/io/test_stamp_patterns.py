@@ -72,3 +72,28 @@ class TestPatterns:
         one = found(np.floor(np.arange(60_000) / rate * 1e3) / 1e3)
         assert one.places is None
         assert one.rate == pytest.approx(rate, rel=1e-5)
+
+
+class TestSlower:
+    """A log that keeps every k-th sample from some time on."""
+
+    @pytest.mark.parametrize(("each", "word"), [(2, "second"), (3, "third"), (5, "5th")])
+    @pytest.mark.parametrize("first", [True, False])
+    def test_a_rate_that_changes_is_no_loss_here_and_there(self, each, word, first):
+        k = np.concatenate([np.arange(10_000), 10_000 + each * np.arange(5_000 // each)])
+        k = k if not first else (k[-1] - k)[::-1]
+        said = next(f for f in found(k / 100.0).findings if f.code == "gaps")
+        since, until = (0, (k[-1] - 9_999) / 100) if first else (99.99, k[-1] / 100)
+        assert f"only every {word} sample is there, without fail" in said.message
+        assert f"ran at {100 / each:.6g} Hz, elsewhere mostly at 100 Hz" in said.message
+        window = said.remedy.partition("--window ")[2].partition(";")[0].replace("s", "").split(":")
+        assert [float(x) for x in window] == pytest.approx([since, until], abs=1)
+
+    def test_losses_at_random_are_none(self):
+        rng = np.random.default_rng(seed_of("losses that are no rate"))
+        for share in (0.02, 0.1, 0.3, 0.5):
+            for _ in range(10):
+                k = np.flatnonzero(rng.random(30_000) > share)
+                said = next(f for f in found(k / 100.0).findings if f.code == "gaps")
+                assert "without fail" not in said.message
+                assert "--window" not in said.remedy

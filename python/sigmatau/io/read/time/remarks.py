@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau.io.read.time.line import GridFit
 from sigmatau.io.read.time.rows import Rows
@@ -23,6 +24,7 @@ _NEAR = 0.02  # relative distance from such a rate within which it may have been
 _DRIFT_ERRORS = 8.0
 _DRIFT = (1e-4, 1e-3)  # relative change of the rate that is said, and that is a warning
 _UNSURE = 1e-2  # of the rate: then a random walk may be off by half a percent
+_ON_END = 64  # holes of one size
 _LISTED = 3
 _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
 
@@ -64,6 +66,19 @@ def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Fi
             f" even samples at {rate:.6g} Hz so too, if it runs exactly with the sensor's"
         )
         remedy = f"give --rate {rate:.6g} if that is the rate of the sensor, --rate {1 / tau0:.6g} if this one is"
+    elif (slower := _slower(holes)) is not None:
+        first, last = slower
+        each = int(holes[first]) + 1
+        since, until = (seconds(float(found.places[k]) * tau0) for k in (first, last))
+        nth = {2: "second", 3: "third"}.get(each, f"{each}th")
+        even = (
+            f"; from t = {since} s to {until} s only every {nth} sample is there, without fail: the log or the sensor ran at"
+            f" {1 / (each * tau0):.6g} Hz, elsewhere mostly at {1 / tau0:.6g} Hz"
+        )
+        remedy = (
+            f"if the sensor itself was slower there, analyse that part and the rest by themselves, --window"
+            f" {since}s:{until}s; if samples were thinned out, none is needed"
+        )
     about = "about " if found.kind == "host" else ""
     listed = [
         f"{int(holes[k])} sample{'s' if holes[k] > 1 else ''} ({seconds(float(holes[k]) * tau0)} s) from"
@@ -88,6 +103,21 @@ def gaps(found: GridFit, second: float, place: Callable[[int], str]) -> tuple[Fi
             remedy=remedy,
         ),
     )
+
+
+def _slower(holes: NDArray[np.int64]) -> tuple[int, int] | None:
+    """First and last row of the longest stretch with one number of samples missing from row to row, if it has most of all.
+
+    Samples lost at random with probability p leave holes of one size so many times on end with a chance of 4⁻⁶⁴ a row at
+    most: that of a hole of one, p(1 - p), is largest.
+    """
+    edges = np.flatnonzero(np.diff(holes)) + 1
+    starts, stops = np.concatenate(([0], edges)), np.append(edges, len(holes))
+    missing = (stops - starts) * holes[starts]
+    k = int(np.argmax(missing))
+    if stops[k] - starts[k] < _ON_END or 2 * missing[k] < holes.sum():
+        return None
+    return int(starts[k]), int(stops[k])
 
 
 def pauses(found: GridFit, used: Rows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:

@@ -6,7 +6,7 @@ A `Record` is a tuple of streams, a note of where they came from, and what was n
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
@@ -15,9 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _kernels, units
-from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.missing import mask_of, missing_values
 from sigmatau.results import Finding, Printed
-from sigmatau.streams import CHUNK, Columns, Grid, InputKind, Stream, Transform
+from sigmatau.streams import Columns, Grid, InputKind, Stream, Transform
+from sigmatau.thermometers import CELSIUS as TEMPERATURE
+from sigmatau.thermometers import TO_CELSIUS, thermometers
 
 __all__ = [
     "MIN_SAMPLES",
@@ -37,9 +40,6 @@ _SLOWEST, _FASTEST = 1e-15, 1e15
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """Quantities with a unit of their own; any other signal keeps the unit it came in."""
-
-TEMPERATURE = "degC"
-"""Unit of a stream "temperature", which stands beside the sensors."""
 
 MIN_SAMPLES = 4
 """Fewer samples than this give no curve worth the name."""
@@ -193,8 +193,10 @@ class Record(Printed):
             What the numbers are; see `Transform`.
         **channels : array_like, shape (n,) or (n, 3)
             ``gyro_x=…`` one axis, ``gyro=…`` an array of three; names that begin with ``gyro`` or ``accel`` are angular
-            rates and accelerations, all others signals. NaN marks a missing sample. A float64 array is not copied: do
-            not change it while the record is in use.
+            rates and accelerations; one that is called ``temperature`` or ``temp`` (``imu_temp`` …) stands beside them and
+            says why they drift, in °C if `unit` does not say ``"K"`` or ``"degF"``, or another unit for another signal;
+            all others are signals. NaN marks a missing sample. A float64 array is not copied: do not change it while the
+            record is in use.
 
         Raises
         ------
@@ -238,14 +240,38 @@ class Record(Printed):
                 raise OptionError(
                     f"`unit` names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
                 )
+        warm, notes = thermometers(by_stream, unit or {})
         streams = [
-            make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input, finite=name not in with_gaps)
+            _thermometer(name, columns[name], warm[name], rate)
+            if name in warm
+            else make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input, finite=name not in with_gaps)
             for name, columns in by_stream.items()
         ]
+        lost = {
+            channel: s.mask[:, k]
+            for s in streams
+            if s.mask is not None and s.quantity != "temperature"  # which may be read more rarely
+            for k, channel in enumerate(s.channels)
+            if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES  # of others the analysis says that there is nothing
+        }
         return cls(
             streams=tuple(streams),
-            provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values())),
+            provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values()), conversions=notes),
+            findings=missing_values(lost, lambda k: f"index {k} (t = {k / rate:.6g} s)", 1 / rate, rows="samples"),
         )
+
+
+def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float) -> Stream:
+    scale, offset = TO_CELSIUS[unit]
+    made = make_stream(
+        "temperature",
+        {"temperature": values},
+        rate=rate,
+        unit={"temperature": TEMPERATURE},
+        scale={"temperature": scale},
+        offset={"temperature": offset},
+    )
+    return replace(made, name=name, channels=(name,))
 
 
 def real_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -314,7 +340,7 @@ def make_stream(
         channels=tuple(columns),
         grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source, jitter=jitter),
         samples=samples,
-        mask=_missing(samples, tuple(columns), finite=finite),
+        mask=mask_of(samples, tuple(columns), finite=finite),
     )
 
 
@@ -357,31 +383,3 @@ def _rate_of(spelled: str, kind: InputKind) -> str:
     if kind == "rate":
         return spelled
     return "1" if spelled == "s" else f"{spelled}/s"
-
-
-def _missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:
-    n = len(samples)
-    mask: NDArray[np.bool_] | None = None
-    for c, channel in enumerate(channels):
-        if finite and samples.shrinks(c):
-            continue
-        for start in range(0, n, CHUNK):
-            with np.errstate(over="ignore", invalid="ignore"):  # what a unit makes infinite is refused below
-                x = samples.read(c, start, min(start + CHUNK, n))
-                if np.isfinite(np.add.reduce(x)):
-                    continue  # one NaN or infinity would have made the sum one, and this is faster
-            bad = ~np.isfinite(x)
-            if not bad.any():
-                continue
-            infinite = np.flatnonzero(np.isinf(x))
-            if len(infinite):
-                index = start + int(infinite[0])
-                raise NonFiniteError(
-                    f"`{channel}` is infinite at index {index} (t = {index * samples.tau0:.6g} s)",
-                    channel=channel,
-                    index=index,
-                )
-            if mask is None:
-                mask = np.zeros((n, len(channels)), dtype=bool)
-            mask[start : start + len(x), c] = bad
-    return mask

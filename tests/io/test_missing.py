@@ -270,3 +270,74 @@ class TestTemperature:
         one, other = analyze(alone), analyze(beside)
         assert list(other.curves) == ["gyro_x"]
         assert one.to_dict()["channels"] == other.to_dict()["channels"]
+
+
+class TestArrays:
+    """What a file would be told of is told of arrays as well."""
+
+    @pytest.mark.parametrize("share", [5e-4, 0.4, 0.7])
+    def test_nan_is_told(self, share):
+        rng = np.random.default_rng(seed_of(f"nan in arrays {share}"))
+        x = 1e-3 * rng.normal(size=20_000)
+        x[np.flatnonzero(rng.random(len(x)) < share)] = np.nan
+        record = Record.from_arrays(rate=100, gyro_x=x, gyro_y=1e-3 * rng.normal(size=len(x)))
+        (finding,) = record.findings
+        lost = int(np.isnan(x).sum())
+        assert (finding.code, finding.channel, finding.size) == ("missing_values", "gyro_x", lost)
+        assert finding.severity == ("info" if share < 1e-3 else "warning")
+        first = int(np.flatnonzero(np.isnan(x))[0])
+        assert f"{lost} of 20000 samples have no number in gyro_x; the first: index {first} (t = " in finding.message
+        assert finding in analyze(record).findings
+
+    def test_a_block_is_told_with_its_length(self):
+        rng = np.random.default_rng(seed_of("a block of nan"))
+        gyro = 1e-3 * rng.normal(size=(20_000, 3))
+        gyro[1000:8900, 1] = np.nan
+        (finding,) = Record.from_arrays(rate=100, gyro=gyro).findings
+        assert (
+            "7900 of 20000 samples have no number in gyro_y; the first: index 1000 (t = 10 s), 7900 samples (79 s) on end"
+            in (finding.message)
+        )
+
+    def test_whole_arrays_have_nothing_to_be_told(self):
+        rng = np.random.default_rng(seed_of("whole arrays"))
+        assert Record.from_arrays(rate=100, gyro=rng.normal(size=(1000, 3)), baro=rng.normal(size=500)).findings == ()
+
+
+class TestThermometersOfArrays:
+    @pytest.mark.parametrize("name", ["temperature", "temp", "imu_temp"])
+    @pytest.mark.parametrize("unit", [None, "degC", "K", "degF"])
+    def test_a_name_that_says_so_is_a_temperature(self, name, unit):
+        scale, offset = {"K": (1.0, 273.15), "degF": (1.8, 32.0)}.get(unit, (1.0, 0.0))
+        degrees = 25 + np.linspace(0, 10, 1000)
+        given = {name: unit} if unit else {}
+        record = Record.from_arrays(
+            rate=100, gyro_x=np.zeros(1000), unit=given, input="increments", **{name: degrees * scale + offset}
+        )
+        stream = record.stream_of(name)
+        assert (stream.quantity, stream.unit) == ("temperature", "degC")
+        np.testing.assert_allclose(stream.column(name), degrees, rtol=1e-13)
+        assert ("degC assumed" in str(record.provenance.conversions)) == (unit is None)
+
+    def test_numbers_that_are_none_and_names_that_say_nothing_are_signals(self):
+        x = np.zeros(1000)
+        record = Record.from_arrays(rate=100, gyro_x=x, temperature=x + 4000, warmth=x + 25)
+        assert [s.quantity for s in record.streams] == ["angular_rate", "signal", "signal"]
+        assert "taken for a signal" in record.provenance.conversions[0]
+        volts = Record.from_arrays(rate=100, gyro_x=x, temperature=x + 1, unit={"temperature": "V"})
+        assert (volts.streams[1].quantity, volts.streams[1].unit) == ("signal", "V")
+        assert Record.from_arrays(rate=100, temperature=x + 25).streams[0].quantity == "signal"
+
+    def test_what_follows_it_is_told_and_it_has_no_coefficients(self):
+        rng = np.random.default_rng(seed_of("a gyro that follows arrays"))
+        t = np.arange(100_000) / 50
+        swing = np.sin(2 * np.pi * t / 900)
+        gyro = 3e-3 * rng.normal(size=len(t)) + 2e-3 * swing
+        found = analyze(
+            Record.from_arrays(rate=50, gyro_x=gyro, temperature=25 + 3 * swing + 0.05 * rng.normal(size=len(t)))
+        )
+        assert list(found.fits) == ["gyro_x"]
+        said = {f.code: f for f in found.findings}
+        assert "late_drift" not in said
+        # 2e-3 rad/s by 3 K, in SI; its interval in the message is of 95 %.
+        assert said["temperature_drift"].size == pytest.approx(2e-3 / 3, rel=0.01)

@@ -18,7 +18,7 @@ from sigmatau.io.read.table import Loaded, Table
 from sigmatau.io.read.temperature import temperature_stream
 from sigmatau.io.read.time import disorder
 from sigmatau.io.read.time.jitter import scattered
-from sigmatau.io.read.time.lay import missing_values, mostly_missing, own_rows, with_missing
+from sigmatau.io.read.time.lay import missing_in, mostly_missing, own_rows, with_missing
 from sigmatau.io.read.time.timing import Timing, timed
 from sigmatau.io.read.unread import not_read
 from sigmatau.io.read.unwritten import without_unwritten
@@ -119,7 +119,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
                 finite=timing.places is None and not missing.intersection(columns.values()),
             )
         )
-    said = missing_values(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
+    said = missing_in(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
     said = (*said, *scattered(streams, times))
     if choice.temperature is not None:
         index = choice.temperature.index

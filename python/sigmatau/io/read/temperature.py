@@ -13,11 +13,9 @@ from sigmatau.io.read.thermometer import Thermometer
 from sigmatau.io.read.time.timing import Timing
 from sigmatau.record import MIN_SAMPLES, TEMPERATURE, make_stream
 from sigmatau.streams import Stream
+from sigmatau.thermometers import PLAUSIBLE, TO_CELSIUS, typical
 
 __all__ = ["temperature_stream"]
-
-_TO_CELSIUS = {"degC": (1.0, 0.0), "K": (1.0, 273.15), "degF": (1 / 1.8, 32.0)}  # (value - offset) * scale
-_PLAUSIBLE = (-90.0, 150.0)  # of electronics that work. [°C]
 
 
 def temperature_stream(
@@ -28,14 +26,14 @@ def temperature_stream(
     A thermometer that is read more rarely than the sensors leaves its column empty in between: so many samples are missing.
     """
     column = raw[found.index]
-    scale, offset = _TO_CELSIUS[found.unit or "degC"]
+    scale, offset = TO_CELSIUS[found.unit or "degC"]
     values = column[~np.isnan(column)] if missing else column
     if len(values) < MIN_SAMPLES:
         return (), f"temperature: column {label} holds {len(values)} numbers, too few"
-    typical = (float(np.median(values[:: max(len(values) // 4096, 1)])) - offset) * scale
-    if not _PLAUSIBLE[0] <= typical <= _PLAUSIBLE[1]:
+    median = typical(values, found.unit or "degC")
+    if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
         unit = found.unit or "degC, which was assumed"
-        return (), f"temperature: column {label} is no temperature in {unit} (median {typical:.4g} °C)"
+        return (), f"temperature: column {label} is no temperature in {unit} (median {median:.4g} °C)"
     try:
         stream = make_stream(
             "temperature",

@@ -7,18 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sigmatau.io.read.table import Column
+from sigmatau.thermometers import NAMES
 
 __all__ = ["Thermometer", "degrees_of", "find_thermometer"]
 
 _LONGEST = 40  # characters at the end of a name that may hold a unit
 
-# Names in the form that `sigmatau.io.read.columns` compares them in, the more likely one first: of the whole sensor, of the
-# gyro, of the accelerometer.
-_NAMES = (
-    r"temp|temperature|imu_?temp(?:erature)?|(?:sensor|chip|die|internal|int)_temp(?:erature)?|temp(?:erature)?_(?:imu|sensor|chip|die)",
-    r"(?:gyro|gyr|gyroscope)_?temp(?:erature)?|temp(?:erature)?_(?:gyro|gyr)",
-    r"(?:accel|acc|accelerometer)_?temp(?:erature)?|temp(?:erature)?_(?:accel|acc)",
-)
 _ONLY_WITH_UNIT = re.compile("t")  # ArduPilot
 _SPELLED = {
     **dict.fromkeys(("degc", "°c", "℃", "c", "celsius", "deg c", "° c", "deg_c", "degrees celsius"), "degC"),
@@ -70,7 +64,7 @@ def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[
             stem, unit = match["stem"], _SPELLED[match["unit"]]
         if unit == "":
             continue
-        for rank, names in enumerate(_NAMES):
+        for rank, names in enumerate(NAMES):
             if re.fullmatch(names, stem):
                 found.setdefault(rank, []).append(Thermometer(index=index, unit=unit))
         if unit and _ONLY_WITH_UNIT.fullmatch(stem):

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from sigmatau import _kernels
 from sigmatau.errors import NonFiniteError
-from sigmatau.results import Finding, seconds
+from sigmatau.missing import missing_values
+from sigmatau.results import Finding
 
-__all__ = ["laid", "missing_values", "mostly_missing", "own_rows", "with_missing"]
+__all__ = ["laid", "missing_in", "mostly_missing", "own_rows", "with_missing"]
 
 _MOSTLY = 0.5  # of the rows: a column that is empty more often holds no samples of this table
 _OWN = 0.15  # share of empty rows from which on a sensor has rows of its own, if others fill those
@@ -147,15 +148,7 @@ def laid(
     return grid
 
 
-def _blocks(bad: NDArray[np.bool_]) -> tuple[int, int, int]:
-    """Number of stretches of True, length of the longest, and where it begins."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], bad.view(np.int8), [0]))))
-    lengths = edges[1::2] - edges[::2]
-    k = int(np.argmax(lengths))
-    return len(lengths), int(lengths[k]), int(edges[::2][k])
-
-
-def missing_values(
+def missing_in(
     raw: Mapping[int, NDArray[Any]],
     channels: Mapping[str, int],
     missing: set[int],
@@ -164,9 +157,7 @@ def missing_values(
     tau0: float,
 ) -> tuple[Finding, ...]:
     """One finding about the numbers that are missing in rows that are there; `tau0` is the time from row to row."""
-    said: dict[str, tuple[int, int]] = {}
-    blocks: dict[str, tuple[int, int, int]] = {}
-    rows = 0
+    said: dict[str, NDArray[np.bool_]] = {}
     for channel, index in channels.items():
         if index not in missing:
             continue
@@ -175,35 +166,6 @@ def missing_values(
             inside = np.zeros(len(bad), dtype=bool)
             inside[used[index]] = True
             bad &= inside
-        count, total = int(np.count_nonzero(bad)), len(used[index]) if index in used else len(bad)
-        if not count:
-            continue
-        first = int(np.argmax(bad))
-        said[channel] = count, first
-        blocks[channel] = _blocks(bad)
-        rows = max(rows, total)
-    if not said:
-        return ()
-    worst = max(said, key=lambda channel: said[channel][0])
-    first = min(first for _, first in said.values())
-    count = said[worst][0]
-
-    def _together(number: int, longest: int, begins: int) -> str:
-        if longest == 1:
-            return ", none beside another" if number > 1 else ""
-        long = f"{longest} rows ({seconds(longest * tau0)} s) on end"
-        return f", {long}" if number == 1 else f"; in {number} stretches, the longest {long} from {where(begins)} on"
-
-    each = f"{count} of {rows}" if len({n for n, _ in said.values()}) == 1 else f"up to {count} of {rows} ({worst})"
-    return (
-        Finding(
-            code="missing_values",
-            severity="info" if count <= 1e-3 * rows else "warning",
-            channel=next(iter(said)) if len(said) == 1 else None,
-            message=f"{each} rows have no number in {', '.join(said)}; the first: {where(first)}{_together(*blocks[worst])}",
-            where=where(first),
-            size=count,
-            effect="they are missing samples on the grid, left empty and never filled in",
-            remedy="none is needed if they are few; look at the link or the converter if not",
-        ),
-    )
+        said[channel] = bad
+    of = {channel: len(used[channels[channel]]) for channel in said if channels[channel] in used}
+    return missing_values(said, where, tau0, of=of)

@@ -21,6 +21,32 @@ class TestJitter:
             np.testing.assert_array_equal(record.streams[0].column("gyro_x"), x)
             assert record.streams[0].grid.rate == pytest.approx(100, rel=4 * share * 12**0.5 / len(x) ** 1.5)
 
+    @pytest.mark.parametrize("share", [0.25, 0.3, 0.35])
+    def test_large_jitter_is_no_bunch(self, share):
+        """Places can no longer be told one by one; that none is empty can."""
+        rng = np.random.default_rng(seed_of(f"large jitter {share}"))
+        for n in (1000, 60_000):
+            for _ in range(5):
+                record = record_of((np.arange(n) + rng.normal(0, share, n)) / 100)
+                assert codes(record) == ["jitter"]
+                grid = record.streams[0].grid
+                assert grid.n == n
+                # Put in order, stamps scatter a little less: 1.5 % at 0.35.
+                assert grid.jitter == pytest.approx(share / 100, rel=0.03 + 4 / (2 * min(n, 512 * 64)) ** 0.5)
+
+    @pytest.mark.parametrize("size", [2, 3, 4, 10])
+    def test_bunches_are_no_jitter(self, size):
+        rng = np.random.default_rng(seed_of(f"bunches and no jitter {size}"))
+        k = np.arange(12_000)
+        t = (k // size * size + size - 1 + 0.02 * (k % size) + rng.normal(0, 1e-3, len(k))) / 100
+        assert "host_stamps" in codes(found(np.sort(t)))
+
+    def test_large_jitter_with_a_lost_sample_is_not_passed_over(self):
+        rng = np.random.default_rng(seed_of("large jitter, one lost"))
+        for _ in range(20):
+            k = np.delete(np.arange(20_000), rng.integers(1000, 19_000))
+            assert "host_stamps" in codes(found((k + rng.normal(0, 0.3, len(k))) / 100))
+
     def test_beside_a_loss_few_are_moved(self):
         """Only a stamp beside a hole, nearer to it than to its own place, cannot be told from one that belongs there."""
         share, loss = 0.2, 0.01
@@ -78,6 +104,23 @@ class TestJitter:
         error = np.hypot(np.std(values, ddof=1), np.std(stated, ddof=1)) / len(values) ** 0.5
         assert np.mean(values) == pytest.approx(np.mean(stated), abs=3 * error)
         assert np.mean(stated) == pytest.approx(2**0.5, abs=0.1)
+
+    def test_the_effect_of_large_jitter_is_stated(self):
+        rng = np.random.default_rng(seed_of("large jitter of increments"))
+        sigma = 3e-3
+        t, dv = self.increments(rng, 20_000, sigma, own=9.81 * sigma)
+        record = sigmatau.from_frame(
+            {"t": t, "dvz": dv},
+            channels={"time": "t", "accel_z": "dvz"},
+            unit={"time": "s", "accel": "m/s"},
+            input="increments",
+        )
+        (said,) = [f for f in record.findings if f.code == "jitter"]
+        assert (said.severity, said.channel) == ("warning", "accel_z")
+        assert said.size == pytest.approx(9.81 * sigma, rel=0.05)
+        fitted = fit(allan(record)["accel_z"])["quantization"].value / (9.81 * sigma)
+        assert fitted == pytest.approx(2**0.5, rel=0.05)  # of both together
+        assert dict(said.changes)["quantization"] == pytest.approx(fitted, rel=0.05)
 
     def test_stamps_that_scatter_beside_samples_that_do_not(self):
         rng = np.random.default_rng(seed_of("jitter of stamps alone"))

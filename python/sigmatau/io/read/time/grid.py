@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.time.coarse import Allowed, allowed, few_steps
 from sigmatau.io.read.time.line import BLOCK, GridFit, about_line, finished
-from sigmatau.io.read.time.neighbours import agreed
+from sigmatau.io.read.time.neighbours import agreed, scatter_alone
 from sigmatau.io.read.time.pattern import lasts, pattern
 
 __all__ = ["fit_grid", "resolution"]
@@ -127,6 +127,8 @@ def fit_grid(
         return finished(t, None, kind_, median, intervals, period=0 if even_stated else period)
     kind: Literal["grid", "host"] = "grid"
     lost = _places(t, intervals, median)
+    if lost is None and scatter_alone(t):
+        return finished(t, None, "grid", median, intervals)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
     random = kind == "grid" and _scattered(lost)  # which only samples lost at random are here

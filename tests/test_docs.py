@@ -118,7 +118,8 @@ def _write_logs(folder):
     for name in ("rlg.csv", "laser_gyro.csv"):
         table(name, np.column_stack([t, y]), "time [s]," + ",".join(names))
     np.savetxt(folder / "phase.txt", np.cumsum(y[:, 0]))
-    (folder / "imu.toml").write_text(blocks("toml")[0])
+    for name in ("imu.toml", "rlg.toml"):
+        (folder / name).write_text(blocks("toml")[0])
     (folder / "spec.toml").write_text(
         'name = "spec"\nmaker = "us"\nsource = "here"\n[gyro]\nrandom_walk = { maximum = "60 deg/sqrt(h)" }\n'
     )

@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 
 from sigmatau.results import two_digits
 
-__all__ = ["CHUNK", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
+__all__ = ["CHUNK", "PLAUSIBLE_RATES", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
 
 InputKind = Literal["rate", "increments", "accumulated"]
+
+PLAUSIBLE_RATES = (0.01, 1e5)
+"""Sampling rates of inertial sensors. [Hz]"""
 
 CHUNK = 1 << 16
 """Samples read together where nothing else is asked for."""

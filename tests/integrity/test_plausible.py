@@ -148,3 +148,14 @@ def test_earth_rate_of_an_unknown_bias():
     model = NoiseModel(channels={f"gyro_{axis}": {"random_walk": 3e-8} for axis in "xyz"})
     simulated = simulate(model, duration=1000.0, rate=100.0, rng=seed_of("simulated earth")).streams[0]
     assert [finding for finding in check(simulated) if finding.code == "earth_rate"] == []
+
+
+@pytest.mark.parametrize("kind", ["rate", "increments"])
+def test_a_rate_that_no_sensor_has_says_nothing_of_the_unit(kind):
+    """Microseconds taken for seconds: noise densities are a thousand times too large, and no unit is to blame."""
+    gyro, accel = triad(f"wrong rate {kind}", (0, 0, 0), 3e-3), triad(f"wrong rate too {kind}", (0, 0, G), 0.02)
+    for rate in (1e-4, 1e8):
+        record = Record.from_arrays(rate=rate, gyro=gyro, accel=accel, input=kind)
+        assert [f for s in record.streams for f in (*implausible_unit(s), *gravity(s))] == []
+    in_g = Record.from_arrays(rate=1e-4, accel=accel / G).streams[0]
+    assert "accel=g" in implausible_unit(in_g)[0].remedy  # a mean is what it is at any rate

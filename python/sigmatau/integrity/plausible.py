@@ -10,7 +10,7 @@ from sigmatau.integrity.grades import QUIET, grade, mean_of, mixed_units
 from sigmatau.integrity.resolution import resolution
 from sigmatau.integrity.samples import axes_text, octaves, present, sample_of, white_level
 from sigmatau.results import Finding
-from sigmatau.streams import Stream
+from sigmatau.streams import PLAUSIBLE_RATES, Stream
 from sigmatau.terms import TERMS
 
 __all__ = ["EARTH_RATE", "earth_rate", "gravity", "implausible_unit"]
@@ -87,6 +87,9 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     """
     if mixed := mixed_units(stream):
         return mixed
+    of_rate = not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
+    if of_rate and stream.samples.transforms[0].kind != "rate":
+        return []  # samples over an interval that is wrong are wrong by as much
     if stream.quantity == "acceleration" and len(stream.channels) == 3:
         level = _mean_length(stream)
         near = [(abs(level / value - 1), value, words, option) for value, words, option in _MISTAKEN]
@@ -98,6 +101,8 @@ def implausible_unit(stream: Stream) -> list[Finding]:
         return []
     if stream.quantity == "angular_rate" and (said := _by_step(stream)):
         return [said]
+    if of_rate:
+        return []  # a density of noise is as wrong as the rate that it was computed with, whatever the unit
     if (found := grade(stream)) is not None:
         message, noise, factor, option = found
         return [_unit(stream, message, factor, f"give {option}", noise)]
@@ -120,6 +125,8 @@ def gravity(stream: Stream) -> list[Finding]:
         that no mistaken unit explains.
     """
     if stream.quantity != "acceleration" or len(stream.channels) != 3 or stream.grid.source == "simulated":
+        return []
+    if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []
     level = _mean_length(stream)
     if _ON_GROUND[0] <= level <= _ON_GROUND[1] or not math.isfinite(level):

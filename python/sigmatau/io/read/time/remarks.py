@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from sigmatau.io.read.time.line import GridFit
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.results import Finding, seconds, two_digits
+from sigmatau.streams import PLAUSIBLE_RATES
 
-__all__ = ["PLAUSIBLE", "drift", "gaps", "host", "implausible", "not_round", "of_single_precision", "pauses"]
-
-PLAUSIBLE = (0.01, 1e5)
-"""Sampling rates of inertial sensors. [Hz]"""
+__all__ = ["drift", "gaps", "host", "implausible", "not_round", "of_single_precision", "pauses"]
 
 _AGREE = 1e-3  # relative difference of two rates that are the same
 _ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0)  # times a power of ten: rates as data sheets state them. [Hz]
@@ -31,7 +29,7 @@ _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap,
 
 def implausible(rate: float) -> tuple[Finding, ...]:
     """A rate that no sensor has."""
-    if PLAUSIBLE[0] <= rate <= PLAUSIBLE[1]:
+    if PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]:
         return ()
     return (
         Finding(

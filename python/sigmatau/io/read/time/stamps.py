@@ -16,7 +16,7 @@ from sigmatau.io.read.time import remarks
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.results import Finding
-from sigmatau.streams import InputKind
+from sigmatau.streams import PLAUSIBLE_RATES, InputKind
 
 __all__ = ["Fit", "fit", "mismatch", "without_unit"]
 
@@ -190,7 +190,7 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
     """The question for the unit of the stamps, with the rate that each unit would make."""
     mean = float(intervals.sum()) / len(intervals)
     rates = [(symbol, 1 / (mean * units.find(symbol).factor)) for symbol in ("s", "ms", "us", "ns")]
-    likely = [(symbol, rate) for symbol, rate in rates if remarks.PLAUSIBLE[0] <= rate <= remarks.PLAUSIBLE[1]] or rates
+    likely = [(symbol, rate) for symbol, rate in rates if PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]] or rates
     offered = ", ".join(f"as {symbol} {float(f'{rate:.4g}'):g} Hz" for symbol, rate in likely)
     # A clock that counts from 1970 has one unit in which it shows a year of our time; else a rate near 100 Hz is likeliest.
     first = float(stamps[0])

@@ -279,6 +279,21 @@ class TestWarmUp:
         assert dict(settled.changes)["rate_random_walk"] == pytest.approx(printed / clean.upper_limit, rel=0.15)
         assert "with the changes of level" in settled.effect
 
+    @pytest.mark.parametrize("height", [1e30, 1.0])
+    def test_one_bad_sample_near_the_beginning_is_none(self, height):
+        x = 3e-3 * np.random.default_rng(seed_of(f"one bad sample {height}")).normal(size=100_000)
+        x[777] = height
+        codes = [f.code for f in analyze(Record.from_arrays(rate=100, gyro_x=x)).findings]
+        assert "spikes" in codes
+        assert not {"warm_up", "late_drift"} & set(codes)
+
+    def test_a_warm_up_beside_spikes_is_still_told(self):
+        rng = np.random.default_rng(seed_of("warm-up and spikes"))
+        x = 3e-3 * rng.normal(size=100_000) + 3e-3 * np.exp(-np.arange(100_000) / 12_000)
+        x[rng.integers(0, len(x), 5)] += 0.1
+        codes = [f.code for f in analyze(Record.from_arrays(rate=100, gyro_x=x)).findings]
+        assert {"warm_up", "spikes"} <= set(codes)
+
     def test_a_ramp_is_no_warm_up(self):
         _, planted = sensor("ramp", drift=1e-6 * SECONDS)
         assert warm_up(planted, fits_of(planted)) == []

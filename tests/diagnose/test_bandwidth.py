@@ -288,7 +288,7 @@ class TestAliasing:
         rate = float(finding.remedy.split("sample at ")[1].split(" Hz")[0])
         assert aliasing_inflation(rate=rate, bandwidth=30.0) == pytest.approx(1.02, abs=1e-3)
 
-    @pytest.mark.parametrize("wrong", [(0.0, None), (math.nan, 1), (30.0, 0), (30.0, 9)])
+    @pytest.mark.parametrize("wrong", [(0.0, None), (math.nan, 1), (30.0, 0), (30.0, 9), (1e9, 1)])
     def test_wrong_bandwidth(self, wrong):
         with pytest.raises(OptionError, match=r"bandwidth|order"):
             aliasing(stream_of(np.arange(100.0), 50.0), bandwidth=wrong)

@@ -26,6 +26,7 @@ NOTICEABLE = 0.90
 """A filter is a warning where σ at one sample is below this share of what the random walk makes."""
 
 _ROUNDING = 4e-15  # of the largest sample: a few of the last digits
+_WIDEST = 1e6  # [Hz] no inertial sensor follows faster: piezoelectric shock sensors resonate at some hundred kHz
 _LATE = 1.0  # [s] where the field reads the random walk
 
 
@@ -128,7 +129,7 @@ def aliasing(
                     f" ({fitted!r}): if that filter is an analog one, noise from beyond {rate / 2:.4g} Hz is folded in"
                 ),
                 size=inflation,
-                effect=f"the random walk is {inflation:.3f} times the sensor's own, at all averaging times",
+                effect=f"the random walk is {_times(inflation)} the sensor's own, at all averaging times",
                 changes=(("random_walk", inflation),),
                 remedy=_remedy(fitted.corner, order),
             )
@@ -138,19 +139,21 @@ def aliasing(
 
 def _stated(stream: Stream, hertz: float, order: int | None) -> Finding:
     rate = stream.grid.rate
-    if not (math.isfinite(hertz) and hertz > 0):
-        raise OptionError(f"the bandwidth must be a positive number of hertz, not {hertz!r}", option="bandwidth")
+    if not 0 < hertz <= _WIDEST:
+        raise OptionError(
+            f"the bandwidth must be a positive number of hertz, at most {_WIDEST:g}, not {hertz!r}", option="bandwidth"
+        )
     if order is not None and order not in range(1, 9):
         raise OptionError(f"the order of a filter must be 1 to 8, not {order!r}", option="bandwidth")
     inflation = aliasing_inflation(rate=rate, bandwidth=hertz, order=order or 1)
     if order is None:
         second = aliasing_inflation(rate=rate, bandwidth=hertz, order=2)
         effect = (
-            f"the random walk is {inflation:.3f} times the sensor's own behind a first-order filter, {second:.3f} times"
+            f"the random walk is {_times(inflation)} the sensor's own behind a first-order filter, {_times(second)}"
         )
         effect += " behind a second-order one, at all averaging times"
     else:
-        effect = f"the random walk is {inflation:.3f} times the sensor's own, at all averaging times"
+        effect = f"the random walk is {_times(inflation)} the sensor's own, at all averaging times"
     return Finding(
         code="aliasing",
         severity="warning" if inflation > ALIASING else "info",
@@ -163,6 +166,10 @@ def _stated(stream: Stream, hertz: float, order: int | None) -> Finding:
         changes=(("random_walk", inflation),),
         remedy=_remedy(hertz, order or 1) if inflation > ALIASING else "",
     )
+
+
+def _times(inflation: float) -> str:
+    return f"{inflation:.3f} times" if inflation < 10 else f"{inflation:.3g} times"
 
 
 def _remedy(corner: float, order: int) -> str:

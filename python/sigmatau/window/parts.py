@@ -94,7 +94,10 @@ def wanted_length(text: str) -> float | None:
         return None
     if name.strip() != "most-stable":
         raise OptionError(f"`window` {text!r} is not understood: {_FORMS}", option="window")
-    return _time(value, text)
+    length = _time(value, text)
+    if not length > 0:
+        raise OptionError(f"`window` {text!r}: a window must be longer than 0 s; {_FORMS}", option="window")
+    return length
 
 
 def cut(record: Record, text: str) -> Record:

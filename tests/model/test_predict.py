@@ -294,6 +294,42 @@ class TestNotSeen:
         expected = error.rms**2 + 2 * np.abs(error.mean) * more + more**2
         np.testing.assert_allclose(error.at_most**2, expected, rtol=1e-9)
 
+    def test_terms_that_cannot_be_told_apart(self):
+        """In the model, with limits and no intervals: from neither of them to both at their limits."""
+        terms = {"random_walk": 1e-4, "bias_instability": 1e-6, "rate_random_walk": 1e-6}
+        limits = {"bias_instability": 2e-5, "rate_random_walk": 1e-5}
+        well = {"intervals": {"random_walk": (0.9e-4, 1.1e-4)}, "limits": limits}
+        sure = (("random_walk",), np.zeros((1, 1)))
+        found = predict(gyro(terms, covariance=sure, **well), after=TIMES, rate=RATE, calibration=T)
+        error, one = found["heading"], angle(gyro({"random_walk": 1e-4}), calibration=T).rms
+        most = angle(gyro({"random_walk": 1e-4, **limits}), calibration=T).rms
+        np.testing.assert_allclose(error.low, one, rtol=1e-9)
+        np.testing.assert_allclose(error.high, most, rtol=1e-9)
+        np.testing.assert_allclose(error.at_most, most, rtol=1e-9)
+        assert found.undecided == (("gyro_z", "bias_instability"), ("gyro_z", "rate_random_walk"))
+        assert found.as_known == found.not_seen == ()
+        assert "not which, and the rms has what fits best: gyro_z bias instability, gyro_z rate random walk;" in repr(
+            found
+        )
+        assert "at its 95 % limit" in repr(found)
+        assert found.to_dict()["undecided"][0] == ["gyro_z", "bias_instability"]
+        # With their covariance the interval is that of the sum, here of B alone, and at most is as before.
+        covariance = np.diag([0.0, 1e-14, 0.0])
+        error = angle(gyro(terms, covariance=(tuple(terms), covariance), **well), calibration=T)
+        share = error.shares["gyro_z", "bias_instability"]
+        np.testing.assert_allclose(np.log(error.high / error.rms), 1.959963984540054 * 0.1 * share, rtol=1e-9)
+        np.testing.assert_allclose(error.at_most, most, rtol=1e-9)
+
+    def test_ramp_that_cannot_be_told_from_a_walk(self):
+        """Of unknown sign: at most with its limit's R·t²/2, whatever the fit has."""
+        limits = {"rate_ramp": 1e-6, "rate_random_walk": 1e-5}
+        model = gyro({"random_walk": 1e-4, "rate_ramp": -1e-7, "rate_random_walk": 1e-7}, limits=limits)
+        error = angle(model)
+        most = angle(gyro({"random_walk": 1e-4, **limits})).rms
+        np.testing.assert_allclose(error.low, angle(gyro({"random_walk": 1e-4})).rms, rtol=1e-9)
+        np.testing.assert_allclose(error.high, most, rtol=1e-9)
+        np.testing.assert_allclose(error.at_most, most, rtol=1e-9)
+
     def test_nothing_is_said_without_limits(self):
         found = predict(gyro({"random_walk": 1e-4}), after=60.0, rate=RATE)
         assert found["heading"].at_most is None

@@ -153,7 +153,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     p_value : float or None
         Probability of a larger misfit, if the model is right.
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of the observed coefficients. [SI]
+        Names and covariance of the observed coefficients, and of those that cannot be told from each other. [SI]
     level : float
         Of the intervals and limits.
     method : str

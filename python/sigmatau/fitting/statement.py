@@ -80,6 +80,8 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         if ramp.value is not None:
             model["rate_ramp"] = ramp.value
     processes, lines = _extra_terms(curve, best, selected, scale, level)
+    # With those that cannot be told from each other: what they make together is known better than each.
+    in_model = [p for p in linear if selected[p] > 0]
     return NoiseFit(
         channel=curve.channel,
         quantity=curve.quantity,
@@ -96,7 +98,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         tau_min=data.m[best.first] * tau0,
         tau_max=data.m[-1] * tau0,
         p_value=best.p_value,
-        covariance=_covariance(gls, selected, [p for p in observed if selected[p] > 0], scale, tau0),
+        covariance=_covariance(gls, selected, in_model, scale, tau0),
         level=level,
         gaps=curve.gaps,
     )

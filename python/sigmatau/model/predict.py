@@ -63,7 +63,8 @@ def predict(
     Returns
     -------
     Prediction
-        Terms that the record did not show count as 0, and stand with their limits in `PredictedError.at_most`.
+        Terms that the record did not show count as 0, and stand with their limits in `PredictedError.at_most`; so do those
+        of which at least one is there and the record cannot tell which, whose errors are in the interval too.
 
     Raises
     ------
@@ -90,12 +91,13 @@ def predict(
     found: dict[str, PredictedError] = {}
     as_known: dict[tuple[str, str], None] = {}
     not_seen: dict[tuple[str, str], None] = {}
+    undecided: dict[tuple[str, str], None] = {}
     recorded = min((one.duration for one in model.values() if one.duration), default=0.0)
     reached = 0.0
     for equations in mechanisations(tuple(model.channels), earth=earth):
         sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         made: dict[tuple[str, str], Source] = {}
-        unseen: dict[tuple[str, str], tuple[Floats, Floats]] = {}
+        limited: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         for k, channel in enumerate(equations.inputs):
             gains = np.eye(len(equations.inputs))[k]
             longest = (average + int(steps[-1])) * dt
@@ -103,9 +105,9 @@ def predict(
                 name: source(part, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
                 for name, part in model[channel].parts().items()
             }
-            for name, limit in _unseen(model[channel]).items():
+            for name, limit in _limited(model[channel]).items():
                 made_of = source(limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
-                unseen[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
+                limited[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
                 reached = max(reached, made_of.flicker_error)
             if turn_on.get(channel):
                 parts["turn_on"] = Source.constant(turn_on[channel])
@@ -117,15 +119,17 @@ def predict(
             sources[key] = np.zeros_like(variance), variance
         for name, row in equations.rows.items():
             error, known = _error(
-                name, model, {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()}, steps * dt, level
+                name,
+                model,
+                {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()},
+                {key: (m[:, row], v[:, row]) for key, (m, v) in limited.items()},
+                steps * dt,
+                level,
             )
-            found[name] = replace(
-                error,
-                at_most=_at_most(error, [(m[:, row], v[:, row]) for m, v in unseen.values()]),
-                tilt_without=equations.without,
-            )
+            found[name] = replace(error, tilt_without=equations.without)
             as_known |= dict.fromkeys(known)
-        not_seen |= dict.fromkeys(unseen)
+        not_seen |= dict.fromkeys(key for key in limited if key not in sources)
+        undecided |= dict.fromkeys(key for key in limited if key in sources)
     if not found:
         raise DataError("a prediction needs gyros (gyro_x …) or accelerometers (accel_x …), and the model has none")
     return Prediction(
@@ -139,8 +143,9 @@ def predict(
         flicker_error=reached,
         as_known=tuple(as_known),
         not_seen=tuple(not_seen),
+        undecided=tuple(undecided),
         duration=recorded or None,
-        limit_level=min((model[channel].level for channel, _ in not_seen), default=0.95),
+        limit_level=min((model[channel].level for channel, _ in (*not_seen, *undecided)), default=0.95),
     )
 
 
@@ -201,23 +206,26 @@ def _correlated(
     return found
 
 
-def _unseen(model: ChannelModel) -> dict[str, ChannelModel]:
-    """Each term that was not seen, at its limit, as a model of its own."""
+def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
+    """Each term that was not seen, at its limit, as a model of its own.
+
+    A term without an interval that is in the model nevertheless is one of several of which the record shows that one is
+    there, but not which: it may be as small as nothing, and as large as its limit.
+    """
     return {
         term: ChannelModel(terms={term: limit}, quantity=model.quantity, unit=model.unit)
         for term, limit in model.limits.items()
-        if limit and term not in model
+        if limit and term not in model.intervals
     }
 
 
-def _at_most(error: PredictedError, unseen: Sequence[tuple[Floats, Floats]]) -> Floats | None:
-    """The root mean square with terms that were not seen at their limits, ramps the way that adds to the mean."""
-    if not unseen:
-        return None
-    size = error.rms if error.high is None else error.high
-    drift = np.asarray(sum(np.abs(m) for m, _ in unseen))
-    variance = np.asarray(sum(v for _, v in unseen))
-    return np.asarray(np.sqrt(size**2 + variance + drift**2 + 2 * np.abs(error.mean) * drift))
+def _square(
+    parts: Mapping[tuple[str, str], tuple[Floats, Floats]], more: Sequence[tuple[Floats, Floats]] = ()
+) -> Floats:
+    """Mean square of the sum of all parts; the means of `more`, of unknown sign, the way that adds to its size."""
+    variance = np.asarray(sum(v for _, v in (*parts.values(), *more)))
+    mean = np.abs(np.asarray(sum(m for m, _ in parts.values()))) + np.asarray(sum(np.abs(m) for m, _ in more))
+    return np.asarray(np.maximum(variance, 0.0) + mean**2)
 
 
 def _known(model: NoiseModel, channel: str) -> tuple[tuple[str, ...], Floats]:
@@ -242,6 +250,7 @@ def _error(
     name: str,
     model: NoiseModel,
     sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    limited: Mapping[tuple[str, str], tuple[Floats, Floats]],
     after: Floats,
     level: float,
 ) -> tuple[PredictedError, list[tuple[str, str]]]:
@@ -255,23 +264,46 @@ def _error(
     shares = {
         key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in of_parts.items()
     }
-    spread, any_known, as_known = np.zeros_like(square), False, []
+    # The second is without what is undecided, which at its limit is as large as it can be.
+    spread, of_seen, as_known, beside = np.zeros_like(square), np.zeros_like(square), [], []
+    any_known = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
         names, covariance = _known(model, channel)
         parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources]
-        as_known += [key for key in sources if key[0] == channel and key[1] not in names and np.any(of_parts[key])]
-        if not parts:
-            continue
-        any_known = True
-        # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
-        gradient = np.array([2 * of_parts[channel, term] / model.channels[channel][term] for _, term in parts])
-        index = [k for k, _ in parts]
-        spread = spread + np.einsum("pt,pq,qt->t", gradient, covariance[np.ix_(index, index)], gradient)
+        without = [key for key in sources if key[0] == channel and key[1] not in names and np.any(of_parts[key])]
+        as_known += [key for key in without if key not in limited]
+        beside += [key for key in without if key in limited]
+        any_known |= bool(parts or beside)
+        for kept in (parts, [(k, term) for k, term in parts if (channel, term) not in limited]):
+            if not kept:
+                continue
+            # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
+            gradient = np.array([2 * of_parts[channel, term] / model.channels[channel][term] for _, term in kept])
+            index = [k for k, _ in kept]
+            added = np.einsum("pt,pq,qt->t", gradient, covariance[np.ix_(index, index)], gradient)
+            spread, of_seen = (spread + added, of_seen) if kept is parts else (spread, of_seen + added)
+    z = NormalDist().inv_cdf(0.5 + level / 2)
     rms = np.sqrt(square)
     low = high = None
+    size = rms
     if any_known:
-        wide = np.exp(NormalDist().inv_cdf(0.5 + level / 2) * np.sqrt(np.maximum(spread, 0)) / (2 * square))
-        low, high = rms / wide, rms * wide
+        wide = np.exp(z * np.sqrt(np.maximum(spread, 0)) / (2 * square))
+        # Undecided terms without an error of their own: from none of them to all at their limits.
+        least = _square({key: part for key, part in sources.items() if key not in beside})
+        most = _square({key: limited.get(key, part) if key in beside else part for key, part in sources.items()})
+        low, high = np.sqrt(np.minimum(square, least)) / wide, np.sqrt(np.maximum(square, most)) * wide
+        size = high
+    at_most = None
+    if limited:
+        seen = {key: part for key, part in sources.items() if key not in limited}
+        undecided = [part for key, part in limited.items() if key in sources]
+        if undecided:
+            most = _square(seen, undecided)
+            size = np.maximum(size, np.sqrt(most) * np.exp(z * np.sqrt(np.maximum(of_seen, 0)) / (2 * most)))
+        not_seen = [part for key, part in limited.items() if key not in sources]
+        drift = np.asarray(sum(np.abs(m) for m, _ in not_seen))
+        more = np.asarray(sum(v for _, v in not_seen))
+        at_most = np.sqrt(size**2 + more + drift**2 + 2 * np.abs(mean) * drift)
     error = PredictedError(
         name=name,
         unit="m/s" if name.startswith("velocity") else "m" if name.startswith("position") else "rad",
@@ -282,6 +314,7 @@ def _error(
         low=low,
         high=high,
         shares=shares,
+        at_most=at_most,
     )
     return error, as_known if any_known else []
 

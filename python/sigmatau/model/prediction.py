@@ -57,8 +57,8 @@ class PredictedError(Printed):
     shares : mapping of (str, str) to ndarray, shape (n_times,)
         Parts of rms², by channel and term; they add up to 1. One of correlated noise may be negative.
     at_most : ndarray or None, shape (n_times,)
-        With the terms that were not seen at their limits, the others at the upper end of the interval; None if the model
-        has no limits. [unit]
+        With the terms that were not seen, and those that the record cannot tell from each other, at their limits, the
+        others at the upper end of the interval; None if the model has no limits. [unit]
     tilt_without : str
         The gyro whose tilt is left out because the model has it not; empty otherwise.
     """
@@ -168,6 +168,8 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
     not_seen : tuple of (str, str)
         Channels and terms that the record did not show: 0 in `rms`, at their limits in `at_most`.
+    undecided : tuple of (str, str)
+        Channels and terms of which the record shows that one at least is there, but not which.
     duration : float or None
         Length of the shortest record that the model comes from, None if it comes from none. [s]
     limit_level : float
@@ -184,6 +186,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
     flicker_error: float = 0.0
     as_known: tuple[tuple[str, str], ...] = ()
     not_seen: tuple[tuple[str, str], ...] = ()
+    undecided: tuple[tuple[str, str], ...] = ()
     duration: float | None = None
     limit_level: float = 0.95
 
@@ -210,6 +213,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             "level": self.level,
             "as_known": [list(key) for key in self.as_known],
             "not_seen": [list(key) for key in self.not_seen],
+            "undecided": [list(key) for key in self.undecided],
             "record_s": self.duration,
             "errors": {name: error.to_dict() for name, error in self.errors.items()},
         }
@@ -258,6 +262,13 @@ class Prediction(Mapping[str, PredictedError], Printed):
             lines.append(
                 "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + ";"
             )
+        if self.undecided:
+            lines.append(
+                "The record shows that one at least is there, not which, and the rms has what fits best: "
+                + ", ".join(_label(*key) for key in self.undecided)
+                + ";"
+            )
+        if self.not_seen or self.undecided:
             lines.append(f"at most: with each of them at its {100 * self.limit_level:g} % limit.")
         if self.duration is not None and self.after[-1] > self.duration:
             lines.append(

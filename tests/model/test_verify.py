@@ -9,7 +9,9 @@ from scipy import signal, stats
 from known import seed_of
 from sigmatau import DataError, NoiseModel, OptionError, Record, allan, simulate
 from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid
-from sigmatau.model.verify import _covariance
+from sigmatau.model import covariance as covariances
+from sigmatau.model.chance import covariance_of_model
+from sigmatau.model.filtered import filtered_covariance
 from sigmatau.uncertainty import avar_covariance, degrees_of_freedom
 
 RATE = 10.0
@@ -69,20 +71,15 @@ class TestStatistics:
         )
         assert_uniform([model.verify(curve_of(row)).p_value for row in y])
 
-    def test_bandwidth(self):
-        """White noise behind a first-order filter, whose samples are those of a Gauss-Markov process.
-
-        V is approximate: of 600 records, the mean of p was 0.52, and 1.3 % had p < 0.01.
-        """
-        rng = np.random.default_rng(seed_of("verify bandwidth"))
-        model = ChannelModel(terms={"random_walk": 0.005}, bandwidth=LowPass(order=1, corner=1.0))
-        time = 1 / (2 * np.pi)
-        phi = np.exp(-1 / RATE / time)
-        e = np.sqrt(0.005**2 / (2 * time) * (1 - phi**2)) * rng.standard_normal((RECORDS, 1000 + 4096))
-        y = signal.lfilter([1.0], [1.0, -phi], e)[:, 1000:]
-        p = np.array([model.verify(curve_of(row)).p_value for row in y])
-        assert abs(np.mean(p) - 0.5) < 0.02 + 3 / np.sqrt(12 * RECORDS)
-        assert np.mean(p < 0.01) <= 0.013 + 3 * np.sqrt(0.013 * 0.987 / RECORDS)
+    @pytest.mark.parametrize(("order", "corner"), [(1, 1.0), (4, 0.5)])
+    def test_bandwidth(self, order, corner):
+        """White noise behind a filter: p as often below 5 % as it says, and 95 % of ratios inside their bands."""
+        terms = {"random_walk": 0.005, "rate_random_walk": 1e-3}
+        model = ChannelModel(terms=terms, bandwidth=LowPass(order=order, corner=corner))
+        found = [model.verify(curve) for curve in simulated(model, f"verify bandwidth {order}", records=150)]
+        assert_uniform([v.p_value for v in found])
+        inside = np.mean([~v.outside[v.used] for v in found], axis=0)
+        assert inside.min() >= 0.95 - 4 * np.sqrt(0.05 * 0.95 / len(found))  # 4: the least of eleven octaves
 
     def test_sinusoid(self):
         rng = np.random.default_rng(seed_of("verify sinusoid"))
@@ -100,7 +97,93 @@ def test_covariance_is_the_exact_one():
     sizes = np.array([1, 4, 32, 300])
     terms = {**TERMS, "rate_ramp": 1e-4}
     expected = avar_covariance(terms, n=1000, m=sizes, tau0=0.1)
-    np.testing.assert_allclose(_covariance(ChannelModel(terms=terms), n=1000, m=sizes, tau0=0.1), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        covariance_of_model(ChannelModel(terms=terms), n=1000, m=sizes, tau0=0.1), expected, rtol=1e-12
+    )
+
+
+def test_covariance_behind_a_first_order_filter():
+    """Its samples are those of a Gauss-Markov process, of which the kernels have the exact covariance."""
+    sizes = np.array([1, 3, 40, 300])
+    rest = {"quantization": 2e-4, "bias_instability": 0.0028, "rate_random_walk": 1e-3, "rate_ramp": 1e-4}
+    time, corner = 0.8, 1 / (2 * np.pi * 0.8)
+    same = ChannelModel(terms=rest, gauss_markov=(GaussMarkov(sigma=0.01, time=time),))
+    terms = {"random_walk": 0.01 * np.sqrt(2 * time), **rest}
+    model = ChannelModel(terms=terms, bandwidth=LowPass(order=1, corner=corner))
+    expected, found = (covariance_of_model(one, n=1000, m=sizes, tau0=0.1) for one in (same, model))
+    sd = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(found / np.outer(sd, sd), expected / np.outer(sd, sd), atol=1e-3)  # the kernels' 1e-3
+
+
+@pytest.mark.parametrize(("order", "corner"), [(2, 0.5), (9, 0.1), (5, 30.0)])
+def test_covariance_behind_a_filter(order, corner):
+    """Against the sum over all lags, beside flicker noise and a ramp."""
+    n, sizes, tau0, ramp = 1500, np.array([1, 5, 64, 430]), 0.1, 3e-3
+
+    def filtered(lags):
+        return covariances.phase_of_band_limited(1.0, order, corner, lags, tau0)
+
+    def beside(lags):
+        return covariances.phase_of_term("bias_instability", 0.3, lags, tau0)
+
+    found = filtered_covariance(
+        n=n,
+        m=sizes,
+        tau0=tau0,
+        random_walk=1.0,
+        bandwidth=LowPass(order=order, corner=corner),
+        beside=beside,
+        ramp=ramp,
+        together=np.array([True, True, False, True]),
+    )
+    expected = np.zeros_like(found)
+    for i, a in enumerate(sizes):
+        for j, b in enumerate(sizes):
+            first, second = n - 2 * a + 1, n - 2 * b + 1
+            lag = np.arange(1 - first, second)
+            pairs = np.minimum(first, second - lag) - np.maximum(0, -lag)
+            own, other = (
+                sum(
+                    x * y * phase(np.abs(lag + q * b - p * a).astype(float))
+                    for p, x in enumerate((1, -2, 1))
+                    for q, y in enumerate((1, -2, 1))
+                )
+                for phase in (filtered, beside)
+            )
+            whole = (own**2 + 2 * own * other) / (2 * (a * b * tau0**2) ** 2) + ramp**2 * own
+            expected[i, j] = (pairs * whole).sum() / (first * second)
+    sd = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=1e-4)
+    assert found[2, 0] == found[2, 3] == 0
+    kept = np.ix_([0, 1, 3], [0, 1, 3])
+    np.testing.assert_allclose((found / np.outer(sd, sd))[kept], (expected / np.outer(sd, sd))[kept], atol=1e-4)
+
+
+@pytest.mark.parametrize("turns", [1.3, 5.2, 1500.0])  # the last shows in samples as half their rate
+def test_chance_of_the_phase_of_a_sinusoid(turns):
+    """The variances of 64 phases around: cos(2φ) of evenly spaced phases has its moments exactly."""
+    n, line = 1000, Sinusoid(amplitude=0.02, frequency=turns / 100)
+    phases = np.arange(64) / 64
+    y = 0.02 * np.sin(2 * np.pi * (line.frequency * np.arange(n) / RATE + phases[:, None]))
+    found = np.array([curve_of(row).avar for row in y])
+    m = curve_of(y[0]).m
+    model = ChannelModel(terms={"random_walk": 1e-12}, sinusoid=(line,))
+    np.testing.assert_allclose(found.mean(axis=0), model.avar(m=m, tau0=1 / RATE), rtol=1e-9, atol=1e-20)
+    expected = np.cov(found.T, bias=True)
+    got = covariance_of_model(model, n=n, m=m, tau0=1 / RATE)
+    np.testing.assert_allclose(got, expected, atol=1e-9 * expected.max())
+
+
+def test_models_without_chance_are_refused():
+    line = Sinusoid(amplitude=1e-2, frequency=0.013)
+    for model, words in (
+        (ChannelModel(terms={"rate_ramp": 1e-2}), "has no noise: nothing in its variances is by chance"),
+        (ChannelModel(sinusoid=(line,)), "has no noise"),
+        (ChannelModel(terms={"random_walk": 1e-5}, sinusoid=(line,)), "0.013 Hz, of 1.3 turns .* hides the noise"),
+    ):
+        curve = curve_of(0.01 * np.sin(2 * np.pi * 0.013 * np.arange(1000) / RATE))
+        with pytest.raises(DataError, match=words):
+            model.verify(curve)
 
 
 def test_linear_models_curve_and_bands():

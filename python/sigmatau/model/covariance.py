@@ -32,6 +32,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 
+_FORGOTTEN = 40.0  # time constants; what is left is e⁻⁴⁰, below rounding
 _SMALL = 0.5
 _SERIES = 18  # terms, of which the last is 0.5^18/20! of the first
 
@@ -108,7 +109,15 @@ def phase_of_band_limited(n: float, order: int, corner: float, lags: Floats, tau
     """s(l) of white noise behind a Butterworth filter, sampled."""
     poles, weights = _butterworth(n, order, corner)
     decays = -poles * 2 * math.pi * corner * tau0
-    variance = (weights[:, None] * exponential_sum_variance(decays, lags)).sum(axis=0).real
+    ends = np.array([float(math.ceil(_FORGOTTEN / float(decays.real.min())))])
+    # From where the filter has forgotten, the variance is a straight line.
+    near = lags < ends[0]
+    variance = np.empty(lags.shape)
+    variance[near] = (weights[:, None] * exponential_sum_variance(decays, lags[near])).sum(axis=0).real
+    if not near.all():
+        slope = float((weights / np.tanh(decays / 2)).sum().real)
+        begin = float((weights[:, None] * exponential_sum_variance(decays, ends)).sum().real)
+        variance[~near] = begin + slope * (lags[~near] - ends[0])
     return np.asarray(-(tau0**2) / 2 * variance)
 
 

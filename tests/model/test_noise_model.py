@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
@@ -133,3 +134,11 @@ class TestMappingOfChannels:
         with pytest.raises(AttributeError, match=rf"sigmatau.{name}\(model, dt"):
             getattr(self.MODEL["gyro_x"], name)
         assert not hasattr(self.MODEL, "anything")
+
+
+def test_density_of_samples_ends_at_half_their_rate():
+    walk = ChannelModel(terms={"rate_random_walk": 1.0})
+    assert walk.psd([50.0, 0.5 / 0.01 * (1 + 1e-12)], tau0=0.01) == pytest.approx(0.01**2 / 4, rel=1e-9)
+    with pytest.raises(OptionError, match=r"at most 1/\(2·tau0\), 50 Hz, not 100"):
+        walk.psd([1.0, 100.0], tau0=0.01)
+    assert walk.psd([100.0]) == pytest.approx((1 / (2 * np.pi * 100.0)) ** 2)

@@ -7,7 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from sigmatau import DataError, NoiseModel, OptionError
+from known import seed_of
+from sigmatau import DataError, NoiseModel, OptionError, simulate
 from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid, predict
 from sigmatau.model.navigation import EARTH_RADIUS, GRAVITY
 
@@ -50,6 +51,27 @@ class TestAngle:
         found = predict(gyro({"bias_instability": 1e-4}), after=[1.0, 10.0, 100.0], rate=RATE, flicker_error=1e-3)
         expected = 1e-4 * math.sqrt(2 * math.log(2) / math.pi) * found.after
         np.testing.assert_allclose(found["heading"].rms / expected, 1.0, atol=0.01)
+
+    def test_flicker_of_records_that_are_simulated(self):
+        """Their first sample is 0: E[(Σ(y_k − y_0))²] from the autocovariance of the phase, 4 to 8 times as much."""
+        found = predict(gyro({"bias_instability": 1e-4}), after=[1.0, 10.0, 100.0], rate=RATE, flicker_error=1e-3)
+        n = np.array([100.0, 1000.0, 10000.0])
+        variances = []
+        for steps in n:
+            at, weights = np.array([0.0, 1.0, steps]), np.array([steps - 1, -steps, 1.0])
+            variances.append(1e-8 * weights @ phase_of_flicker(np.abs(at[:, None] - at)) @ weights)
+        ratios = np.sqrt(variances) / found["heading"].rms
+        np.testing.assert_allclose(found.flicker_in_records, ratios[[0, 2]], rtol=5e-3)
+        assert "2.1 to 2.8 times as large" in repr(found)
+        rng = np.random.default_rng(seed_of("predict flicker of records"))
+        model = gyro({"bias_instability": 1e-4})
+        angles = [
+            simulate(model, duration=10.0, rate=RATE, rng=rng).streams[0].column("gyro_z").sum() for _ in range(300)
+        ]
+        rms = np.sqrt(np.mean(np.square(angles))) / RATE
+        assert rms / found["heading"].rms[1] == pytest.approx(ratios[1], rel=3 / np.sqrt(2 * 300))
+        assert predict(model, after=10.0, calibration=10.0, rate=RATE).flicker_in_records is None
+        assert predict(gyro({"random_walk": 1e-4}), after=10.0, rate=RATE).flicker_in_records is None
 
     @pytest.mark.parametrize("error", [0.01, 1e-3])
     def test_flicker_after_a_calibration(self, error):
@@ -409,10 +431,17 @@ def test_what_is_printed_and_written():
         found["pitch"]
 
 
+def test_model_of_one_channel_is_refused():
+    with pytest.raises(OptionError, match=r"`model` must be a NoiseModel.*not ChannelModel"):
+        predict(ChannelModel(terms={"random_walk": 1.0}), after=1.0, rate=RATE)
+
+
 def test_signals_that_are_no_sensors():
     volts = ChannelModel(terms={"random_walk": 1.0}, quantity="signal", unit="V")
     with pytest.raises(DataError, match="gyros"):
         predict(NoiseModel(channels={"x": volts}), after=1.0, rate=RATE)
+    with pytest.raises(OptionError, match="x is neither a gyro nor an accelerometer"):
+        predict(NoiseModel(channels={"x": volts}), after=1.0, rate=RATE, turn_on={"x": 1.0})
     lone = NoiseModel(channels={"gyro_a": {"random_walk": 1e-4}, "accel_up": {"random_walk": 1e-4}})
     assert list(predict(lone, after=1.0, rate=RATE)) == ["angle_a", "velocity_up", "position_up"]
 
@@ -430,6 +459,11 @@ def test_signals_that_are_no_sensors():
         ({"after": 1.0, "turn_on": {"gyro_z": -1.0}}, "standard deviation"),
         ({"after": 1.0, "turn_on": {"gyro_z": 1.0}, "calibration": 1.0}, "one of the two"),
         ({"after": 1.0, "level": 1.0}, "`level`"),
+        ({"after": "a"}, "`after` must be one or more times in s, not 'a'"),
+        ({"after": 1.0, "rate": "a"}, "`rate` must be a positive number of hertz, not 'a'"),
+        ({"after": 1.0, "rate": True}, "`rate` must be a positive number of hertz, not True"),
+        ({"after": 1.0, "calibration": "a"}, "`calibration` must"),
+        ({"after": 1.0, "turn_on": ["gyro_z"]}, "`turn_on` must be a mapping"),
     ],
 )
 def test_wrong_options(options, words):

@@ -129,6 +129,14 @@ def test_wrong_options(toml, capsys, argv, code, words):
     assert words in err
 
 
+def test_turn_on_bias_of_a_signal(tmp_path, capsys):
+    path = tmp_path / "imu.toml"
+    path.write_text(MODEL + '[channels.pressure_a]\nunit = "Pa"\nrandom_walk = "0.2 Pa*sqrt(s)"\n', encoding="utf-8")
+    code, _, err = run("predict", path, "--after", "60s", "--turn-on", "pressure_a=1 Pa", capsys=capsys)
+    assert code == 2
+    assert "--turn-on pressure_a: pressure_a is neither a gyro nor an accelerometer" in err
+
+
 def test_files_that_are_no_models(tmp_path, capsys):
     for name, text in {"a.json": '{"x": 1}', "b.toml": "x = 1", "c.json": '{"channels": {"gyro_x": {}}}'}.items():
         (tmp_path / name).write_text(text)

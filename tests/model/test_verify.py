@@ -253,6 +253,9 @@ def test_what_is_refused():
         model.verify(allan(Record.from_arrays(rate=RATE, gyro_x=y), overlap="none")["gyro_x"])
     with pytest.raises(OptionError, match="`level`"):
         model.verify(curve_of(y), level=1.0)
+    for wrong in ("1", -1.0, np.nan, True):
+        with pytest.raises(OptionError, match="`tau_min` must be a number of seconds, 0 or more"):
+            model.verify(curve_of(y), tau_min=wrong)
     with pytest.raises(OptionError, match="1 octaves"):
         model.verify(curve_of(y), tau_min=25.6)
     with pytest.raises(OptionError, match="gyro_x, of which there is no model"):

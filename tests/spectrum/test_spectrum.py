@@ -146,3 +146,17 @@ def test_to_dict_and_plot():
     ax = spectra["gyro_x"].plot()
     assert "two-sided" in ax.get_ylabel()
     assert "two-sided" in repr(spectra)
+
+
+@pytest.mark.parametrize("segment", [math.nan, math.inf, "1", True])
+def test_segment_that_is_no_length(segment):
+    with pytest.raises(OptionError, match="`segment` must be"):
+        psd(gyro(np.arange(100.0)), segment=segment)
+
+
+@pytest.mark.parametrize("per_octave", [-1, 0, 0.5, True])
+def test_bins_that_are_none(per_octave):
+    spectrum = psd(gyro(np.random.default_rng(known.seed_of("no bins")).standard_normal(2000)))["gyro_x"]
+    for ask in (spectrum.binned, lambda **more: st.transfer(spectrum, **more)):
+        with pytest.raises(OptionError, match="`per_octave` must be a whole number of bins"):
+            ask(per_octave=per_octave)

@@ -49,7 +49,8 @@ def predict_command(
         Times since the start, with units: 60s,10min.
     calibration
         Length of time at rest before the start, with its unit: the mean of each rate over it is subtracted, which levels
-        and takes away the bias. Default: none; walks and flicker noise begin at 0.
+        and takes away the bias. Default: none; the state at the start is known, walks and all that flicker noise is made of
+        begin at 0. A simulated record, which has but its first sample at 0, then shows more: the answer says how much.
     rate
         Steps a second, in Hz. Default: the sampling rate of the result, or 100.
     turn_on
@@ -115,6 +116,11 @@ def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
         if not named:
             raise OptionError(f"--turn-on {key}: the model has {', '.join(model.channels)}", option="turn_on")
         for name in named:
+            if stream_name(name) not in ("gyro", "accel"):
+                raise OptionError(
+                    f"--turn-on {key}: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
+                    option="turn_on",
+                )
             try:
                 value = value_in_si(text, model.channels[name].unit, f"--turn-on {key}")
             except OptionError as error:

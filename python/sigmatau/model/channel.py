@@ -195,7 +195,8 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         Raises
         ------
         OptionError
-            For a model with quantization without `tau0`; for frequencies that are not positive.
+            For a model with quantization without `tau0`; for frequencies that are not positive, or with `tau0` above
+            1/(2·tau0).
 
         References
         ----------
@@ -207,7 +208,13 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         if tau0 is None and "quantization" in self.terms:
             raise OptionError("the density of quantization noise needs the sample interval `tau0`", option="tau0")
         if tau0 is not None:
-            interval("tau0", tau0)
+            nyquist = 0.5 / interval("tau0", tau0)
+            if frequency.size and frequency.max() > nyquist * (1 + 1e-9):
+                raise OptionError(
+                    f"`f` must be at most 1/(2·tau0), {nyquist:g} Hz, not {frequency.max():g}: samples have no frequency"
+                    " above, what is there folds back",
+                    option="f",
+                )
         total = np.zeros(frequency.shape)
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:

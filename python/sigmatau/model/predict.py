@@ -14,7 +14,8 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.navigation import Earth, Mechanisation, Source, mechanisations, source
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.prediction import PredictedError, Prediction
-from sigmatau.model.processes import sampling_rate
+from sigmatau.model.processes import real, sampling_rate
+from sigmatau.record import stream_name
 
 __all__ = ["predict"]
 
@@ -69,8 +70,8 @@ def predict(
     Raises
     ------
     OptionError
-        For times that are not positive, an unknown Earth, a turn-on bias of a channel that is not there, or both a turn-on
-        bias and a calibration, which takes it away.
+        For what is no `NoiseModel`, times that are not positive, an unknown Earth, a turn-on bias of a channel that is not
+        there or no inertial sensor, or both a turn-on bias and a calibration, which takes it away.
     DataError
         For a model with neither a gyro nor an accelerometer.
 
@@ -78,20 +79,29 @@ def predict(
     -----
     The covariance of sensor states, subtracted means and errors is propagated exactly for sampled noise; see
     `sigmatau.model.navigation`. Of flicker noise at the start nothing else but increments is defined: with a calibration
-    only these count, without one it begins at 0, so that the angle error is 0.664·B·t.
+    only these count. Without one all that it is made of, of every correlation time, is known at the start and begins at 0,
+    so that the angle error is 0.664·B·t: the least that can be. A record of `simulate` has its first sample of flicker
+    noise at 0, which knows less, and errors that are larger: by `Prediction.flicker_in_records`.
     """
+    if not isinstance(model, NoiseModel):
+        raise OptionError(
+            "`model` must be a NoiseModel, whose channels have names like gyro_z: NoiseModel(channels={'gyro_z': …});"
+            f" not {type(model).__name__}",
+            option="model",
+        )
     steps = _steps(after, rate)
     average = 0 if calibration is None else _whole("calibration", calibration, rate)
     if earth not in ("round", "flat"):
         raise OptionError(f"`earth` must be 'round' or 'flat', not {earth!r}", option="earth")
-    if not 0 < level < 1:
+    if not 0 < real(level) < 1:
         raise OptionError(f"`level` must lie between 0 and 1, not {level!r}", option="level")
-    turn_on = _checked(turn_on or {}, model, calibration)
+    turn_on = _checked({} if turn_on is None else turn_on, model, calibration)
     dt = 1 / rate
     found: dict[str, PredictedError] = {}
     as_known: dict[tuple[str, str], None] = {}
     not_seen: dict[tuple[str, str], None] = {}
     undecided: dict[tuple[str, str], None] = {}
+    ratios: list[Floats] = []
     recorded = min((one.duration for one in model.values() if one.duration), default=0.0)
     reached = 0.0
     for equations in mechanisations(tuple(model.channels), earth=earth):
@@ -115,6 +125,17 @@ def predict(
                 made[channel, name] = part
                 sources[channel, name] = part.errors(equations, gains, dt=dt, calibration=average, steps=steps)
                 reached = max(reached, part.flicker_error)
+            if not average and "bias_instability" in parts:
+                flicker = source(
+                    model[channel].parts()["bias_instability"],
+                    dt=dt,
+                    tau_max=longest,
+                    flicker_error=flicker_error,
+                    calibrated=True,
+                )
+                rows = list(equations.rows.values())
+                here = sources[channel, "bias_instability"][1][:, rows]
+                ratios.append(_as_simulated(flicker, equations, gains, dt, steps)[:, rows] / here)
         for key, variance in _correlated(model, equations, made, sources, dt, average, steps).items():
             sources[key] = np.zeros_like(variance), variance
         for name, row in equations.rows.items():
@@ -141,6 +162,7 @@ def predict(
         turn_on=turn_on,
         level=level,
         flicker_error=reached,
+        flicker_in_records=_range(ratios),
         as_known=tuple(as_known),
         not_seen=tuple(not_seen),
         undecided=tuple(undecided),
@@ -149,17 +171,31 @@ def predict(
     )
 
 
+def _as_simulated(flicker: Source, equations: Mechanisation, gains: Floats, dt: float, steps: Floats) -> Floats:
+    """Variance by flicker noise whose first sample is 0, as in simulated records: what one sample before is subtracted."""
+    _, variance = flicker.errors(equations, gains, dt=dt, calibration=1, steps=np.maximum(steps - 1, 1))
+    return np.asarray(np.where(steps[:, None] > 1, variance, 0.0))
+
+
+def _range(ratios: Sequence[Floats]) -> tuple[float, float] | None:
+    """Least and largest root of finite ratios."""
+    found = np.concatenate([ratio.ravel() for ratio in ratios]) if ratios else np.empty(0)
+    found = np.sqrt(found[np.isfinite(found)])
+    return (float(found.min()), float(found.max())) if found.size else None
+
+
 def _steps(after: ArrayLike, rate: float) -> Floats:
     sampling_rate(rate)
-    times = np.atleast_1d(np.asarray(after, dtype=np.float64))
+    given = np.atleast_1d(np.asarray(after))
+    times = given.astype(np.float64) if given.dtype.kind in "iuf" else np.empty(0)
     if times.ndim != 1 or not times.size:
-        raise OptionError("`after` must be one or more times in s", option="after")
+        raise OptionError(f"`after` must be one or more times in s, not {after!r}", option="after")
     return np.unique([_whole("after", float(time), rate) for time in times])
 
 
 def _whole(option: str, time: float, rate: float) -> int:
     """A time in whole steps."""
-    if not (math.isfinite(time) and 0.5 <= time * rate <= _STEPS):
+    if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _STEPS):
         raise OptionError(
             f"`{option}` must be {1 / rate:g} s, a step, to {_STEPS / rate:g} s, not {time!r}", option=option
         )
@@ -167,12 +203,22 @@ def _whole(option: str, time: float, rate: float) -> int:
 
 
 def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float | None) -> dict[str, float]:
+    if not isinstance(turn_on, Mapping):
+        raise OptionError(
+            f"`turn_on` must be a mapping from channel to standard deviation, {{'gyro_z': 5e-5}}, not {turn_on!r}",
+            option="turn_on",
+        )
     for name, value in turn_on.items():
         if name not in model.channels:
             raise OptionError(
                 f"`turn_on`: no channel {name!r}; channels: {', '.join(model.channels)}", option="turn_on"
             )
-        if not (math.isfinite(value) and value >= 0):
+        if stream_name(name) not in ("gyro", "accel"):
+            raise OptionError(
+                f"`turn_on`: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
+                option="turn_on",
+            )
+        if not (math.isfinite(real(value)) and value >= 0):
             raise OptionError(
                 f"`turn_on` of {name} must be a standard deviation in SI, not {value!r}", option="turn_on"
             )

@@ -164,6 +164,9 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Probability of the intervals.
     flicker_error : float
         Largest relative error of the Allan deviation of the flicker noise.
+    flicker_in_records : tuple of float or None
+        Without a calibration: least and largest of what flicker noise makes of these errors in a record of `simulate`, whose
+        first sample of it is 0, over what it makes here, where all that it is made of is known at the start.
     as_known : tuple of (str, str)
         Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
     not_seen : tuple of (str, str)
@@ -184,6 +187,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
     turn_on: Mapping[str, float] = field(default_factory=dict)
     level: float = 0.95
     flicker_error: float = 0.0
+    flicker_in_records: tuple[float, float] | None = None
     as_known: tuple[tuple[str, str], ...] = ()
     not_seen: tuple[tuple[str, str], ...] = ()
     undecided: tuple[tuple[str, str], ...] = ()
@@ -211,6 +215,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             "earth": self.earth,
             "turn_on": dict(self.turn_on),
             "level": self.level,
+            "flicker_in_records": None if self.flicker_in_records is None else list(self.flicker_in_records),
             "as_known": [list(key) for key in self.as_known],
             "not_seen": [list(key) for key in self.not_seen],
             "undecided": [list(key) for key in self.undecided],
@@ -248,6 +253,15 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 else "A bias at turn-on, which no record at rest shows, is not in it: give it (--turn-on, `turn_on`),"
                 " or calibrate."
             )
+        if self.flicker_in_records is not None:
+            least, largest = (f"{ratio:.2g}" for ratio in self.flicker_in_records)
+            lines += [
+                "From a known state flicker noise makes the least that it can. In simulated records its first sample"
+                " alone is 0,",
+                f"and what it makes of these errors is {least if least == largest else f'{least} to {largest}'} times as"
+                " large; with a"
+                " calibration there is no such difference.",
+            ]
         if self.earth == "flat":
             lines.append("Flat Earth: without Schuler's feedback.")
         if self.flicker_error:

@@ -15,6 +15,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.model.chance import check_noise, check_phases, covariance_of_model
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.processes import real
 from sigmatau.model.state_space import state_space
 from sigmatau.results import ByChannel, Printed, seconds
 from sigmatau.uncertainty import chi2_factors
@@ -193,7 +194,7 @@ def verify_channel(
     ------
     OptionError
         For a curve in another unit, of clusters that do not overlap, or with fewer than two octaves; for a level outside
-        0 … 1.
+        0 … 1, a `tau_min` that is negative or no number.
     DataError
         For a curve of a record with gaps; for a model without noise, or with a sinusoid of so few turns in the record that
         its phase hides the noise.
@@ -213,8 +214,10 @@ def verify_channel(
     """
     from scipy.special import chdtrc
 
-    if not 0 < level < 1:
+    if not 0 < real(level) < 1:
         raise OptionError(f"`level` must lie between 0 and 1, not {level!r}", option="level")
+    if tau_min is not None and not (math.isfinite(real(tau_min)) and tau_min >= 0):
+        raise OptionError(f"`tau_min` must be a number of seconds, 0 or more, not {tau_min!r}", option="tau_min")
     if curve.unit != model.unit:
         raise OptionError(f"`curve` of {curve.channel} is in {curve.unit}, the model in {model.unit}", option="curve")
     if curve.overlap != "full":

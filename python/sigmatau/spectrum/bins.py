@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from numbers import Integral
+
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.errors import OptionError
 from sigmatau.spectrum.tapers import sine_correlation
 
 __all__ = ["bin_starts", "levelled", "shared", "slopes"]
@@ -19,7 +22,11 @@ _NEIGHBOURS = np.array([4 / 9, 1 / 36])
 
 
 def bin_starts(frequency: Floats, per_octave: int) -> NDArray[np.intp]:
-    """Indices of the first frequency of each bin, as many bins an octave."""
+    """Indices of the first frequency of each bin, as many bins an octave; `OptionError` unless that is 1 or more."""
+    if isinstance(per_octave, bool) or not (isinstance(per_octave, Integral) and per_octave >= 1):
+        raise OptionError(
+            f"`per_octave` must be a whole number of bins, 1 or more, not {per_octave!r}", option="per_octave"
+        )
     edges = frequency[0] * 2.0 ** (np.arange(int(np.log2(frequency[-1] / frequency[0]) * per_octave) + 2) / per_octave)
     starts = np.unique(np.searchsorted(frequency, edges * (1 - 1e-9)))
     starts = starts[starts < len(frequency)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,7 +141,8 @@ def default_size(n: int) -> int:
 def segment_size(segment: float | None, stream: Stream) -> int | None:
     if segment is None:
         return None
-    size = round(segment / stream.grid.tau0)
+    is_number = isinstance(segment, Real) and not isinstance(segment, bool) and math.isfinite(segment)
+    size = round(segment / stream.grid.tau0) if is_number else 0
     if not 8 <= size <= stream.grid.n:
         longest = seconds(stream.grid.duration)
         raise OptionError(

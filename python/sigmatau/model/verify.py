@@ -211,7 +211,8 @@ def verify_channel(
     first order. A line that rules some octaves is judged too hardly: with one of 0.7 Hz and ten times the standard
     deviation of the white noise in 100 s at 100 Hz, 27 % of 60 true records had p < 5 %, with one of that deviation 10 %.
     Far below the times of a steep filter neighbouring variances are nearly one: of 150 true records behind order 9 at 1 Hz,
-    sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60. Strided curves are taken as if their clusters began at every sample.
+    sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60.
+    Strided curves are taken as if their clusters began at every sample.
     """
     from scipy.special import chdtrc
 

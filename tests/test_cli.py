@@ -35,6 +35,27 @@ def run(*argv, capsys):
 
 
 class TestAnalyze:
+    def test_the_fit_begins_where_it_is_told_to(self, log, capsys):
+        code, out, _ = run("analyze", log, "--rate", 100, "--tau-min", 0.05, "--json", "-", capsys=capsys)
+        assert code == 0
+        channels = json.loads(out)["channels"]
+        assert {channel["fit"]["tau_min_s"] for channel in channels.values()} == {0.06}
+        assert {channel["curve"]["tau_s"][0] for channel in channels.values()} == {0.01}
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (["-1"], "--tau-min must be a positive number of seconds, not -1.0"),
+            (["nan"], "--tau-min must be a positive number of seconds, not nan"),
+            (["1"], "--tau-min may be at most 0.08 s here, not 1.0"),
+            (["1", "--method", "read-off"], "--tau-min is of a fit, which method 'read-off' does not make"),
+        ],
+    )
+    def test_no_fit_begins_there(self, log, arguments, message, capsys):
+        code, out, err = run("analyze", log, "--rate", 100, "--tau-min", *arguments, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert message in err
+
     def test_table_figure_and_json(self, log, tmp_path, capsys):
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
         code, out, err = run("analyze", log, "--rate", 100, "--plot", figure, "--json", result, capsys=capsys)

@@ -28,6 +28,7 @@ from sigmatau.anglenoise import angle_noise, untold
 from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.diagnose import curves as curve_findings
 from sigmatau.diagnose.causes import one_cause
+from sigmatau.diagnose.restated import past_filter
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.export import Choices, Source, export
 from sigmatau.fitting import NoiseFit, fit
@@ -174,6 +175,7 @@ def analyze(
     overlap: Overlap = "full",
     counting: Counting = "standard",
     method: Method = "gls",
+    tau_min: float | None = None,
     long: Long = "auto",
     window: str | None = None,
     leave_out: str | Sequence[str] | None = None,
@@ -194,6 +196,8 @@ def analyze(
         Fit the coefficients (`sigmatau.fit`) beside reading them off, or read off only. A fit is always made with
         overlapping clusters on half octaves, whatever the curve has; on eighths of an octave where quantization noise
         rules the short times, because the terms under it are then found with up to a third less variance.
+    tau_min : float, optional
+        Shortest averaging time of the fits: beyond a filter or a line, as findings advise. Default: found by the misfit. [s]
     long : {"auto", "exact", "strided"}
         Clusters of more than 4096 samples: every pair, or in bounded memory those that begin at every 64th sample or
         less often, see `sigmatau.Accumulator`. "auto" takes every pair if memory is enough, and says so if it is not.
@@ -232,6 +236,8 @@ def analyze(
             "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
         )
         raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}{hint}")
+    if tau_min is not None:
+        _refuse_time(tau_min, method)
     if long not in get_args(Long):
         raise OptionError(f"`long` must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
     if long == "strided" and (overlap, counting) != ("full", "standard"):
@@ -285,7 +291,14 @@ def analyze(
     if method == "gls":
         doubtful = {finding.channel for finding in findings if too_coarse(finding)}
         for channel, curve in curves.items():
-            fits[channel] = fit(fitted_on[channel]) if channel in fitted_on else _fit(record, curve, threads)
+
+            def again(least: float | None, curve: DeviationCurve = curve) -> NoiseFit:
+                on = fitted_on.get(curve.channel)
+                return _fit(record, curve, threads, tau_min=least) if on is None else fit(on, tau_min=least)
+
+            fits[channel] = again(tau_min)
+            if tau_min is None:
+                fits[channel] = past_filter(record.stream_of(channel), fits[channel], findings, again)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             if channel in doubtful:  # a finding says so, and what the curve says of its fit is no other fault
@@ -398,16 +411,25 @@ def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, Devia
     return only[0], only[1]
 
 
-def _fit(record: Record, curve: DeviationCurve, threads: int | None) -> NoiseFit:
+def _refuse_time(tau_min: float, method: Method) -> None:
+    """Refuse what is no shortest averaging time, or where nothing is fitted."""
+    if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
+        raise OptionError(f"`tau_min` must be a positive number of seconds, not {tau_min!r}", option="tau_min")
+    if method != "gls":
+        raise OptionError("`tau_min` is of a fit, which method 'read-off' does not make", option="tau_min")
+
+
+def _fit(record: Record, curve: DeviationCurve, threads: int | None, *, tau_min: float | None) -> NoiseFit:
     """On half octaves with overlap, whatever the curve has; on eighths where quantization rules."""
     half = cluster_sizes("half", n=curve.n - (curve.counting == "paper"), tau0=curve.tau0)
     if curve.overlap != "full" or not np.array_equal(half, curve.m):
         curve = channel_curve(record, curve.channel, taus="half", counting=curve.counting, threads=threads)
-    fitted = fit(curve)
+    fitted = fit(curve, tau_min=tau_min)
     noise = fitted.observed.get("quantization")
     if noise is None or len(fitted.observed) < _LEAST_BESIDE:
         return fitted
     share = avar("quantization", noise, m=_AT, tau0=curve.tau0) / fitted.avar(m=_AT)
     if float(share[0]) < _RULES:
         return fitted
-    return fit(channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads))
+    eighths = channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads)
+    return fit(eighths, tau_min=tau_min)

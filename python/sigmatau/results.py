@@ -17,6 +17,7 @@ __all__ = [
     "damaged",
     "duration_text",
     "interval_texts",
+    "option_seconds",
     "printable",
     "seconds",
     "two_digits",
@@ -161,6 +162,12 @@ def printable(text: str) -> str:
 def seconds(value: float) -> str:
     """A time with three significant digits and never an exponent of a thousand: ``0.01``, ``40.96`` as ``41``, ``1311``."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def option_seconds(value: float) -> str:
+    """A time for an option of the command line, rounded up to three digits."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.ceil(value / step * (1 - 1e-9)) * step:.12g}"
 
 
 def interval_texts(value: float, low: float | None, high: float | None) -> tuple[str, str]:

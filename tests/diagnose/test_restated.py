@@ -1,10 +1,13 @@
 """What bad samples and filters are said to do to the fit that is printed, against the same noise without them."""
 
+import re
+
 import numpy as np
 import pytest
 
 import sigmatau as st
 from known import seed_of
+from sigmatau.model import ChannelModel, GaussMarkov
 
 N, RATE = 60_000, 100.0
 TRUTH = {"random_walk": 1e-4, "bias_instability": 1.5e-5}
@@ -110,6 +113,106 @@ def test_a_filter_below_the_fit_changes_nothing(corner):
     # What is printed over the truth, to the interval of the fit, and to 5 %: the least that is said.
     error = (fitted.high - fitted.low) / (2 * fitted.value)
     assert stated == pytest.approx(fitted.value / TRUTH["random_walk"], rel=0.05 + 1.5 * error)
+
+
+@pytest.mark.parametrize("corner", [5.0, 2.0])
+def test_a_filter_is_no_gauss_markov_process(corner):
+    """White noise behind a first-order filter is one, and at long times a random walk: no limit is below that."""
+    from scipy.signal import lfilter
+
+    pole = np.exp(-2 * np.pi * corner / RATE)
+    white = np.random.default_rng(seed_of(f"first order {corner}")).normal(size=N) * 1e-3
+    filtered = lfilter([1 - pole], [1, -pole], white)
+    analysis = analyzed(filtered)
+    fitted = analysis.fits["gyro_x"]
+    assert not fitted.gauss_markov
+    walk = fitted["random_walk"]
+    if walk.value is None:
+        assert walk.upper_limit > 1e-4
+    else:
+        assert walk.value == pytest.approx(1e-4, abs=3 * (walk.high - walk.low) / (2 * 1.96))
+    assert "takes the filter at" in fitted.reason
+    (finding,) = (f for f in analysis.findings if f.code == "low_pass_filter")
+    assert f"the fit, from τ = {fitted.tau_min:.3g} s on, is not changed by it" in finding.effect
+    # Where there are too few averaging times beyond the filter nothing is said of the random walk.
+    short = analyzed(filtered[: round(RATE * 150 / corner)]).fits["gyro_x"]
+    assert short.verdict == "descriptive"
+    assert short["random_walk"].upper_limit is None
+
+
+def test_a_gauss_markov_process_stays_one():
+    """Its spectrum has the white noise as its floor: that is no filter."""
+    model = st.NoiseModel(
+        channels={
+            "gyro_x": ChannelModel(terms={"random_walk": 1e-4}, gauss_markov=(GaussMarkov(sigma=5e-4, time=0.3),))
+        }
+    )
+    record = st.simulate(model, duration=N / RATE, rate=RATE, rng=seed_of("Gauss-Markov over white"))
+    fitted = analyzed(np.array(record.streams[0].column("gyro_x"))).fits["gyro_x"]
+    (process,) = fitted.gauss_markov
+    assert process.time.value == pytest.approx(0.3, abs=3 * (process.time.high - process.time.low) / (2 * 1.96))
+
+
+def test_what_cannot_be_told_is_not_denied():
+    """A filter and a line that wanders: no fit is adequate, and none says what the filter does to the other."""
+    from scipy.signal import butter, lfilter
+
+    white = np.random.default_rng(seed_of("filter and line")).normal(size=N) * 1e-3
+    t = np.arange(N) / RATE
+    line = 1e-3 * np.sin(2 * np.pi * (0.5 * t + 0.1 * t**2 / t[-1]))
+    analysis = analyzed(lfilter(*butter(2, 10 / (RATE / 2)), white) + line)
+    fitted = analysis.fits["gyro_x"]
+    (finding,) = (f for f in analysis.findings if f.code == "low_pass_filter")
+    assert fitted.verdict == "descriptive"
+    assert fitted.tau_min == 1 / RATE
+    assert finding.changes == ()
+    assert "is not changed" not in finding.effect
+    assert "is no adequate model" in finding.effect
+    assert "cannot be told" in finding.effect
+
+
+FAULTS = {
+    "filter": ("low_pass_filter", lambda x: lowpassed(x, corner=4.0)),
+    "line": ("spectral_line", lambda x: x + 2e-4 * np.sin(2 * np.pi * 7.3 * np.arange(N) / RATE)),
+}
+
+
+def lowpassed(x, corner):
+    from scipy.signal import butter, lfilter
+
+    return lfilter(*butter(1, corner / (RATE / 2)), x)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_what_is_advised_can_be_done(fault):
+    """From the averaging time that the remedy names on, the random walk is the sensor's own."""
+    code, plant = FAULTS[fault]
+    x = plant(np.random.default_rng(seed_of(f"advice {fault}")).normal(size=N) * 1e-3)
+    record = st.Record.from_arrays(rate=RATE, gyro_x=x)
+    (finding,) = (f for f in st.check(record) if f.code == code)
+    tau_min = float(re.search(r"analyze --tau-min ([0-9.]+)", finding.remedy)[1])
+    fitted = st.analyze(record, tau_min=tau_min, threads=1).fits["gyro_x"]
+    # On half octaves, of which it may leave out one and a half.
+    assert tau_min <= fitted.tau_min < 1.6 * tau_min
+    walk = fitted["random_walk"]
+    assert walk.value == pytest.approx(1e-4, rel=0.01, abs=3 * (walk.high - walk.low) / (2 * 1.96))
+
+
+def test_a_line_that_no_fit_gets_beyond():
+    t = np.arange(N) / RATE
+    x = np.random.default_rng(seed_of("slow line")).normal(size=N) * 1e-3 + 2e-3 * np.sin(2 * np.pi * 0.05 * t)
+    (finding,) = (f for f in st.check(st.Record.from_arrays(rate=RATE, gyro_x=x)) if f.code == "spectral_line")
+    assert "no fit of this record begins beyond it" in finding.remedy
+    assert "--tau-min" not in finding.remedy
+
+
+def test_a_fit_that_is_not_adequate_begins_there_too():
+    t = np.arange(N) / RATE
+    line = 1e-3 * np.sin(2 * np.pi * (0.1 * t + 0.02 * t**2 / t[-1]))
+    x = np.random.default_rng(seed_of("begins there")).normal(size=N) * 1e-3 + line
+    fitted = st.analyze(st.Record.from_arrays(rate=RATE, gyro_x=x), tau_min=0.5, threads=1).fits["gyro_x"]
+    assert fitted.verdict == "descriptive"
+    assert fitted.tau_min == pytest.approx(0.64)
 
 
 @pytest.mark.parametrize("looked_at", [0, 1, 63, -5, True, 1e5])

@@ -45,6 +45,7 @@ def analyze_command(
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
+    tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
     long: Literal["auto", "exact", "strided"] = "auto",
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
@@ -73,6 +74,8 @@ def analyze_command(
         Average all clusters (full), or only those that share no sample (none).
     counting
         N+1-2n terms (standard), or the N-2n of the paper's eq. (6) on N rates (paper).
+    tau_min
+        Shortest averaging time of the fit, in seconds: beyond a filter or a line, as findings say. Default: by the misfit.
     long
         Clusters of more than 4096 samples: every pair (exact), or in bounded memory those that begin at every 64th sample or
         less often (strided); auto does that, and says so, if the record does not fit in memory.
@@ -110,6 +113,7 @@ def analyze_command(
         "overlap": overlap,
         "counting": counting,
         "method": method,
+        "tau_min": tau_min,
         "long": long,
         "window": window,
         "leave_out": leave_out or None,

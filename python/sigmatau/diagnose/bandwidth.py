@@ -12,7 +12,7 @@ from sigmatau.diagnose.pairs import by_pairs, is_torn
 from sigmatau.diagnose.resampled import resampled
 from sigmatau.diagnose.rolloff import LowPass, fit_low_pass, promising
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import Finding, seconds
+from sigmatau.results import Finding, option_seconds, seconds
 from sigmatau.spectrum import Spectrum, welch
 from sigmatau.streams import Stream
 from sigmatau.terms import aliasing_inflation
@@ -25,6 +25,7 @@ ALIASING = 1.05
 NOTICEABLE = 0.90
 """A filter is a warning where σ at one sample is below this share of what the random walk makes."""
 
+_AND_MORE = ": quantization after the filter adds more than that takes away"
 _ROUNDING = 4e-15  # of the largest sample: a few of the last digits
 _WIDEST = 1e6  # [Hz] no inertial sensor follows faster: piezoelectric shock sensors resonate at some hundred kHz
 _LATE = 1.0  # [s] where the field reads the random walk
@@ -70,12 +71,13 @@ def low_pass(stream: Stream, *, fits: Mapping[str, LowPass] | None = None) -> li
                 unit="Hz",
                 effect=(
                     f"σ at one sample, τ = {seconds(stream.grid.tau0)} s, is {fitted.short:.2f} of what the random walk"
-                    f" makes, and so is a random walk read there; within 1 % from τ = {seconds(tau)} s on"
+                    f" makes, and so is a random walk read there{_AND_MORE if fitted.short > 1 else ''}; within 1 % from τ ="
+                    f" {seconds(tau)} s on{', but for quantization' if fitted.short > 1 else ''}"
                 ),
                 changes=(("random_walk", fitted.short),),
                 remedy=(
-                    f"read or fit the random walk of {stream.name} from τ = {seconds(latest)} s on, and model the filter if"
-                    " that is too late"
+                    f"fit the random walk of {stream.name} from τ = {seconds(latest)} s on, analyze --tau-min"
+                    f" {option_seconds(latest)}, or read it there; and model the filter if that is too late"
                 ),
             )
         )

@@ -15,11 +15,12 @@ from sigmatau.diagnose.effects import compared, words
 from sigmatau.diagnose.peaks import Line, Periodogram, hertz, measured_lines, periodogram
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit, fit
+from sigmatau.fitting.attempt import LEAST_TIMES
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.integrity.motion import bursts, summary
 from sigmatau.record import Record
-from sigmatau.results import Finding, seconds
+from sigmatau.results import Finding, option_seconds, seconds
 from sigmatau.spectrum import without_line
 from sigmatau.streams import Stream
 
@@ -45,6 +46,10 @@ _ROUNDING = 4e-15  # of the largest sample: a few of the last digits
 _LEAST_RUN = 64  # samples
 
 
+_REMEDY = "find what shakes or couples at this frequency and record without it"
+_OVER = 0.02  # of a variance, 1 % in σ: as for filters
+
+
 def lines(stream: Stream) -> list[Finding]:
     """Findings ``spectral_line``: one a channel that has any, with all its lines.
 
@@ -67,12 +72,19 @@ def lines(stream: Stream) -> list[Finding]:
     the correlation under Hann's taper; the far tail of that law, widened by Snedecor's F for the error of the median that
     it is held against, gives the threshold for a false alarm of 1e-4 over all bins and widths of a channel.
     """
-    found = []
+    found, beyond = [], []
     for channel in stream.channels:
         scanned = _scanned(stream, channel)
         if scanned is not None and scanned.groups:
-            found.append(_finding(stream, scanned))
-    return found
+            finding, after = _finding(stream, scanned)
+            found.append(finding)
+            beyond.append(after)
+    # What is to be done is said once for all axes, so by the slowest of them.
+    latest = max((tau for tau in beyond if tau is not None), default=0.0)
+    return [
+        replace(finding, remedy=_REMEDY + _advice(after, latest, stream))
+        for finding, after in zip(found, beyond, strict=True)
+    ]
 
 
 def lines_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
@@ -230,16 +242,26 @@ def _mains(line: Line, rate: float) -> str:
     return ""
 
 
-def _finding(stream: Stream, scan: _Scan) -> Finding:
+def _advice(after: float | None, latest: float, stream: Stream) -> str:
+    """What a fit can do about lines: begin later, if any averaging time is late enough."""
+    if after is None:
+        return "; no fit of this record begins beyond it"
+    if latest <= stream.grid.tau0 * (1 + 1e-9):
+        return ""
+    return f"; else fit from averaging times beyond it, analyze --tau-min {option_seconds(latest)}"
+
+
+def _finding(stream: Stream, scan: _Scan) -> tuple[Finding, float | None]:
+    """And from which averaging time on a fit is not changed by it; see `_effect`."""
     channel, groups, spectrum = scan.channel, scan.groups, scan.spectrum
     strongest = groups[0]
     everything = scan.everything
-    effect, factor = _effect(stream, channel, everything, spectrum)
+    effect, factor, after = _effect(stream, channel, everything, spectrum)
     named = "; ".join(map(repr, groups[:_MOST_NAMED]))
     more = f"; and {len(groups) - _MOST_NAMED} weaker" if len(groups) > _MOST_NAMED else ""
     part = ", looked for in four stretches" if spectrum.dof > 2 else ""
     part += ", looked for between the motion" if scan.moved else ""
-    return Finding(
+    finding = Finding(
         code="spectral_line",
         severity="warning" if factor >= NOTICEABLE else "info",
         channel=channel,
@@ -248,18 +270,17 @@ def _finding(stream: Stream, scan: _Scan) -> Finding:
         size=strongest.amplitude,
         unit=stream.unit,
         effect=effect,
-        remedy=(
-            "find what shakes or couples at this frequency and record without it; else fit from averaging times well"
-            " beyond its period"
-        ),
     )
+    return finding, after
 
 
-def _effect(stream: Stream, channel: str, found: Sequence[Line], spectrum: Periodogram) -> tuple[str, float]:
-    """In words; by which factor σ(τ) grows at worst."""
+def _effect(
+    stream: Stream, channel: str, found: Sequence[Line], spectrum: Periodogram
+) -> tuple[str, float, float | None]:
+    """In words; by which factor σ(τ) grows at worst; from which τ on by no more than 1 %, None if no fit begins so late."""
     whole = stream.only(channel).longest_run()
     if whole.grid.n < _LEAST_RUN:
-        return "no run without a missing sample is long enough to tell what it does to σ(τ)", 1.0
+        return "no run without a missing sample is long enough to tell what it does to σ(τ)", 1.0, None
     sizes = cluster_sizes("half", n=whole.grid.n, tau0=stream.grid.tau0)
     sizes = sizes[sizes <= whole.grid.n // 3]
     (measured,), _, _ = _kernels.allan_variances(
@@ -269,7 +290,7 @@ def _effect(stream: Stream, channel: str, found: Sequence[Line], spectrum: Perio
     # What is left is no less than the error of a single variance allows: a line may be all there is.
     rest = np.maximum(measured - column, _LEAST_LEFT * measured)
     if not rest.min() > 0:
-        return "the samples repeat themselves exactly: there is no noise beside it", 1.0
+        return "the samples repeat themselves exactly: there is no noise beside it", 1.0, None
     factors = np.sqrt(measured / rest)
     worst = int(np.argmax(factors))
     factor = float(factors[worst])
@@ -285,7 +306,9 @@ def _effect(stream: Stream, channel: str, found: Sequence[Line], spectrum: Perio
                 words.append(f"{term.replace('_', ' ')} {_times(ratio)} as large")
         if words:
             text += f"{_ALL_TIMES} that knows no line finds {' and '.join(words)}"
-    return text, factor
+    there = np.flatnonzero(column > _OVER * rest)
+    first = int(there[-1]) + 1 if len(there) else 0
+    return text, factor, float(sizes[first] * stream.grid.tau0) if len(sizes) - first >= LEAST_TIMES else None
 
 
 def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:

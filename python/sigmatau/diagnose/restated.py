@@ -6,7 +6,7 @@ times shows against a fit from where the curve is right again.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,10 +25,14 @@ from sigmatau.spectrum import welch
 from sigmatau.streams import Stream
 from sigmatau.terms import TERMS
 
-__all__ = ["bad_samples_in_fits", "filters_in_fits", "without_faults"]
+__all__ = ["bad_samples_in_fits", "filters_in_fits", "past_filter", "without_faults"]
 
 _BAD = ("dropout", "stuck_samples", "spikes")
 _FILTERS = ("low_pass_filter", "interpolated")
+_OVER = 75.0
+"""Times its correlation time a Gauss-Markov process is a random walk to 1 % in σ: its variance is short by 1.5·T/τ."""
+
+_NONE = ("is no adequate model", "none either")
 _NAMES = {"dropout": "dropouts", "stuck_samples": "stuck samples", "spikes": "spikes"}
 
 
@@ -92,6 +96,49 @@ def filters_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequenc
         else finding
         for finding in found
     ]
+
+
+def past_filter(
+    stream: Stream, fitted: NoiseFit, found: Sequence[Finding], again: Callable[[float], NoiseFit]
+) -> NoiseFit:
+    """The fit of a channel, made anew from beyond its filter if it took that for a Gauss-Markov process.
+
+    White noise behind a first-order filter is such a process: the fit is good, and its random walk, which is all that the
+    noise is at long times, is not seen, with a limit far below the truth.
+
+    Parameters
+    ----------
+    stream : Stream
+        Of the channel.
+    fitted : NoiseFit
+    found : sequence of Finding
+        Of which ``low_pass_filter`` counts.
+    again : callable
+        The fit from another averaging time on. [s]
+
+    Returns
+    -------
+    NoiseFit
+        Without intervals or limits if there are too few averaging times beyond the filter.
+    """
+    corner = next((f.size for f in found if f.code == "low_pass_filter" and f.channel == fitted.channel), None)
+    if corner is None or not fitted.gauss_markov or fitted.tau_min is None or "random_walk" in fitted.observed:
+        return fitted
+    time = fitted.gauss_markov[0].time.value
+    reach = _reach(without_faults(stream).only(fitted.channel), fitted.channel, "low_pass_filter")
+    # With no other white noise to be filtered, a process that is over before the filter is can be nothing else.
+    if reach is None or not fitted.tau_min < time * _OVER or time > reach:
+        return fitted
+    reach = max(reach, time * _OVER)
+    why = (
+        f"from τ = {seconds(fitted.tau_min)} s on a fit takes the filter at {corner:.3g} Hz for a Gauss-Markov process of"
+        f" {seconds(time)} s, and no random walk is seen beside it"
+    )
+    try:
+        after = again(reach)
+    except OptionError:
+        return fitted.doubted(why)
+    return replace(after, reason="; ".join(filter(None, [after.reason, why])))
 
 
 def without_faults(stream: Stream) -> Stream:
@@ -159,22 +206,59 @@ def _beyond(stream: Stream, clean: Stream, fitted: NoiseFit, finding: Finding) -
     reach = _reach(clean.only(fitted.channel), fitted.channel, finding.code)
     if reach is None or fitted.tau_min is None:
         return finding
-    begins = seconds(fitted.tau_min)
-    changes: list[Change] = []
+    said, changes = "is not changed by it", list[Change]()
     if fitted.tau_min < reach * (1 - 1e-9):
         try:
             curve = channel_curve(Record(streams=(stream.only(fitted.channel),)), fitted.channel, taus="half")
             after = fit(curve, tau_min=reach)
-        except (DataError, OptionError):  # too few averaging times
-            return replace(finding, changes=())
-        changes = [change for change in compared(fitted, after) if _surely(change, fitted, after)]
-    texts = words(changes, stream.quantity)
-    said = " and ".join(texts) if texts else "is not changed by it"
+        except (DataError, OptionError):
+            said = (
+                f"begins before, and too few averaging times are left from τ = {seconds(reach)} s on to fit without it"
+            )
+        else:
+            changes = [change for change in compared(fitted, after) if _surely(change, fitted, after)]
+            said = _against(fitted, after, changes)
     return replace(
         finding,
-        effect=f"{finding.effect}; the fit, from τ = {begins} s on, {'finds ' if texts else ''}{said}",
+        effect=f"{finding.effect}; the fit, from τ = {seconds(fitted.tau_min)} s on, {said}",
         changes=tuple((change.term, change.factor) for change in changes),
     )
+
+
+def _against(before: NoiseFit, after: NoiseFit, changes: Sequence[Change]) -> str:
+    """What is sure of a fit against one from where the curve is right; nothing is, where that one is not adequate."""
+    if after.verdict != "adequate":
+        itself, too = ("begins before", "no adequate model") if before.verdict == "adequate" else _NONE
+        there = f"from τ = {seconds(after.tau_min or after.tau0)} s on there is {too}"
+        return f"{itself}, and {there}: what it does to the fit cannot be told{_both(before, after)}"
+    texts = words(changes, before.quantity)
+    hidden = [
+        f"{TERMS[t].label(before.quantity)} of {value} {unit} {interval}".rstrip() + ", above the limit that is stated"
+        for t, term in after.items()
+        if t in before and _false_limit(before[t].upper_limit, term.low)
+        for value, interval, unit in after.texts(t)[:1]
+    ]
+    said = " and ".join(
+        filter(None, [f"finds {' and '.join(texts)}" if texts else "", *(f"hides a {h}" for h in hidden)])
+    )
+    if before.verdict == "adequate":
+        return said or "is not changed by it"
+    against = f", against which it {said}" if said else ""
+    return f"is no adequate model; one from τ = {seconds(after.tau_min or after.tau0)} s on is{against}"
+
+
+def _both(before: NoiseFit, after: NoiseFit) -> str:
+    """The random walks of two fits, where both have one."""
+    if "random_walk" not in before or "random_walk" not in after:
+        return ""
+    if before["random_walk"].value is None or after["random_walk"].value is None:
+        return ""
+    (one, _, _), (other, _, unit) = before.texts("random_walk")[0], after.texts("random_walk")[0]
+    return f" ({TERMS['random_walk'].label(before.quantity)} {one} and {other} {unit})"
+
+
+def _false_limit(limit: float | None, low: float | None) -> bool:
+    return limit is not None and low is not None and limit < low
 
 
 def _surely(change: Change, before: NoiseFit, after: NoiseFit) -> bool:

@@ -108,7 +108,7 @@ def descriptive(
     curve: DeviationCurve, data: Data, nearest: Attempt | None, scale: float, level: float, *, reason: str = ""
 ) -> NoiseFit:
     """Coefficients that follow the curve to a few per cent, where no model fits it within its errors."""
-    first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else 0
+    first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else data.first or 0
     parts, avar = data.parts().from_index(first), data.avar[first:]
     sizes = parts.m.astype(float)
     columns = np.column_stack([parts.design, 0.5 * parts.squares])

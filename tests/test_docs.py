@@ -143,6 +143,7 @@ def test_command_lines(command, logs, tmp_path, monkeypatch, capsys):
     command = (
         command.replace("10min:50min", "1s:3s")
         .replace("720s:722s,30min:31min", "1s:1.5s,2.5s:3s")
+        .replace("--tau-min 0.5", "--tau-min 0.05")
         .replace("--hours 2", "--hours 0.01")
         .replace("--idle 60", "--idle 0.2 --every 0.1")
     )

@@ -314,3 +314,33 @@ def test_adis(field_data):
         assert fitted[channel].short == pytest.approx(measured_share(y, 100.0, (32, 45, 64)), rel=0.03)
         assert {"mean", "bartlett"} & {fitted[channel].shape, *fitted[channel].alike}
     assert {f.channel for f in low_pass(stream, fits=fitted)} == set(fitted)
+
+
+def counts(name, cut, *, level=0.0):
+    """Counts of an angle that wanders at random, behind a second-order filter at 10 Hz or none; 100 Hz."""
+    white = np.random.default_rng(known.seed_of(name)).normal(size=60_000) * 1e-7
+    if cut:
+        from scipy.signal import butter, lfilter
+
+        white = lfilter(*butter(2, 10 / 50), white)
+    step = 2e-7 if cut else 5e-7
+    angle = np.cumsum(white + level)
+    return st.Record.from_arrays(
+        rate=100.0, gyro_x=np.diff(np.round(angle / step) * step, prepend=0), input="increments"
+    )
+
+
+def test_rounding_of_counts_is_no_filter():
+    """White noise and quantization, which rises towards half the sampling rate, fall nowhere."""
+    for k in range(12):
+        assert "low_pass_filter" not in {f.code for f in st.check(counts(f"counts {k}", cut=False))}
+
+
+def test_a_filter_under_quantization_makes_no_deviation_larger():
+    """It is found by its fall below the random walk; what makes σ at one sample larger is said to be another."""
+    for k in range(4):
+        record = counts(f"filtered counts {k}", cut=True, level=1.3e-7)
+        (finding,) = (f for f in st.check(record) if f.code == "low_pass_filter")
+        assert finding.size == pytest.approx(10, rel=0.1)
+        assert dict(finding.changes)["random_walk"] > 1
+        assert "quantization after the filter adds more than that takes away" in finding.effect

@@ -132,6 +132,11 @@ def fit_low_pass(spectrum: Spectrum, *, without: Sequence[tuple[float, float]] =
     # White noise after the filter fills it up: where that is most of it, it is coloured noise beside white, no filter.
     if level <= 0 or floor > _LARGEST_FLOOR * level or (white * at_nyquist / at_zero + floor) / level > _FLATTEST:
         return None
+    # Quantization after it may do so, too: where the sum falls nowhere below the random walk, none has been seen to fall.
+    frequency = np.array(points.frequency)
+    left = white * filters.folded_white(shape, x, frequency, 1.0) / at_zero + floor
+    if float((left + quantization * np.sin(np.pi * frequency) ** 2).min()) > _FLATTEST * level:
+        return None
     rate = 1 / spectrum.tau0
     alike = tuple(s for s in sorted(best, key=lambda s: best[s][0]) if s != shape and best[s][0] < score + _ALIKE)
     spread = max((abs(best[s][1] - x) for s in alike), default=0.0)

@@ -57,6 +57,27 @@ def test_effect_of_motion_is_that_on_the_allan_variance():
     assert measured == pytest.approx(math.sqrt(1 + 63 * 4200 / N), rel=3 * error)
 
 
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize(("hertz", "duration", "height"), [(5.0, 2.0, 20.0), (12.0, 1.0, 8.0), (30.0, 2.0, 8.0)])
+def test_effect_of_a_knock_is_told_where_it_is_largest(hertz, duration, height, phase):
+    """A shake of some hertz shows at half its period, and hardly at one sample."""
+    case = f"knock {hertz} {phase}"
+    x = np.random.default_rng(seed_of(case)).normal(size=60_000)
+    t = np.arange(len(x)) / 100.0
+    y = x + np.where((t > 300) & (t < 300 + duration), height * np.sin(2 * np.pi * hertz * t + phase), 0.0)
+    (finding,) = not_static(Record.from_arrays(rate=100.0, gyro_x=1e-3 * y).streams[0])
+    curves = allan(Record.from_arrays(rate=100.0, a=x, b=y), taus="octave")
+    ratio = curves["b"].adev / curves["a"].adev
+    # Up to the averaging time that has 200 pairs of clusters that share no sample.
+    known = curves["a"].tau <= 3
+    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+    at = int(np.argmin(np.abs(curves["a"].tau - tau)))
+    ((_, stated),) = finding.changes
+    # Clusters that share no sample have their own phase against the shake.
+    assert stated == pytest.approx(float(ratio[at]), rel=0.15)
+    assert stated == pytest.approx(float(ratio[known].max()), rel=0.15)
+
+
 @pytest.mark.parametrize("at", [30_000, 75_000, 75_123, 120_011])
 @pytest.mark.parametrize("size", [-0.5, 0.5])
 def test_tilt_is_found_where_it_is(at, size):

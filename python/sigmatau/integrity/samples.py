@@ -30,6 +30,7 @@ __all__ = [
     "when",
     "white_level",
     "without_dust",
+    "worst_on_white",
 ]
 
 LONG = 4_000_000
@@ -241,6 +242,32 @@ def change_of_white(
     # Runs that only held the noise back leave less than there was.
     factor = math.sqrt(changed / level) if changed > 0 else math.sqrt(avar / without) if without > 0 else 1.0
     return factor, m * tau0
+
+
+# White noise rules a variance of no more than so many times its own; and the standard errors that an excess is taken down
+# before the largest is chosen. Of `gone` of `pairs` squares, with √3 standard deviations each, the mean is wrong by that.
+_WHITE, _DOWN = 1.5, 2.0
+
+
+def worst_on_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:
+    """By which factor bad samples make σ(τ) larger at worst, where the others show white noise, and at which τ.
+
+    A shake of some hertz does nothing to σ at one sample and next to nothing at ten seconds. 1 if there is too little left.
+    """
+    clean = np.where(bad, np.nan, x)
+    level, clearest = white_level(clean, tau0)
+    rest = {m: (avar, pairs) for m, avar, pairs in octaves(clean)}
+    best: tuple[float, float, float] | None = None
+    for m, avar, pairs in octaves(x):
+        without, left = rest.get(m, (0.0, 0))
+        white = m == clearest or without * m * tau0 <= _WHITE * level
+        if not (without > 0 and white and (pairs >= _LEAST_PAIRS or m == 1)):
+            continue
+        excess = avar / without - 1
+        sure = excess - _DOWN * math.sqrt(3 * max(pairs - left, 1)) / pairs
+        if best is None or sure > best[0]:
+            best = sure, excess, m * tau0
+    return (1.0, tau0) if best is None else (math.sqrt(1 + best[1]), best[2])
 
 
 def one_for_all(findings: list[Finding], stream: Stream) -> list[Finding]:

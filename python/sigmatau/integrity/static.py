@@ -10,7 +10,7 @@ import numpy as np
 
 from sigmatau.integrity.masking import leave_out_option, without_steps
 from sigmatau.integrity.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
-from sigmatau.integrity.samples import affected, axes_text, change_of_white, length, place, present, when
+from sigmatau.integrity.samples import affected, axes_text, length, place, present, when, worst_on_white
 from sigmatau.integrity.walk import own_walk, parts_without, walk_effect
 from sigmatau.results import Finding
 from sigmatau.streams import Stream
@@ -229,7 +229,7 @@ def _without(stream: Stream, channel: str, moved: list[Burst]) -> tuple[float, f
     bad = np.zeros(len(x), dtype=bool)
     for burst in moved:
         bad[burst.start : burst.stop] = True
-    return change_of_white(x, bad, stream.grid.tau0)
+    return worst_on_white(x, bad, stream.grid.tau0)
 
 
 def level_finding(stream: Stream, channel: str, changes: Sequence[LevelChange]) -> Finding:

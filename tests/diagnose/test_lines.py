@@ -366,3 +366,41 @@ def test_adis(field_data):
     assert {f.channel for f in lines(accel) if f.severity == "warning"} == {"accel_x", "accel_y", "accel_z"}
     for found in find_lines(gyro).values():
         assert not any(0.5 <= each.frequency <= 0.6 for each in found)
+
+
+@pytest.mark.parametrize("length", [N, N - 1, 3**11])
+def test_a_line_at_half_the_sampling_rate(length):
+    """Every second sample is off: ±A by turns has the power A², and makes 2A² of the variance at one sample."""
+    amplitude = 0.02
+    clean = noise(f"by turns {length}", random_walk=5e-3)[:length]
+    y = clean + amplitude * (-1.0) ** np.arange(length)
+    line = only_line(y)
+    assert line.frequency == pytest.approx(RATE / 2, rel=1e-12)
+    # 1.35·√(S/T), of white noise in one bin and not in two, as above; four of them.
+    assert line.amplitude == pytest.approx(amplitude, abs=4 * 1.35 * 5e-3 / math.sqrt(length / RATE))
+    (finding,) = lines(stream_of(y))
+    stated = float(finding.effect.split("up to ")[1].split(" times")[0])
+    true = float(np.std(np.diff(y)) / np.std(np.diff(clean)))
+    assert stated == pytest.approx(true, abs=0.01)
+    assert true == pytest.approx(math.sqrt(1 + 2 * amplitude**2 / (5e-3**2 * RATE)), rel=0.01)
+    # It is taken out of the samples as it was put in.
+    record = st.Record.from_arrays(rate=RATE, gyro_x=y)
+    fitted = st.fit(st.allan(record)["gyro_x"], tau_min=0.01)
+    (told,) = lines_in_fits(record.streams[0], {"gyro_x": fitted}, [finding])
+    factor = dict(told.changes).get("random_walk", 1.0)
+    without = st.fit(st.allan(st.Record.from_arrays(rate=RATE, gyro_x=clean))["gyro_x"], tau_min=0.01)
+    if fitted["random_walk"].value:
+        ratio = fitted["random_walk"].value / without["random_walk"].value
+        assert factor == pytest.approx(ratio if abs(ratio - 1) > 0.05 else 1.0, rel=0.02)
+
+
+@pytest.mark.parametrize("bins", [1, 2, 3, 6])
+def test_a_line_next_to_half_the_sampling_rate(bins):
+    """Its skirt is folded back upon it."""
+    amplitude, length = 0.02, N / RATE
+    frequency = RATE / 2 - bins / length
+    y = noise(f"next to half {bins}", random_walk=5e-3) + amplitude * np.sin(2 * np.pi * frequency * T + 1)
+    line = only_line(y)
+    assert line.frequency == pytest.approx(frequency, abs=0.5 / length)
+    # Where the skirts of line and image overlap they add by their phase: of a neighbour at one bin, by some per cent.
+    assert line.amplitude == pytest.approx(amplitude, rel=0.05 if bins > 1 else 0.35)

@@ -42,6 +42,7 @@ _LEAST_LEFT = 0.02  # of a variance: a line may be all there is
 _NOTHING = 2e-3  # of a variance
 _ALL_TIMES = "; a fit to all times"
 _RINGS = 3.0  # [s] before and after motion that are left out with it
+_SAME = 1e-12  # sampling rates
 _ROUNDING = 4e-15  # of the largest sample: a few of the last digits
 _LEAST_RUN = 64  # samples
 
@@ -362,17 +363,24 @@ def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats
     slow = 2 * t / len(y) - 1
     for line in steady:
         turn = np.exp(2j * math.pi * line.frequency * tau0 * t)
-        columns = np.column_stack([turn.real, turn.imag, slow * turn.real, slow * turn.imag])
+        parts = [turn.real] if _by_turns(line, tau0) else [turn.real, turn.imag]
+        columns = np.column_stack([*parts, *(slow * part for part in parts)])
         used = columns if whole else columns[there]
         theta = np.linalg.solve(used.T @ used, used.T @ (rest if whole else rest[there]))
         rest = rest - columns @ theta
     return np.asarray(rest + level)
 
 
+def _by_turns(line: Line, tau0: float) -> bool:
+    return abs(line.frequency * tau0 - 0.5) < _SAME
+
+
 def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:
     """Allan variance of a line: of the sinusoid if it is steady, else of its band of the spectrum by eq. (11s)."""
     if line.width == 0:
-        return _kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
+        # Half the sampling rate has no phase: ±A by turns has twice the power of a sinusoid.
+        amplitude = line.amplitude * (math.sqrt(2) if _by_turns(line, tau0) else 1.0)
+        return _kernels.sinusoid_avar(amplitude, line.frequency, sizes, tau0)
     first, last = round(line.low / spectrum.step), round(line.high / spectrum.step)
     frequency = np.arange(first, last + 1) * spectrum.step
     excess = spectrum.density[first : last + 1]

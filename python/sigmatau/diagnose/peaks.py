@@ -116,7 +116,7 @@ class Line(Printed):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Periodogram:
-    """Two-sided density at whole multiples of `step`, from bin 0; `dof` degrees of freedom each."""
+    """Two-sided density at whole multiples of `step`, from 0 to half the sampling rate; `dof` degrees of freedom each."""
 
     density: Floats
     step: float
@@ -145,7 +145,7 @@ def strongest_line(y: Floats) -> tuple[float, float] | None:
 def periodogram(y: Floats, tau0: float) -> Periodogram:
     """Of samples without a mean or slope; of more than 2^22 the mean of that of four stretches, evenly spread."""
     count = 1 if len(y) <= _LONGEST else _STRETCHES
-    length = good_length(len(y) if count == 1 else _LONGEST // 2)
+    length = 2 * good_length((len(y) if count == 1 else _LONGEST // 2) // 2)
     taper = _taper(length)
     density = np.zeros(length // 2 + 1)
     for start in np.linspace(0, len(y) - length, count).astype(int):
@@ -379,6 +379,12 @@ def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
         peak = first + top
         frequency, wide, whole = _refined(spectrum.density, peak), 0.0, held
         first, last = max(peak - _CORE, first), min(peak + _CORE, last)
+        nyquist = len(spectrum.density) - 1
+        if last == nyquist:
+            # Beyond half the sampling rate the density goes on as its mirror image: the half of the line that is seen is
+            # counted twice, but for the bin in the middle. A line in that bin is ±A by turns, of power A² and not A²/2.
+            whole = 2 * held - float(excess[-1])
+            whole /= 4.0 if peak == nyquist else 2.0
     else:
         above = np.maximum(excess, 0)
         shares = np.cumsum(above) / above.sum()

@@ -2,13 +2,14 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, OptionError, Record, _kernels, allan, simulate
+from sigmatau import NoiseModel, OptionError, Record, _kernels, allan, analyze, simulate
 from sigmatau.fitting import fit
 from sigmatau.fitting.components import components
 from sigmatau.fitting.gls import Gls
@@ -301,3 +302,24 @@ class TestBiasFinding:
         assert bias_finding(alone, "0s:1h", fits) == []
         assert bias_finding(alone, "most-stable=2h", fits) == []
         assert bias_finding(alone, "most-stable=1h", {}) == []
+
+
+def test_a_walk_that_the_choice_hides():
+    """Its limit is told to be too low, by the factor that the choice makes of a walk that shows as much afterwards."""
+    told = 0
+    for k in range(4):
+        rng = np.random.default_rng(seed_of(f"hidden walk {k}"))
+        rates = 1e-4 * rng.normal(size=14_400) + np.cumsum(3e-7 * rng.normal(size=14_400))
+        analysis = analyze(Record.from_arrays(rate=1.0, gyro_x=rates), window="most-stable=2h", threads=1)
+        fitted = analysis.fits["gyro_x"]
+        (finding,) = (f for f in analysis.findings if f.code == "selection_bias")
+        limit = fitted["rate_random_walk"].upper_limit
+        if limit is None or "rate_random_walk" in fitted.model:
+            continue
+        match = re.search(r"its limit, \S+ deg/h/√h, is on average ([0-9.]+) of one without the choice", finding.effect)
+        factor = float(match[1]) if match else 0.975  # what is not said is less than 5 %
+        model = {**fitted.model, "rate_random_walk": limit / factor}
+        bias = selection_bias({"x": model}, n=14_400, window=7200, tau0=1.0, rng=seed_of(f"again {k}"))["x"]
+        assert bias.factors["rate_random_walk"] == pytest.approx(factor, abs=0.05)
+        told += match is not None
+    assert told

@@ -45,6 +45,7 @@ _STEPS = 4
 _LEAST_FACTOR = 0.2
 """A smaller one is not told from a term that the window does not show at all."""
 
+_SLOWEST = "rate_random_walk"
 _SHORTEST_SHARE = 3  # averaging times up to a third of the window, as in a fit
 _MATTERS = 0.95
 _MISLEADS = 0.8  # Allan variance over the sensor's own
@@ -216,8 +217,35 @@ def bias_finding(
         if not seen or window // block_length(length, stream.grid.tau0) < 10 or window >= stream.grid.n:
             continue
         found = _undone(seen, stream, window, rng)
-        findings += [_finding(stream, one) for one in found.values()]
+        hidden = _hidden(seen, fits, stream, window, rng)
+        findings += [_finding(stream, one, hidden[channel]) for channel, one in found.items()]
     return findings
+
+
+def _hidden(
+    seen: Models, fits: Mapping[str, NoiseFit], stream: Stream, window: int, rng: int | np.random.Generator
+) -> dict[str, tuple[str, float] | None]:
+    """By channel, of a rate random walk that was not seen in the window: its limit there, over the walk that shows as much.
+
+    Calm windows are those without slow noise: of a record with a walk as large as the limit they show less. None where the fit
+    has no limit, or the window shows the walk.
+    """
+    limits = {
+        channel: limit
+        for channel, model in seen.items()
+        if _SLOWEST not in model and _SLOWEST in fits[channel] and (limit := fits[channel][_SLOWEST].upper_limit)
+    }
+    if not limits:
+        return dict.fromkeys(seen)
+    models = {c: {**model, **({_SLOWEST: limits[c]} if c in limits else {})} for c, model in seen.items()}
+    found = _undone(models, stream, window, rng)
+    result: dict[str, tuple[str, float] | None] = dict.fromkeys(seen)
+    for channel in limits:
+        factor = max(found[channel].factors.get(_SLOWEST, 1.0), _LEAST_FACTOR)
+        if factor < _MATTERS:
+            value, _, unit = fits[channel].texts(_SLOWEST)[0]
+            result[channel] = (f"{value.removeprefix('below ')} {unit}", factor)
+    return result
 
 
 def _noise_of(fitted: NoiseFit) -> dict[str, float]:
@@ -241,7 +269,7 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
     return found
 
 
-def _finding(stream: Stream, bias: SelectionBias) -> Finding:
+def _finding(stream: Stream, bias: SelectionBias, hidden: tuple[str, float] | None) -> Finding:
     taus = [tau for tau in (300.0, 600.0, 1200.0, 1800.0) if bias.tau[0] <= tau <= bias.window / 4 * 1.001]
     if not taus:
         taus = [float(tau) for tau in bias.tau[bias.tau <= bias.window / 4][-3:]]
@@ -250,6 +278,13 @@ def _finding(stream: Stream, bias: SelectionBias) -> Finding:
     known = {term: max(factor, _LEAST_FACTOR) for term, factor in bias.factors.items()}
     changes = tuple((term, factor) for term, factor in known.items() if abs(factor - 1) > 1 - _MATTERS)
     words = [f"{TERMS[term].label(stream.quantity)} {_times(factor)} the sensor's own" for term, factor in changes]
+    if hidden is not None:
+        text, factor = hidden
+        label = TERMS[_SLOWEST].label(stream.quantity)
+        words.append(
+            f"{label} was not seen, which may be why this window was chosen: its limit, {text}, is on average"
+            f" {two_digits(factor)} of one without the choice{' or less' if factor <= _LEAST_FACTOR else ''}"
+        )
     return Finding(
         code="selection_bias",
         severity="warning" if changes or min(ratios, default=1.0) < _MISLEADS else "info",
@@ -259,7 +294,7 @@ def _finding(stream: Stream, bias: SelectionBias) -> Finding:
             f" Allan variance is on average that of the sensor times {listed} ({bias.draws} simulated choices)"
         ),
         size=min(ratios, default=1.0),
-        effect="; ".join(words) or "no coefficient changes by more than 5 %",
+        effect="; ".join(words) or "no coefficient and no limit changes by more than 5 %",
         changes=changes,
         remedy="analyse all of the record, or give a window by time (--window 600s:7800s) or a log with a temperature",
     )

@@ -227,8 +227,8 @@ def _hidden(
 ) -> dict[str, tuple[str, float] | None]:
     """By channel, of a rate random walk that was not seen in the window: its limit there, over the walk that shows as much.
 
-    Calm windows are those without slow noise: of a record with a walk as large as the limit they show less. None where the fit
-    has no limit, or the window shows the walk.
+    Calm windows are those without slow noise: of a record with a walk as large as the limit they show less. None where a
+    fit has no limit, or the window shows the walk.
     """
     limits = {
         channel: limit

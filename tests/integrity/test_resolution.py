@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import Record, allan
-from sigmatau.integrity import coarse_resolution, quantization_mismatch, quantization_step
+from sigmatau import Record, allan, check
+from sigmatau.integrity import coarse_resolution, find_spikes, quantization_mismatch, quantization_step
 from sigmatau.integrity.resolution import common_step, resolution
 from sigmatau.streams import Columns, Grid, Stream, Transform
 
@@ -67,6 +67,22 @@ def test_step_of_increments(kind, step):
     raw = np.cumsum(k) if kind == "accumulated" else k
     stream = stream_of(raw, kind=kind, scale=2.5e-5)
     assert quantization_step(stream, "gyro_x") == (None if step is None else pytest.approx(step, rel=1e-9))
+
+
+@pytest.mark.parametrize("form", ["counts", "accumulated", "differenced"])
+@pytest.mark.parametrize(("noise", "mean"), [(0.27, -12.13), (0.29, 23.19), (0.38, 1.87), (0.4, -14.03), (1.0, 7.27)])
+def test_the_rounding_of_an_angle_is_no_step_of_its_counts(form, noise, mean):
+    """A counter in double precision: its differences are multiples of S but for ε of the angle. Nothing is wrong with it."""
+    angle = np.floor(np.cumsum(np.random.default_rng(seed_of(f"dust {noise} {mean}")).normal(mean, noise, 200_001)))
+    raw = {"counts": np.diff(angle) * 5e-7, "accumulated": angle * 5e-7, "differenced": np.diff(angle * 5e-7)}[form]
+    record = Record.from_arrays(rate=100, gyro_x=raw, input="accumulated" if form == "accumulated" else "increments")
+    stream = record.streams[0]
+    assert quantization_step(stream, "gyro_x") == pytest.approx(5e-7, rel=1e-6)
+    assert not find_spikes(stream.column("gyro_x")).any()
+    assert quantization_mismatch(stream, "gyro_x", 5e-7 / math.sqrt(12)) == []
+    found = check(record)
+    assert {f.severity for f in found} == {"info"}
+    assert found[0].code == "coarse_resolution"
 
 
 def test_fitted_quantization_against_the_step():

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.integrity.samples import affected, block_rms, present, sample_of, white_level
+from sigmatau.integrity.samples import affected, block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.results import Finding, Printed
 from sigmatau.streams import Stream
 
@@ -125,7 +125,10 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     Resolution or None
     """
     x = sample_of(stream, channel, most=_LOOKED_AT)
-    step = common_step(x, rounding=_rounding(stream, channel))
+    rounding = _rounding(stream, channel)
+    if stream.samples.transforms[stream.channels.index(channel)].kind == "increments":
+        rounding = max(rounding, rounding_dust(x, stream.grid.n))
+    step = common_step(x, rounding=rounding)
     if step is None:
         return None
     differences = np.diff(x)
@@ -226,8 +229,8 @@ def _coarse(stream: Stream, channel: str) -> list[Finding]:
     # At 3 steps of white noise rounding makes 0.5 % of N; channels that are not white may bear less or more.
     if found is None or found.ratio > 3:
         return []
-    sample = sample_of(stream, channel, most=_LOOKED_AT)
-    if 2 * len(np.unique(sample)) > len(sample):
+    sample = present(sample_of(stream, channel, most=_LOOKED_AT))
+    if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
         return []  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0
     said = f"the step is {found.step:.4g} {found.unit}, the noise of a sample {found.ratio:.2g} steps"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.integrity.masking import masked
-from sigmatau.integrity.samples import affected, block_rms, place, present, when, white_level
+from sigmatau.integrity.samples import affected, block_rms, place, present, rounding_dust, when, white_level
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import CHUNK, Stream
@@ -269,11 +269,12 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float, int]:
     else:
         parts = [x[s : s + _STRETCH] for s in np.linspace(0, n - _STRETCH, _STRETCHES).astype(int)]
     residuals, steps = [], []
+    dust = rounding_dust(np.concatenate(parts), n)
     for part in parts:
         windows = np.lib.stride_tricks.sliding_window_view(part, _SIDE + 1)
         residuals.append(windows[:, -1] - _median(windows[:, :-1]))
         differences = np.abs(np.diff(part[~np.isnan(part)]))
-        steps.append(differences[differences > 0])
+        steps.append(differences[differences > dust])
     residual = np.concatenate(residuals)
     if np.count_nonzero(np.isfinite(residual)) < _FEW:
         residual = _where_two_are(x)

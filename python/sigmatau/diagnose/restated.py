@@ -19,6 +19,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit, fit
 from sigmatau.integrity import find_spikes, masked, without_runs, without_spikes
 from sigmatau.integrity.samples import without_dust
+from sigmatau.integrity.spikes import AT_LEAST, more_below
 from sigmatau.record import Record
 from sigmatau.results import Finding, seconds
 from sigmatau.spectrum import welch
@@ -190,6 +191,8 @@ def _refitted(good: Stream, fits: Sequence[NoiseFit], finding: Finding, what: st
     on = f" on {fitted.channel}" if finding.channel is None else ""
     texts = words(changes, fitted.quantity)
     said = " and ".join(texts) if texts else "no coefficient changed by more than 5 %"
+    if finding.code == "spikes" and more_below(good.column(fitted.channel)):
+        said += f", {AT_LEAST}"
     hidden = [TERMS[t].label(fitted.quantity) for t in after.observed if t not in fitted.observed and fitted.observed]
     if hidden:
         said += f", and hides the {' and '.join(hidden)} that shows without them"
@@ -197,7 +200,7 @@ def _refitted(good: Stream, fits: Sequence[NoiseFit], finding: Finding, what: st
         finding,
         severity="warning" if finding.severity == "warning" else severity(changes),
         effect=f"the fit{on}, from τ = {seconds(fitted.tau_min or fitted.tau0)} s on, against one without the {what}:"
-        f" {said}; read off: {finding.effect}",
+        f" {said}; read off: {finding.effect.removesuffix(f'; {AT_LEAST}')}",
         changes=tuple((change.term, change.factor) for change in changes),
     )
 

@@ -9,13 +9,15 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.integrity.dense import dense_spikes, hidden
 from sigmatau.integrity.masking import masked
+from sigmatau.integrity.near import AROUND, neighbours, residuals, scatter
 from sigmatau.integrity.samples import affected, block_rms, place, present, rounding_dust, when, white_level
 from sigmatau.record import Record
 from sigmatau.results import Finding
 from sigmatau.streams import CHUNK, Stream
 
-__all__ = ["find_spikes", "mask_spikes", "spikes", "without_spikes"]
+__all__ = ["AT_LEAST", "find_spikes", "mask_spikes", "more_below", "spikes", "without_spikes"]
 
 # Neighbours on either side; their median bears one other spike among them.
 _SIDE = 4
@@ -30,6 +32,10 @@ _SPOILED = 2.0
 # From such a share on, the noise has no distribution to speak of without saying so.
 _MANY = 0.01
 
+# Beyond 4 standard deviations noise has 1.6 of the residuals that the scale is taken from: the tail is looked at if there
+# are so many.
+_OUT, _TAIL = 4.0, 12
+
 # Samples that are looked at together: their neighbours are that many times 16 numbers.
 _TOGETHER = 1 << 16
 
@@ -38,9 +44,6 @@ _APART = 7
 
 # Samples that the scale is taken from, in stretches of 1024.
 _STRETCH, _STRETCHES = 1024, 24
-
-# Neighbours on either side whose own scatter a spike must exceed too: in a knock all samples are large, and none is a spike.
-_AROUND = 32
 
 # Spikes that noise alone makes in a record, on average: the residual of Gaussian noise of any spectrum is Gaussian in its
 # tail (a sample less a median of its neighbours), and a spike must be one on both sides.
@@ -59,11 +62,19 @@ _LEAST = 32
 _MATTERS = 1.02
 
 
+AT_LEAST = (
+    "at least: there are more samples below the threshold than noise makes, and what they do is not in this number"
+)
+"""Said where spikes cannot all be told from the noise."""
+
+
 def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Samples that stand out from the medians of the four before them and of the four after them.
 
-    Where spikes are so many that they rule most blocks of 32 samples, the scale is that of the median residual, and the
-    medians are of 16: up to 20 % are found so. What is found is left out, and the rest is looked at once more.
+    Where spikes are so many that they make a hump in the tail, from a thousandth of all samples on, six standard deviations
+    of noise suffice, see `sigmatau.integrity.dense`; where they rule most blocks of 32 samples, the scale is that of the
+    median residual, and the medians are of 16: up to 20 % are found so. What is found is left out, and the rest is looked at
+    once more.
 
     The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
     less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a
@@ -87,8 +98,14 @@ def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     if n < _LEAST:
         return found
     rest, part = x, 0.5
-    for _ in range(_ROUNDS):
-        scale, step, side = _scale(rest)
+    for k in range(_ROUNDS):
+        scale, step, side, far = _scale(rest)
+        if k == 0 and far >= _TAIL:
+            many = dense_spikes(x, step)
+            if many is not None:
+                found |= many
+                rest = np.where(many, np.nan, x)
+                scale, step, side, far = _scale(rest)
         least = _STEPS * step
         threshold = _multiple(n) * max(scale, _UNSEEN * step) + least
         if not (math.isfinite(threshold) and threshold > 0):
@@ -110,13 +127,18 @@ def _found(x: NDArray[np.float64], threshold: float, least: float, side: int, pa
     candidates = _candidates(x, threshold)
     for start in range(0, len(candidates), _TOGETHER):
         some = candidates[start : start + _TOGETHER]
-        residual = _residuals(x, some, side)
+        residual = residuals(x, some, side)
         kept = np.abs(residual) > threshold
         some, residual = some[kept], residual[kept]
         if len(some):
-            around = _scatter(x, some, part)
+            around = scatter(x, some, part)
             found.append(some[np.abs(residual) > _multiple(len(x)) * around + least])
     return np.concatenate(found)
+
+
+def more_below(rest: NDArray[np.float64]) -> bool:
+    """Whether a record without its spikes has more samples far out than noise makes: what they do is a lower bound."""
+    return hidden(rest, _scale(rest)[1])
 
 
 def spikes(stream: Stream) -> list[Finding]:
@@ -205,18 +227,15 @@ def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArra
     clean[found] = np.nan
     heights = _heights(x, clean, at)
     largest = int(np.argmax(np.abs(heights)))
-    # Neighbouring spikes are one to a cluster that holds them both.
-    groups = np.cumsum(np.concatenate(([0], np.diff(at) > 1)))
-    areas = np.bincount(groups, weights=heights)
     there = int(np.count_nonzero(np.isfinite(x)))
-    # Less their mean, which is no noise: of many spikes of one sign it counts.
-    added = max(float(areas @ areas) - float(areas.sum()) ** 2 / there, 0.0) * tau0 / there
+    added = _added(heights, at, there) * tau0
     level, _ = white_level(clean, tau0)
     factor = math.sqrt(1 + added / level) if level > 0 else math.inf
     first = int(at[0])
     count = len(at)
     share = count / there
     many = f", {100 * share:.2g} % of them: not the distribution of noise" if share > _MANY else ""
+    below = f"; {AT_LEAST}" if more_below(clean) else ""
     span = f"the first at {when(first, stream)}, " if count > 1 else ""
     return Finding(
         code="spikes",
@@ -232,10 +251,28 @@ def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArra
         effect=(
             f"{'they add' if count > 1 else 'it adds'} white noise of {math.sqrt(added):.3g} {stream.unit}·√s"
             + (f": {affected(factor)}" if math.isfinite(factor) else "")
+            + below
         ),
         changes=(("random_walk", factor),) if math.isfinite(factor) else (),
         remedy="mask the spikes, --spikes mask; find out whether sensor or log makes them",
     )
+
+
+def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
+    """What spikes add to the variance of n samples as white noise: those beside each other are one to a cluster.
+
+    The sum of their autocovariances over as many samples as they stand beside each other more often than by chance, less
+    their mean, which is no noise.
+    """
+    total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
+    for lag in range(1, _SIDE + 1):
+        after = np.searchsorted(at, at + lag)
+        first = np.flatnonzero(at[np.minimum(after, len(at) - 1)] == at + lag)
+        if len(first) <= 2 * chance + 3 * math.sqrt(chance):
+            break
+        total += 2 * float(heights[first] @ heights[after[first]])
+        lags += 2
+    return max(total - lags * float(heights.sum()) ** 2 / n, 0.0) / n
 
 
 def _count(count: int) -> str:
@@ -245,7 +282,7 @@ def _count(count: int) -> str:
 def _multiple(n: int) -> float:
     """How many standard deviations: six, as many as a long record needs, more where a short one knows its own badly."""
     needed = -NormalDist().inv_cdf(_FALSE / (2 * n))
-    return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / _AROUND))
+    return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / AROUND))
 
 
 def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -253,15 +290,15 @@ def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.
     heights = np.empty(len(at))
     for start in range(0, len(at), _TOGETHER):
         some = at[start : start + _TOGETHER]
-        near = _neighbours(clean, some, -_WIDE, _WIDE)
+        near = neighbours(clean, some, -_WIDE, _WIDE)
         near[~np.isfinite(near).any(axis=1)] = np.nanmedian(clean)
         heights[start : start + _TOGETHER] = x[some] - np.nanmedian(near, axis=1)
     return heights
 
 
-def _scale(x: NDArray[np.float64]) -> tuple[float, float, int]:
-    """Standard deviation of the residual against one side, the step of the numbers if they have one worth a thought, and how
-    many neighbours a side takes.
+def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
+    """Standard deviation of the residual against one side, the step of the numbers if they have one worth a thought, how
+    many neighbours a side takes, and how many residuals are in the tail.
     """
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
@@ -279,15 +316,16 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float, int]:
     if np.count_nonzero(np.isfinite(residual)) < _FEW:
         residual = _where_two_are(x)
         if len(residual) < _LEAST:
-            return math.nan, 0.0, _SIDE
+            return math.nan, 0.0, _SIDE, 0
     changes = np.concatenate(steps)
     step = float(changes.min()) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)
+    far = int(np.count_nonzero(np.abs(residual) > _OUT * min(scale, usual + step / 2)))
     if scale > _SPOILED * (usual + step):
-        return usual + step / 2, step, _WIDE
-    return scale, step, _SIDE
+        return usual + step / 2, step, _WIDE, far
+    return scale, step, _SIDE, far
 
 
 def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -295,7 +333,7 @@ def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
     there = np.flatnonzero(np.isfinite(x))
     before = there[2:] - there[:-2] <= _SIDE
     at = there[2:][before][: _STRETCH * _STRETCHES]
-    near = _neighbours(x, at, -_SIDE, -1)
+    near = neighbours(x, at, -_SIDE, -1)
     return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
 
 
@@ -322,56 +360,3 @@ def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
     edges = np.concatenate([*found, np.empty(0, dtype=np.int64)])
     edges = np.unique(edges[:, None] + np.arange(-1, 3))
     return np.asarray(there[edges[(edges >= 0) & (edges < len(there))]])
-
-
-def _neighbours(x: NDArray[np.float64], at: NDArray[np.int64], first: int, last: int) -> NDArray[np.float64]:
-    """The samples `first` to `last` places after each of some; NaN beyond the ends."""
-    places = at[:, None] + np.arange(first, last + 1)
-    inside = (places >= 0) & (places < len(x))
-    return np.where(inside, x[np.clip(places, 0, len(x) - 1)], np.nan)
-
-
-def _residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArray[np.float64]:
-    """How far samples are from the medians of either side: the lesser of the two, 0 if they are between them.
-
-    A side with fewer than two samples says nothing; NaN if neither says anything.
-    """
-    sides = []
-    for first, last in ((-side, -1), (1, side)):
-        near = _neighbours(x, at, first, last)
-        count = np.isfinite(near).sum(axis=1)
-        median = np.full(len(at), np.nan)
-        enough, two = count > 2, count == 2
-        if enough.any():
-            median[enough] = np.nanmedian(near[enough], axis=1)
-        if two.any():
-            # Of two the nearer: the other may be a spike, which would move the mean of both.
-            distance = np.abs(near[two] - x[at[two], None])
-            nearer = np.nanargmin(distance, axis=1)
-            median[two] = near[two][np.arange(len(nearer)), nearer]
-        sides.append(x[at] - median)
-    before, after = sides
-    lesser = np.where(np.abs(before) < np.abs(after), before, after)
-    both = np.where(before * after > 0, lesser, 0.0)
-    one = np.where(np.isfinite(before), before, after)
-    return np.where(np.isfinite(before) & np.isfinite(after), both, one)
-
-
-def _scatter(x: NDArray[np.float64], at: NDArray[np.int64], part: float) -> NDArray[np.float64]:
-    """Standard deviation of the samples before or after a spike, whichever is larger, by a quantile of their changes.
-
-    Whichever is larger, because a knock has a first sample. The median, or a quarter where half may be spikes. 0 if unknown.
-    """
-    scatter = np.zeros(len(at))
-    for first, last in ((-_AROUND, -2), (2, _AROUND)):
-        changes = np.abs(np.diff(_neighbours(x, at, first, last), axis=1))
-        known = np.isfinite(changes).sum(axis=1) >= _SIDE
-        if known.any():
-            ordered = np.sort(changes[known], axis=1)  # NaN last
-            middle = part * (np.isfinite(ordered).sum(axis=1) - 1)
-            row, below = np.arange(len(ordered)), np.floor(middle).astype(int)
-            low, high = ordered[row, below], ordered[row, np.ceil(middle).astype(int)]
-            usual = low + (middle - below) * (high - low)
-            deviation = usual / (math.sqrt(2) * NormalDist().inv_cdf((1 + part) / 2))
-            scatter[known] = np.maximum(scatter[known], deviation)
-    return scatter

@@ -1,5 +1,6 @@
 """Stretches that are left out: missing, at the times that findings name, and said."""
 
+import math
 import re
 
 import numpy as np
@@ -153,6 +154,37 @@ def test_what_zeros_are_said_to_do_is_what_they_do():
     ]
     # The check takes clusters that share no sample: 60 000/m pairs, white: √(3/pairs)/2 of a deviation, three of them.
     assert dict(said.changes)["random_walk"] == pytest.approx(ratio[0] / ratio[1], rel=0.1)
+
+
+@pytest.mark.parametrize("bias", [5.0, 7.0, 10.0])
+def test_zeros_beyond_the_tail_of_one_channel_are_no_end_of_its_range(bias):
+    """One of a hundred rows lost of a gyro with a bias: p·(1-p)·bias² is added to the variance, not taken from it.
+
+    With and without them it is the same noise: what differs by chance is the product of noise and zeros, 2·bias·√(p/n).
+    """
+    rng = np.random.default_rng(seed_of(f"zeros at {bias}"))
+    x = rng.normal(bias, 1.0, 60_000)
+    lost = rng.random(len(x)) < 0.01
+    x[lost] = 0.0
+    analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4))
+    (finding,) = [f for f in analysis.findings if f.severity == "warning"]
+    assert finding.code == "dropout"
+    assert finding.message.startswith(f"{lost.sum()} samples (")
+    true = float(np.std(x) / np.std(x[~lost]))
+    assert dict(finding.changes)["random_walk"] == pytest.approx(
+        true, rel=3 * 2 * bias * math.sqrt(0.01 / len(x)) + 0.005
+    )
+
+
+@pytest.mark.parametrize("bias", [1.0, 2.5, 3.5])
+@pytest.mark.parametrize("step", [0.0, 0.25])
+def test_a_range_that_ends_at_zero_loses_nothing(bias, step):
+    """Noise that is clipped at 0 leads there."""
+    x = np.random.default_rng(seed_of(f"ends at zero {bias} {step}")).normal(bias, 1.0, 60_000)
+    x = np.maximum(np.round(x / step) * step if step else x, 0.0)
+    assert np.count_nonzero(x == 0) >= 3
+    found = check(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4))
+    assert "dropout" not in {f.code for f in found}
 
 
 def test_zeros_of_a_coarse_gyro_are_its_own():

@@ -17,7 +17,7 @@ from sigmatau.diagnose.effects import Change, compared, severity, words
 from sigmatau.diagnose.resampled import resampled
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import NoiseFit, fit
-from sigmatau.integrity import find_spikes, masked, without_runs, without_spikes
+from sigmatau.integrity import find_spikes, lost_rows, masked, without_runs, without_spikes
 from sigmatau.integrity.samples import without_dust
 from sigmatau.integrity.spikes import AT_LEAST, more_below
 from sigmatau.record import Record
@@ -165,7 +165,7 @@ def _beside(found: Sequence[Finding], channels: Sequence[str]) -> str:
 
 def _without_bad(stream: Stream) -> Stream:
     """The stream with all bad samples taken for missing."""
-    bad = without_runs(without_dust(stream))
+    bad = without_runs(without_dust(lost_rows(stream)[1]))
     masks = []
     for channel in stream.channels:
         x = np.where(np.isnan(bad.column(channel)), np.nan, stream.column(channel))

@@ -19,6 +19,10 @@ __all__ = ["dropout_masks", "lost_rows", "stuck_masks", "zero_rows", "zeros_of"]
 # Samples of a channel alone are lost where 0 is so many of its standard deviations away; noise is not.
 _FAR = 12.0
 
+# Nearer ones are if no tail leads to them: ten times as many as lie within one standard deviation of 0. The end of a range
+# that noise touches beyond 4 has 0.02 times as many.
+_NO_TAIL = 4.0
+
 # Rows in which all axes are 0 at once must be so many, and so many times what chance makes of the axes' own zeros: axes
 # whose numbers are coarse rest at 0 together for their own reasons.
 _LEAST, _TIMES, _SIGMAS = 3, 10.0, 6.0
@@ -87,6 +91,11 @@ def _chance(stream: Stream, channel: str) -> float:
     spread = 1.4826 * float(np.median(np.abs(x - middle)))
     if zero is not None and spread > 0 and abs(middle - zero) > _FAR * spread:
         return 0.0
+    if zero is not None and spread > 0 and abs(middle - zero) > _NO_TAIL * spread:
+        lost = int(np.count_nonzero(x == zero))
+        about = int(np.count_nonzero(np.abs(x - zero) < spread)) - lost
+        if lost >= _LEAST and lost > _TIMES * about + _SIGMAS * math.sqrt(about):
+            return 0.0
     found = resolution(stream, channel)
     if found is None:
         # Numbers without a step that is seen: no coarser than their differences let one see.

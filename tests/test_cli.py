@@ -47,7 +47,7 @@ class TestAnalyze:
         [
             (["-1"], "--tau-min must be a positive number of seconds, not -1.0"),
             (["nan"], "--tau-min must be a positive number of seconds, not nan"),
-            (["1"], "--tau-min may be at most 0.08 s here, not 1.0"),
+            (["1"], "--tau-min may be at most 0.12 s here, not 1.0"),
             (["1", "--method", "read-off"], "--tau-min is of a fit, which method 'read-off' does not make"),
         ],
     )

@@ -59,7 +59,9 @@ def test_a_signal_leaves_nothing_behind(tmp_path, ending, number, code, word):
         _, said = process.communicate(timeout=60)
     finally:
         process.kill()
-    assert (process.returncode, said) == (code, f"sigmatau: {word}\n")
+    # Where Python was compiling a piece of code from text just then, it ends itself by the signal; a shell says 130 of both.
+    assert process.returncode in (code, -number)
+    assert said == f"sigmatau: {word}\n"
     assert [path.name for path in tmp_path.iterdir()] == ["m.toml"]
 
 

@@ -122,7 +122,7 @@ anything = hnp.arrays(
 growing = anything.map(lambda t: np.sort(np.abs(t)))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(anything | growing | growing.map(lambda t: np.cumsum(np.clip(t, 0, 1e12))), st.booleans())
 def test_any_stamps_make_a_record_or_an_error_of_ours(t, with_rate):
     """And every sample that is not said to be left out is in the record, in order, once."""

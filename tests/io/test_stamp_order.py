@@ -1,5 +1,7 @@
 """Time stamps out of order, twice, wrong or missing: rows are put right or left out, and that is said."""
 
+import contextlib
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -120,6 +122,15 @@ anything = hnp.arrays(
     | st.integers(0, 50).map(float),
 )
 growing = anything.map(lambda t: np.sort(np.abs(t)))
+
+
+def test_a_stamp_beyond_all_others_makes_no_grid_up_to_it():
+    """2⁵² of the shortest intervals from the rest, where places can no longer be counted one by one."""
+    t = np.cumsum(
+        [0, 0, 2e-5, 2e-5, 1, 1, 1, 1, 1, 8, 13, 15, 30, 122, 824683, 951259, 1e6, 1e6, 1e6, 1e6, 90066216413.0]
+    )
+    with contextlib.suppress(DataError):
+        assert record_of(t, np.arange(21.0)).streams[0].grid.n < 1000
 
 
 @settings(max_examples=120, deadline=None)

@@ -131,7 +131,8 @@ def fit_grid(
         return finished(t, None, "grid", median, intervals)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
-    random = kind == "grid" and _scattered(lost)  # which only samples lost at random are here
+    # Samples lost at random, which are no pauses: of them there are not many more than are there.
+    random = kind == "grid" and _scattered(lost) and float(lost[-1] - lost[0]) <= 1.1 * _LOST * n
     start, stop, pieces = (0, n, 1) if random else _longest_piece(lost)
     if not pieces:
         return finished(t, None, "host", median, intervals, pieces=0)

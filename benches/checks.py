@@ -12,13 +12,13 @@ import sigmatau
 from benches import text
 from benches.measure import Settings, turns
 from benches.text import Gate
-from sigmatau.diagnose.bandwidth import low_passes
-from sigmatau.diagnose.lines import lines
-from sigmatau.diagnose.resampled import upsampled
-from sigmatau.integrity import check as check_samples
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.rows import in_order
-from sigmatau.spectrum import psd
+from sigmatau.quality.samples.check import check as check_samples
+from sigmatau.quality.spectrum.lines import lines
+from sigmatau.quality.spectrum.low_pass import low_passes
+from sigmatau.quality.spectrum.upsampling import upsampled
+from sigmatau.spectrum.estimate import psd
 
 
 def measure(settings: Settings) -> dict[str, Any]:

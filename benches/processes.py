@@ -24,7 +24,7 @@ from benches.measure import Settings
 from benches.peers import AXES, noise
 from benches.text import Gate
 from sigmatau import Record
-from sigmatau.io.write import write_record
+from sigmatau.io.write import write as write_log
 
 RATE = 200.0
 
@@ -81,7 +81,7 @@ def measure(settings: Settings) -> dict[str, Any]:
     axes: dict[str, Any] = {axis: noise(n, k) for k, axis in enumerate(AXES)}
     with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
         log = str(Path(folder) / "log.csv")
-        write_record(Record.from_arrays(rate=RATE, **axes), log)
+        write_log(Record.from_arrays(rate=RATE, **axes), log)
         size = Path(log).stat().st_size
         commands = {
             "sigmatau": ["-c", _OURS, log],

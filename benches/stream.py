@@ -18,7 +18,7 @@ from benches import text
 from benches.measure import Settings, status_bytes
 from benches.text import Gate
 from sigmatau import Accumulator
-from sigmatau.allan import TauGrid
+from sigmatau.estimators.allan import TauGrid
 
 CHUNK = 1 << 16
 GRIDS: tuple[TauGrid, ...] = ("octave", "half")

@@ -8,16 +8,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
 
-from sigmatau import NoiseModel, Record, allan, analyze, predict, simulate
-from sigmatau.diagnose.filters import relative_avar
-from sigmatau.model import ChannelModel, GaussMarkov
-from sigmatau.model.flicker import flicker_poles
-from sigmatau.model.state_space import state_space
-from sigmatau.spectrum import psd
-from sigmatau.stability import dynamic_allan
-from sigmatau.terms import TERMS, aliasing_inflation, avar
+from sigmatau import NoiseModel, Record, allan, analyze, predict, simulate, verify
+from sigmatau.estimators.stability import dynamic_allan
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
+from sigmatau.noise.terms import TERMS, aliasing_inflation, avar
+from sigmatau.quality.selection.selection_bias import selection_bias
+from sigmatau.quality.spectrum.filter_models import relative_avar
+from sigmatau.spectrum.estimate import psd
+from sigmatau.statespace.flicker import flicker_poles
+from sigmatau.statespace.state_space import state_space
 from sigmatau.units import to_si
-from sigmatau.window import selection_bias
 
 HERE = Path(__file__).parent / "figures"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
@@ -200,7 +201,7 @@ def verification_figure() -> None:
     curves = allan(simulate(models[0], duration=7200, rate=100, rng=1))
     figure = Figure(figsize=(9, 4), layout="constrained")
     for ax, model, title in zip(figure.subplots(1, 2), models, ("N, B, K", "N, B"), strict=True):
-        model.verify(curves)["gyro_x"].plot(ax=ax)
+        verify(model, curves)["gyro_x"].plot(ax=ax)
         ax.set_title(title)
     figure.savefig(HERE / "verification.svg", metadata={"Date": None})
 

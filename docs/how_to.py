@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from sigmatau.cli import main
-from sigmatau.export import NAMES
+from sigmatau.exporting.targets import NAMES
 
 HOW_TO = Path(__file__).resolve().parent / "how-to"
 _SHOWN = re.compile(r"^(```(?:yaml|python-file|text)\n)(.*?)^```", flags=re.DOTALL | re.MULTILINE)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
-from sigmatau.terms import aliasing_inflation
+from sigmatau.noise.terms import aliasing_inflation
 from studies.runner import run
 
 Floats = NDArray[np.float64]
@@ -110,8 +110,8 @@ Made by `make study` (studies/bandwidth.py): Fig. 12 of the paper. White noise o
 {BANDWIDTH:g} Hz, sampled without an anti-alias filter; {RECORDS} records a cell of {DURATION:g} s, exact sampled
 processes, seeds from the cells' names. N_eff/N is the random walk that `sigmatau.fit` finds from τ = {TAU_MIN:g} s on, as
 the mean of the records with its standard error; the law is the folded spectrum at frequency 0,
-`sigmatau.terms.aliasing_inflation`; z is the distance from the stated value (3.070, 1.405, 1.131, 1.006 and 2.58, 1.118,
-1.009; beyond these the law) in standard errors.
+`sigmatau.noise.terms.aliasing_inflation`; z is the distance from the stated value (3.070, 1.405, 1.131, 1.006 and 2.58,
+1.118, 1.009; beyond these the law) in standard errors.
 
 | rate [Hz] | over bandwidth | first order | law | z | second-order Butterworth | law | z |
 |---|---|---|---|---|---|---|---|"""

@@ -10,8 +10,8 @@ import numpy as np
 
 import sigmatau as st
 from sigmatau.fitting.components import LINEAR
-from sigmatau.planning import detectable
-from sigmatau.terms import BIAS_LEVEL
+from sigmatau.fitting.planning import detectable
+from sigmatau.noise.terms import BIAS_LEVEL
 from studies.mixtures import ABSENT, SHORT, Mixture
 from studies.runner import run
 
@@ -210,7 +210,7 @@ _HEAD = """# Do the intervals hold?
 
 Made by `make study` (studies/coverage.py): {records} simulated records of {n} samples a cell, seeds from the cells'
 names, all five terms and the averaging times found by `sigmatau.fit` each time. "Times" is the true coefficient over
-the one that is found in half of the records, as `sigmatau.planning.detectable` gives it beforehand from the other
+the one that is found in half of the records, as `sigmatau.fitting.planning.detectable` gives it beforehand from the other
 terms alone; "found" says how often it was. An interval is [low, high] if the term was observed and [0, limit] if not:
 "covered" counts all records, "covered, found" those that showed it. "Half width" is the median of (high − low)/2 in
 per cent of the coefficient. "Others covered": the intervals of the terms beside it.

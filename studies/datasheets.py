@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from sigmatau import NoiseModel, allan, compare_with, fit, simulate
-from sigmatau.datasheet import Datasheet
-from sigmatau.terms import BIAS_LEVEL
+from sigmatau.datasheets.sheet import Datasheet
+from sigmatau.noise.terms import BIAS_LEVEL
 from studies.runner import run
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "study" / "datasheets.md"

@@ -138,7 +138,8 @@ _HEAD = """# Records with missing samples
 
 Made by `make study` (studies/gaps.py): simulated records of {n} samples at 100 Hz, seeds from the cells' names.
 Taken away: nothing; each sample with a probability of 5 %; 60 s, beginning anywhere; both. Nothing is filled in: clusters at
-least half full count, and the fit knows what each term is expected to show in them (`sigmatau.gaps`). Letters are those of
+least half full count, and the fit knows what each term is expected to show in them (`sigmatau.estimators.gaps`).
+Letters are those of
 IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk. A cell of fewer than 320 records was stopped
 before its end.
 

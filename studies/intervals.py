@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
-from sigmatau.terms import avar
-from sigmatau.uncertainty import chi2_factors, degrees_of_freedom, percentage_error
+from sigmatau._native import kernels
+from sigmatau.noise.terms import avar
+from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom, percentage_error
 from studies.runner import run
 
 Floats = NDArray[np.float64]
@@ -28,8 +28,8 @@ def cell(seed: int, letter: str) -> list[list[float]]:
     expected = avar(TYPES[letter], 1.0, m=SIZES, tau0=1.0)
     rows = []
     for _ in range(RECORDS // PARTS):
-        y = _kernels.simulate(N, 1.0, {TYPES[letter]: 1.0}, seed=int(rng.integers(1 << 62)), stream=1)
-        variances, _, _ = _kernels.allan_variances(
+        y = kernels.simulate(N, 1.0, {TYPES[letter]: 1.0}, seed=int(rng.integers(1 << 62)), stream=1)
+        variances, _, _ = kernels.allan_variances(
             [y], SIZES, overlap="full", counting="standard", threads=1, names=["x"]
         )
         rows.append((variances[0] / expected).tolist())

@@ -10,8 +10,10 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from sigmatau.datasheet import Verdict, compare_with, datasheet
-from sigmatau.model import NoiseModel
+from sigmatau.datasheets.compare import compare_with
+from sigmatau.datasheets.sheet import datasheet
+from sigmatau.datasheets.verdict import Verdict
+from sigmatau.model.noise_model import NoiseModel
 
 __all__ = ["PAGE", "TABLES", "measured", "page", "verdicts"]
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from sigmatau import NoiseModel, Record, analyze, predict, read, simulate
 from sigmatau.errors import DataError
-from sigmatau.model import ChannelModel
-from sigmatau.model.navigation import GRAVITY
+from sigmatau.model.channel import ChannelModel
+from sigmatau.navigation.error_covariance import GRAVITY
 from studies.runner import run
 
 Floats = NDArray[np.float64]

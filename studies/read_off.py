@@ -1,4 +1,4 @@
-"""What reading coefficients off the curve gives: the rules of `sigmatau.readoff`, set and judged.
+"""What reading coefficients off the curve gives: the rules of `sigmatau.fitting.read_off`, set and judged.
 
 Each case is a mixture of terms in SI. A record is simulated, its curve computed on half octaves and read by every rule
 tried. Two numbers judge a rule for a term: how often it reports the term in a case that does not contain it, and how often
@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.allan import allan
-from sigmatau.model import NoiseModel, simulate
-from sigmatau.readoff import GAIN, RULES, Rule, read_off
-from sigmatau.terms import TERMS, avar
+from sigmatau.estimators.allan import allan
+from sigmatau.fitting.read_off import GAIN, RULES, Rule, read_off
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import TERMS, avar
+from sigmatau.simulation.in_memory import simulate
 from sigmatau.units import to_si
 from studies.runner import run
 
@@ -161,7 +162,7 @@ def _row(case: str, term: str, readings: list[list[float]], ruled: dict[str, flo
 _HEAD = """# Reading coefficients off the curve: how often right
 
 Made by `make study` (studies/read_off.py): {cases} cases, {records} simulated records each, half octaves, seeds from the
-cases' names. A rule's three numbers are those of `sigmatau.readoff.Rule`; the rule in bold is the package's.
+cases' names. A rule's three numbers are those of `sigmatau.fitting.read_off.Rule`; the rule in bold is the package's.
 
 - false: share of records in which the term is reported though the record does not contain it, in the worst case, and which.
 - found: mean share of records in which the term is reported, over the cases where it makes 90 % of the variance over a

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from sigmatau import NoiseModel, allan, fit, simulate
-from sigmatau.model import ChannelModel, GaussMarkov
-from sigmatau.terms import TERMS
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
+from sigmatau.noise.terms import TERMS
 from studies.runner import run
 
 RECORDS = 1000

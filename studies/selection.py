@@ -10,7 +10,8 @@ import numpy as np
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
-from sigmatau.window import most_stable, selection_bias
+from sigmatau.quality.selection.selection_bias import selection_bias
+from sigmatau.quality.selection.window import most_stable
 from studies.runner import run
 
 HOURS, WINDOW = 4, 2
@@ -96,7 +97,8 @@ def main() -> None:
 _HEAD = """# The best two hours of four
 
 Made by `make study` (studies/selection.py). Stationary noise, four hours; the two hours whose 60 s means have the least
-standard deviation; the Allan variance of that window over the expected one. By `sigmatau.window.selection_bias` from
+standard deviation; the Allan variance of that window over the expected one. By
+`sigmatau.quality.selection.selection_bias.selection_bias` from
 {draws} simulated sets of block means, by {records} records of samples at 0.2 Hz cut by `most_stable`, and as stated
 before (two digits, number of draws unknown, taken as a hundred). N = 0.005, B = 0.0028, K = 1e-4 (the weaker 5e-5; beside
 N alone 4e-5).

@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import NoiseModel, Record, _kernels, allan, simulate
-from sigmatau.diagnose.blocks import BlockMeans, Problem
-from sigmatau.diagnose.correlation import cross_axis
-from sigmatau.diagnose.drift import from_the_end, settling, temperature, warm_up
-from sigmatau.diagnose.stationarity import cusum, non_stationary, segment_test
-from sigmatau.fitting import fit
-from sigmatau.fitting.noisefit import NoiseFit
-from sigmatau.record import make_stream
-from sigmatau.streams import Stream
+from sigmatau import NoiseModel, Record, allan, simulate
+from sigmatau._native import kernels
+from sigmatau.fitting.fit import fit
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.quality.drift.block_means import BlockMeans, Problem
+from sigmatau.quality.drift.drift import from_the_end, settling, temperature, warm_up
+from sigmatau.quality.drift.stationarity import cusum, non_stationary, segment_test
+from sigmatau.quality.spectrum.axis_correlation import cross_axis
+from sigmatau.record.record import make_stream
+from sigmatau.record.streams import Stream
 from studies.runner import run
 
 Floats = NDArray[np.float64]
@@ -56,9 +57,9 @@ def law(seed: int, name: str) -> list[list[float]]:
     )  # fmt: skip
     rows = []
     for _ in range(LAW_RECORDS // PARTS):
-        y = _kernels.simulate(SEGMENTED, 1.0, model, seed=int(rng.integers(1 << 62)), stream=1)
+        y = kernels.simulate(SEGMENTED, 1.0, model, seed=int(rng.integers(1 << 62)), stream=1)
         segments, change = segment_test(y, fitted), cusum(y)
-        x = _kernels.simulate(BLOCKS * BLOCK, 1.0, model, seed=int(rng.integers(1 << 62)), stream=1)
+        x = kernels.simulate(BLOCKS * BLOCK, 1.0, model, seed=int(rng.integers(1 << 62)), stream=1)
         data = BlockMeans(means=x.reshape(BLOCKS, BLOCK).mean(axis=1), length=BLOCK, first=0, tau0=1.0)
         problem = Problem(data)
         degrees = _temperature(rng)

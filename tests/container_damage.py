@@ -6,7 +6,7 @@ import time
 
 import known
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 PAGE = 4096
 SECONDS = 30.0  # for one small file; a hang, not a slow machine

@@ -8,7 +8,7 @@ from studies.bandwidth import BANDWIDTH, RATES, STATED, filtered_white
 
 import known
 from sigmatau import Record, allan
-from sigmatau.terms import aliasing_inflation
+from sigmatau.noise.terms import aliasing_inflation
 
 CASES = [(order, rate, stated) for order in (1, 2) for rate, stated in zip(RATES, STATED[order], strict=False)]
 

@@ -155,7 +155,7 @@ def test_command_lines(command, logs, tmp_path, monkeypatch, capsys):
 
 def test_study_page_is_of_the_packages_rules():
     """docs/study/read-off.md marks the rules that are in force; a changed rule asks for ``make study``."""
-    from sigmatau.readoff import RULES
+    from sigmatau.fitting.read_off import RULES
 
     page = (ROOT / "docs" / "study" / "read-off.md").read_text(encoding="utf-8")
     marked = re.findall(r"^\| \*\*(\w+)\*\* \| ([\d.]+) \| ([\d.]+) \| (\d+) \| ([\d.]+) ", page, flags=re.MULTILINE)

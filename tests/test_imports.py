@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,7 @@ def loaded(code):
 
 
 def test_importing_the_package_loads_nothing_else():
-    assert loaded("import sigmatau") == {"sigmatau", "sigmatau._version"}
+    assert loaded("import sigmatau") == {"sigmatau"}
 
 
 def test_every_name_loads_numpy_and_nothing_heavier():
@@ -48,22 +49,15 @@ def test_reading_off_loads_no_scipy(tmp_path):
     assert not modules & {"scipy", "matplotlib", "pandas"}
 
 
-def test_names_are_those_of_the_stub():
+def test_every_public_name_is_in_its_home():
     stub = ast.parse(Path(sigmatau.__file__).with_name("__init__.pyi").read_text(encoding="utf-8"))
     homes = {alias.name: node.module for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}
     listed = next(ast.literal_eval(node.value) for node in stub.body if isinstance(node, ast.Assign))
-    assert sigmatau.__all__ == listed == sorted(homes)
+    assert listed == sorted(homes)
+    assert sorted(sigmatau.__all__) == listed == sorted(dir(sigmatau))
     for name, home in homes.items():
-        __import__(home)
-        assert getattr(sigmatau, name) is getattr(sys.modules[home], name), name
-    assert set(listed) <= set(dir(sigmatau))
-    # Neither what the file itself imports, nor rooms that have been imported here, nor anything private.
-    assert not {"sys", "import_module", "ModuleType", "cli", "_core", "_HOMES"} & set(dir(sigmatau))
-
-
-def test_modules_are_attributes():
-    assert "ok" in loaded_text("import sigmatau; sigmatau.uncertainty.avar_covariance; sigmatau.io.read; print('ok')")
-    with pytest.raises(AttributeError, match="'sigmatau' has no attribute 'nothing'"):
+        assert getattr(sigmatau, name) is getattr(import_module(f"sigmatau.{home}"), name), name
+    with pytest.raises(AttributeError, match="nothing"):
         _ = sigmatau.nothing
 
 
@@ -71,6 +65,7 @@ def loaded_text(code):
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
 
 
-def test_allan_is_the_function_whatever_was_imported_before():
-    for before in ("", "import sigmatau.allan; ", "from sigmatau.allan import Curves; ", "import sigmatau.analysis; "):
-        assert "function" in loaded_text(f"{before}import sigmatau; from sigmatau import allan; print(sigmatau.allan)")
+def test_public_functions_are_not_hidden_by_modules():
+    for before in ("", "import sigmatau.estimators.allan, sigmatau.exporting.export; ", "import sigmatau.analysis; "):
+        code = f"{before}import sigmatau; from sigmatau import allan; print(sigmatau.allan, sigmatau.export)"
+        assert loaded_text(code).count("function") == 2

@@ -12,7 +12,7 @@ from sigmatau import DataError, NoiseModel
 from sigmatau.cli import main
 from sigmatau.model.file import _OTHER_KEYS
 from sigmatau.model.noise_model import CORRELATED
-from sigmatau.terms import TERMS
+from sigmatau.noise.terms import TERMS
 from sigmatau.units import find
 
 PAGE = (ROOT / "docs" / "how-to" / "model-file.md").read_text(encoding="utf-8")

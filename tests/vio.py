@@ -70,6 +70,6 @@ def gtsam_params(text, monkeypatch):
 
 
 def target_needs_rate(name):
-    from sigmatau.export import target
+    from sigmatau.exporting.targets import target
 
     return target(name).needs_rate

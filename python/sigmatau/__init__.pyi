@@ -1,43 +1,47 @@
-"""What the package offers, for type checkers: the names that `__init__.py` imports when they are used."""
-
-from sigmatau._version import __version__
-from sigmatau.accumulate import Accumulator
-from sigmatau.allan import Curves, DeviationCurve, allan
-from sigmatau.analysis import Analysis, analyze
-from sigmatau.datasheet import Datasheet, Verdict, compare_with, datasheet, datasheets
-from sigmatau.deviations import Deviation, Deviations, deviation
-from sigmatau.diagnose import check
-from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.fitting import NoiseFit, fit
-from sigmatau.inspection import inspect
-from sigmatau.io import from_frame, read
-from sigmatau.model import (
-    ChannelModel,
-    GaussMarkov,
-    Imperfections,
-    LowPass,
-    NoiseModel,
-    Sinusoid,
-    arma,
-    avar_from_psd,
-    predict,
-    simulate,
-    simulate_to,
-    state_space,
-)
-from sigmatau.planning import detectable
-from sigmatau.readoff import ReadOff, read_off
-from sigmatau.record import Record
-from sigmatau.results import Finding
-from sigmatau.spectrum import CrossSpectrum, Spectrum, cross_spectrum, psd, transfer
-from sigmatau.stability import dynamic_allan
-from sigmatau.streams import Stream
-from sigmatau.uncertainty import percentage_error
+from ._version import __version__
+from .analysis import Analysis, analyze
+from .datasheets.compare import compare_with
+from .datasheets.sheet import Datasheet, datasheet, list_datasheets
+from .datasheets.verdict import Verdict
+from .errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from .estimators.accumulator import Accumulator
+from .estimators.allan import Curves, DeviationCurve, allan
+from .estimators.deviation import Deviation, Deviations, deviation
+from .estimators.stability import dynamic_allan
+from .exporting.choices import Choices
+from .exporting.export import export
+from .fitting.fit import fit
+from .fitting.noise_fit import NoiseFit
+from .fitting.planning import Plan, plan
+from .fitting.read_off import ReadOff, read_off
+from .io.read import read
+from .io.read.frame import from_frame
+from .io.write import write
+from .model.channel import ChannelModel
+from .model.noise_model import NoiseModel
+from .model.processes import GaussMarkov, LowPass, Sinusoid
+from .navigation.predict import predict
+from .quality.check import check
+from .quality.inspection import inspect
+from .record.record import Record
+from .record.streams import Stream
+from .results import Finding
+from .simulation.imperfections import Imperfections
+from .simulation.in_memory import simulate
+from .simulation.to_file import simulate_to
+from .spectrum.cross import CrossSpectrum, cross_spectrum
+from .spectrum.estimate import psd
+from .spectrum.result import Spectrum
+from .spectrum.transfer import transfer
+from .statespace.arma import arma
+from .statespace.state_space import state_space
+from .statespace.verify import verify
 
 __all__ = [
     "Accumulator",
     "Analysis",
     "ChannelModel",
+    "Choices",
     "CrossSpectrum",
     "Curves",
     "DataError",
@@ -53,6 +57,7 @@ __all__ = [
     "NoiseModel",
     "NonFiniteError",
     "OptionError",
+    "Plan",
     "ReadOff",
     "Record",
     "RecordTooShortError",
@@ -64,19 +69,18 @@ __all__ = [
     "allan",
     "analyze",
     "arma",
-    "avar_from_psd",
     "check",
     "compare_with",
     "cross_spectrum",
     "datasheet",
-    "datasheets",
-    "detectable",
     "deviation",
     "dynamic_allan",
+    "export",
     "fit",
     "from_frame",
     "inspect",
-    "percentage_error",
+    "list_datasheets",
+    "plan",
     "predict",
     "psd",
     "read",
@@ -85,4 +89,6 @@ __all__ = [
     "simulate_to",
     "state_space",
     "transfer",
+    "verify",
+    "write",
 ]

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigmatau import memory
 from sigmatau._version import __version__
-from sigmatau.accumulate import accumulate, strided_sizes
-from sigmatau.allan import (
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.estimators.accumulator import accumulate, strided_sizes
+from sigmatau.estimators.allan import (
     Counting,
     Curves,
     DeviationCurve,
@@ -24,25 +24,31 @@ from sigmatau.allan import (
     cluster_sizes,
     refuse_missing,
 )
-from sigmatau.anglenoise import angle_noise, untold
-from sigmatau.diagnose import LOOKED_AT, Bandwidth, check, check_fits, with_fits
-from sigmatau.diagnose import curves as curve_findings
-from sigmatau.diagnose.causes import one_cause
-from sigmatau.diagnose.restated import past_filter
-from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.export import Choices, Source, export
-from sigmatau.fitting import NoiseFit, fit
-from sigmatau.integrity import mask_spikes, too_coarse
-from sigmatau.model import NoiseModel
-from sigmatau.readoff import ReadOff, read_off
-from sigmatau.record import Provenance, Record
+from sigmatau.estimators.stability import DynamicAllan, dynamic_allan
+from sigmatau.exporting.choices import Choices
+from sigmatau.exporting.export import export
+from sigmatau.exporting.source import Source
+from sigmatau.fitting.fit import fit
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.read_off import ReadOff, read_off
+from sigmatau.fitting.tables import fit_table, read_off_table
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import avar
+from sigmatau.quality import curve_checks as curve_findings
+from sigmatau.quality.angle_noise import angle_noise, untold
+from sigmatau.quality.causes import one_cause
+from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits, with_fits
+from sigmatau.quality.restated import past_filter
+from sigmatau.quality.samples.resolution import too_coarse
+from sigmatau.quality.samples.spikes import mask_spikes
+from sigmatau.quality.selection.exclusion import from_the_start
+from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
+from sigmatau.quality.selection.selection_bias import bias_finding
+from sigmatau.quality.selection.window import choose
+from sigmatau.record import memory
+from sigmatau.record.record import Provenance, Record
+from sigmatau.record.streams import Stream, grid_text
 from sigmatau.results import Finding, Printed, by_severity
-from sigmatau.stability import DynamicAllan, dynamic_allan
-from sigmatau.streams import Stream, grid_text
-from sigmatau.tables import fit_table, read_off_table
-from sigmatau.terms import avar
-from sigmatau.window import bias_finding, choose, from_the_start
-from sigmatau.window import leave_out as leave_out_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -146,7 +152,7 @@ class Analysis(Printed):
         return draw_all(self.stability)
 
     def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
-        """Write what was fitted for another program; see `sigmatau.export.export`.
+        """Write what was fitted for another program; see `sigmatau.export`.
 
         The sampling rate is that of the record if `choices` has none.
         """
@@ -205,7 +211,7 @@ def analyze(
         Which part of the record: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
     leave_out : str or sequence of str, optional
         Stretches to take for missing, ``"720s:722s,1080s:1083s"`` from the beginning of the record (of all of it, if there
-        is a window too), see `sigmatau.window.leave_out`.
+        is a window too), see `sigmatau.quality.selection.exclusion.leave_out`.
     spikes : {"keep", "mask"}
         Take single samples that no noise makes for missing.
     bandwidth : mapping, optional

@@ -6,13 +6,13 @@ from scipy.linalg import toeplitz
 from studies.mixtures import crb
 
 from known import seed_of
-from sigmatau import _kernels
-from sigmatau.allan import cluster_sizes
+from sigmatau._native import kernels
+from sigmatau.estimators.allan import cluster_sizes
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.ramp import least_variance
-from sigmatau.terms import avar
-from sigmatau.uncertainty import avar_covariance, degrees_of_freedom
+from sigmatau.noise.terms import avar
+from sigmatau.noise.uncertainty import avar_covariance, degrees_of_freedom
 
 N = 1024
 SIZES = tuple(int(m) for m in cluster_sizes("half", n=N, tau0=1.0) if m <= N // 3)
@@ -23,8 +23,8 @@ THETA = np.array([MIXTURE[name] ** 2 for name in LINEAR])
 def simulated(coefficients, case, records, n=N):
     rng = np.random.default_rng(seed_of(case))
     for _ in range(records):
-        y = _kernels.simulate(n, 1.0, coefficients, seed=int(rng.integers(1 << 62)), stream=1)
-        variances, ramps, _ = _kernels.allan_variances(
+        y = kernels.simulate(n, 1.0, coefficients, seed=int(rng.integers(1 << 62)), stream=1)
+        variances, ramps, _ = kernels.allan_variances(
             [y], np.array(SIZES), overlap="full", counting="standard", threads=1, names=["x"]
         )
         yield variances[0], ramps[0]
@@ -48,10 +48,10 @@ def test_degrees_of_freedom(ramp):
 def test_gauss_markov_and_sinusoid_columns():
     process = components(N, SIZES, correlation_time=12.5)
     assert process.names == (*LINEAR, "gauss_markov")
-    assert process.design[:, 4] == pytest.approx(_kernels.gauss_markov_avar(1.0, 12.5, np.array(SIZES), 1.0), rel=1e-14)
+    assert process.design[:, 4] == pytest.approx(kernels.gauss_markov_avar(1.0, 12.5, np.array(SIZES), 1.0), rel=1e-14)
     line = components(N, SIZES, frequency=0.12)
     assert line.names == (*LINEAR, "sinusoid")
-    assert line.design[:, 4] == pytest.approx(_kernels.sinusoid_avar(1.0, 0.12, np.array(SIZES), 1.0), rel=1e-14)
+    assert line.design[:, 4] == pytest.approx(kernels.sinusoid_avar(1.0, 0.12, np.array(SIZES), 1.0), rel=1e-14)
     assert line.noise[:4] == pytest.approx(components(N, SIZES).noise[:4])
 
 
@@ -72,7 +72,7 @@ def test_covariance_beside_a_sinusoid():
     rows = []
     for _ in range(3000):
         y = rng.standard_normal(N) + amplitude * np.sin(2 * np.pi * (frequency * np.arange(N) + rng.uniform()))
-        variances, _, _ = _kernels.allan_variances(
+        variances, _, _ = kernels.allan_variances(
             [y], np.array(SIZES[:6]), overlap="full", counting="standard", threads=1, names=["x"]
         )
         rows.append(variances[0])

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, _kernels, allan, fit, simulate
-from sigmatau.allan import DeviationCurve, cluster_sizes
+from sigmatau import NoiseModel, Record, allan, fit, simulate
+from sigmatau._native import kernels
 from sigmatau.errors import OptionError
+from sigmatau.estimators.allan import DeviationCurve, cluster_sizes
 from sigmatau.fitting.components import LINEAR
-from sigmatau.terms import TERMS, avar
+from sigmatau.noise.terms import TERMS, avar
 from sigmatau.units import to_si
 
 
@@ -97,7 +98,7 @@ class TestExactCurves:
     def test_gauss_markov_process(self):
         rate, tc, sigma = 100.0, 2.0, 3e-4
         m = cluster_sizes("half", n=2**20, tau0=1 / rate)
-        hump = _kernels.gauss_markov_avar(sigma, tc, m, 1 / rate)
+        hump = kernels.gauss_markov_avar(sigma, tc, m, 1 / rate)
         fitted = fit(exact({"random_walk": 1e-4, "bias_instability": 2e-5}, n=2**20, extra=hump))
         assert fitted.verdict == "adequate"
         assert fitted.tau_min == 0.01
@@ -112,7 +113,7 @@ class TestExactCurves:
     def test_sinusoid(self):
         rate, frequency, amplitude = 100.0, 23.3, 1e-3
         m = cluster_sizes("half", n=2**20, tau0=1 / rate)
-        line = _kernels.sinusoid_avar(amplitude, frequency, m, 1 / rate)
+        line = kernels.sinusoid_avar(amplitude, frequency, m, 1 / rate)
         fitted = fit(exact({"random_walk": 1e-4, "bias_instability": 2e-5}, n=2**20, extra=line))
         assert fitted.verdict == "adequate"
         (found,) = fitted.sinusoid
@@ -332,7 +333,7 @@ class TestWhatItSays:
         assert np.all(1.96 * np.sqrt(np.diag(matrix)) < 1.3 * np.array(half))
 
     def test_degrees_of_freedom_of_the_curve(self):
-        from sigmatau.uncertainty import degrees_of_freedom
+        from sigmatau.noise.uncertainty import degrees_of_freedom
 
         fitted = fit(exact(MIXTURES[0]))
         m = np.array([1, 10, 100, 1000])

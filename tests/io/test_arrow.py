@@ -5,7 +5,7 @@ import pytest
 
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, NonFiniteError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")

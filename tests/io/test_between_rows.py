@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import DataError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s],gyro_y [deg/s]\n"
 ROWS = [f"{k / 100},{k},{2 * k}\n" for k in range(60)]

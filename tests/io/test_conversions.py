@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from sigmatau import units
-from sigmatau.io import read, write_record
-from sigmatau.record import Record
+from sigmatau.io.read import read
+from sigmatau.io.write import write
+from sigmatau.record.record import Record
 
 RATE = 50.0
 VALUES = np.array([3.0, -1.0, 4.0, 1.0, -5.0, 9.0])
@@ -79,7 +80,7 @@ def test_a_record_that_is_written_is_read_again(tmp_path, name):
     record = Record.from_arrays(
         rate=200, gyro=np.random.default_rng(5).normal(size=(100, 3)), accel_z=np.arange(100) / 7
     )
-    write_record(record, tmp_path / name)
+    write(record, tmp_path / name)
     again = read(tmp_path / name)
     assert again.channels == record.channels
     assert again.findings == ()

@@ -8,7 +8,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 LETTERS = {
     "B": "B",

@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 N = 40
 RNG = np.random.default_rng(seed_of("dialects"))

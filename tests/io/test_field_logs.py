@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau.errors import OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 IMU = {"channels": {"time": 1, "gyro": "2:4", "accel": "5:7"}, "unit": {"gyro": "rad/s", "accel": "g", "time": "s"}}
 

@@ -8,7 +8,7 @@ import scipy.io
 
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 N = 2000
 RNG = np.random.default_rng(5)

@@ -7,7 +7,7 @@ import sigmatau
 from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau.errors import NonFiniteError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
 from sigmatau.io.read.table import Column
 

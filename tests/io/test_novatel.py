@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 from sigmatau.io.read.formats import novatel
 
 N = 100

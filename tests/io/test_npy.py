@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 N = 50
 DATA = np.random.default_rng(1).normal(size=(N, 4))

@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 N = 100
 RNG = np.random.default_rng(seed_of("raw"))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s]\n"
 GOOD = HEADER + "".join(f"{i / 100},{i}\n" for i in range(10))

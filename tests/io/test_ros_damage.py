@@ -13,7 +13,7 @@ from roslogs import KINDS, N, imu, imu_cdr, imu_mcap, rosbags_log, six
 
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")
 pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")

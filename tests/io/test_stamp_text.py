@@ -5,7 +5,7 @@ import pytest
 from stamping import codes
 
 from sigmatau.errors import DataError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 
 def log(tmp_path, header, times):

@@ -5,7 +5,7 @@ import pytest
 
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 nptdms = pytest.importorskip("nptdms")
 

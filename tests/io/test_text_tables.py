@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sigmatau import _formats
+from sigmatau._native import formats
 from sigmatau.errors import DataError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 # Five rows: time in s, two gyro axes in deg/s, one accelerometer axis in g.
 ROWS = [
@@ -177,7 +177,7 @@ def test_a_large_table_is_the_same_as_its_rows(tmp_path):
     n = 120_000
     columns = [np.arange(n) / 100, *rng.standard_normal((2, n)) * [[1e-3], [1e2]]]
     path = tmp_path / "log.csv"
-    _formats.write_text(str(path), "time [s],wx [rad/s],accel_x [m/s^2]", ",", columns, gzip=False)
+    formats.write_text(str(path), "time [s],wx [rad/s],accel_x [m/s^2]", ",", columns, gzip=False)
     assert path.stat().st_size > 4 << 20
     record = read(path)
     assert record.provenance.rows == n
@@ -210,7 +210,7 @@ def test_a_mistake_deep_in_the_file_is_found(tmp_path):
 def test_what_is_written_is_read_bit_for_bit(tmp_path_factory, rows, delimiter, header, compress):
     path = tmp_path_factory.mktemp("bits") / "log"
     columns = [np.array(c) for c in zip(*rows, strict=True)]
-    _formats.write_text(
+    formats.write_text(
         str(path), delimiter.join(("wx", "phase")) if header else None, delimiter, columns, gzip=compress
     )
     record = read(path, rate=1, channels={"gyro_x": 1, "phase": 2}, unit={"gyro": "rad/s", "phase": "1"})
@@ -220,7 +220,7 @@ def test_what_is_written_is_read_bit_for_bit(tmp_path_factory, rows, delimiter, 
 
 
 def test_a_table_that_does_not_fit_is_refused_at_once(tmp_path, monkeypatch):
-    from sigmatau import memory
+    from sigmatau.record import memory
 
     log = tmp_path / "long.csv"
     log.write_text("gyro_x [deg/s],gyro_y [deg/s]\n" + "0.125,0.25\n" * 100_000)

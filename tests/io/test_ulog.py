@@ -9,7 +9,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 HEADER = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 10)
 N = 400

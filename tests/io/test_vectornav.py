@@ -9,7 +9,7 @@ import pytest
 
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io import read
+from sigmatau.io.read import read
 
 N = 200
 VALUES = np.random.default_rng(seed_of("vectornav")).normal(size=(N, 13)).round(4)

@@ -7,8 +7,12 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, Imperfections, NoiseModel, OptionError, predict, simulate
-from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Outage, Sinusoid, Temperature, arma, value_in_si
-from sigmatau.model.state_space import state_space
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.file import value_in_si
+from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.simulation.imperfections import Outage, Temperature
+from sigmatau.statespace.arma import arma
+from sigmatau.statespace.state_space import state_space
 
 WHITE = ChannelModel(terms={"random_walk": 1e-4})
 MODEL = NoiseModel(channels={"gyro_x": WHITE})

@@ -9,7 +9,7 @@ from hypothesis import strategies as some
 
 import sigmatau as st
 from sigmatau import ChannelModel, DataError, GaussMarkov, LowPass, NoiseModel, OptionError, Sinusoid
-from sigmatau.terms import TERMS
+from sigmatau.noise.terms import TERMS
 
 positive = some.floats(1e-100, 1e100)
 names = some.text(some.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), min_size=1, max_size=12)

@@ -7,8 +7,9 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, NoiseModel, Record, analyze, simulate
-from sigmatau.model import ChannelModel, GaussMarkov
-from sigmatau.terms import display_units
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
+from sigmatau.noise.terms import display_units
 
 
 def result_of(noise, *, duration=3000.0, rate=20.0, name="case"):

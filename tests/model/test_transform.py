@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 import known
-from sigmatau import DataError, OptionError, _kernels, terms
-from sigmatau.model import ChannelModel, GaussMarkov, LowPass, Sinusoid, avar_from_psd
+from sigmatau import DataError, OptionError
+from sigmatau._native import kernels
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.model.transform import avar_from_psd
+from sigmatau.noise import terms
 
 TAU0 = 0.01
 SIZES = np.array([1, 2, 3, 7, 100, 3333, 1_000_003])
@@ -76,8 +80,8 @@ class TestContinuous:
 
     @pytest.mark.parametrize("time", [1e-3, 0.3, 10.0, 1e4])
     def test_gauss_markov_averaged(self, time):
-        expected = _kernels.gauss_markov_avar(2.0, time, SIZES, TAU0, averaged=True)
-        held(lambda f: _kernels.gauss_markov_psd(2.0, time, f, None), expected)
+        expected = kernels.gauss_markov_avar(2.0, time, SIZES, TAU0, averaged=True)
+        held(lambda f: kernels.gauss_markov_psd(2.0, time, f, None), expected)
 
     def test_quantization_by_the_right_hand_side_of_eq_14(self):
         held(lambda f: (2 * np.pi * f) ** 2 * TAU0, 3 / TIMES**2, f_max=0.5 / TAU0)  # eq. (15)

@@ -8,9 +8,9 @@ import pytest
 
 import known
 import sigmatau as st
-from sigmatau import terms
-from sigmatau.model import ChannelModel
-from sigmatau.spectrum import psd
+from sigmatau.model.channel import ChannelModel
+from sigmatau.noise import terms
+from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.tapers import sine_correlation
 
 TAU0 = 0.01

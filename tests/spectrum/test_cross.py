@@ -11,7 +11,8 @@ import known
 import sigmatau as st
 from sigmatau import DataError, OptionError, RecordTooShortError
 from sigmatau.spectrum import coherence as law
-from sigmatau.spectrum import cross_spectrum, psd
+from sigmatau.spectrum.cross import cross_spectrum
+from sigmatau.spectrum.estimate import psd
 
 RATE = 100.0
 RECORDS = 40  # set before any of them was drawn, and left

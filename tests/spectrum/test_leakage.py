@@ -8,8 +8,9 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, NoiseModel, from_frame, simulate
-from sigmatau.model import ChannelModel, Sinusoid
-from sigmatau.spectrum import psd
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import Sinusoid
+from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.leakage import line_density
 
 N, RATE = 2**14, 50.0

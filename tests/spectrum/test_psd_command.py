@@ -8,8 +8,8 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, psd, read, simulate
 from sigmatau.cli import main
-from sigmatau.io.write import write_record
-from sigmatau.model import Imperfections, Temperature
+from sigmatau.io.write import write
+from sigmatau.simulation.imperfections import Imperfections, Temperature
 from sigmatau.spectrum.bins import bin_starts
 
 MODEL = """\
@@ -32,7 +32,7 @@ def log(tmp_path, monkeypatch):
     made = simulate(
         NoiseModel.read("m.toml"), duration=200.0, rate=50.0, rng=seed_of("psd command"), imperfections=warm
     )
-    write_record(made, tmp_path / "a.csv")
+    write(made, tmp_path / "a.csv")
     return read("a.csv")
 
 

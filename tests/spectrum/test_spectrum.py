@@ -8,9 +8,10 @@ import pytest
 
 import known
 import sigmatau as st
-from sigmatau import terms
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.spectrum import good_length, psd
+from sigmatau.noise import terms
+from sigmatau.spectrum.estimate import psd
+from sigmatau.spectrum.tapers import good_length
 
 RATE = 50.0
 TAU0 = 1 / RATE

@@ -10,8 +10,8 @@ import pytest
 import known
 import sigmatau as st
 from sigmatau import DataError, OptionError
-from sigmatau.spectrum import psd, transfer
-from sigmatau.spectrum.transfer import _minimum_phase
+from sigmatau.spectrum.estimate import psd
+from sigmatau.spectrum.transfer import _minimum_phase, transfer
 
 TAU0 = 0.01
 N = 0.3

@@ -102,7 +102,7 @@ def _termination() -> Iterator[None]:
 
 
 def _fail(message: str, code: int) -> int:
-    from sigmatau.results import printable  # which an import of the command line must not wait for
+    from sigmatau.results import printable
 
     line = printable(" ".join(message.split()))
     sys.stderr.write(f"sigmatau: {line}\n")

@@ -14,9 +14,9 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
-from sigmatau.cli import many
-from sigmatau.cli.choosing import Choosing
-from sigmatau.cli.exports import Exports
+from sigmatau.cli import batch
+from sigmatau.cli.analysis_exports import Exports
+from sigmatau.cli.export_options import Choosing
 from sigmatau.cli.options import (
     averaging_times,
     bandwidths,
@@ -27,7 +27,7 @@ from sigmatau.cli.options import (
     say,
     working,
 )
-from sigmatau.cli.reading import Reading, read_log
+from sigmatau.cli.reading_options import Reading, read_log
 from sigmatau.errors import OptionError
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.write import atomic
@@ -195,7 +195,7 @@ def _many(
 ) -> int:
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: want a number of processes, 1 or more", option="jobs")
-    logs, left_out = many.gather(places)
+    logs, left_out = batch.gather(places)
     for option, folder in (("plot", outputs.plot), ("stability", outputs.stability), ("json", outputs.json)):
         check_folder(folder, option)
     if left_out:
@@ -203,12 +203,12 @@ def _many(
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     work = partial(
-        _in_a_process, names=dict(zip(logs, many.names(logs), strict=True)), reading=reading, settings=settings,
+        _in_a_process, names=dict(zip(logs, batch.names(logs), strict=True)), reading=reading, settings=settings,
         outputs=outputs,
     )  # fmt: skip
-    outcomes: dict[Path, many.Outcome] = {}
+    outcomes: dict[Path, batch.Outcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
-        for outcome in many.run(logs, work, jobs=jobs or 1):
+        for outcome in batch.run(logs, work, jobs=jobs or 1):
             outcomes[outcome.log] = outcome
             done(len(outcomes) / len(logs))
     for log in logs:
@@ -216,7 +216,7 @@ def _many(
             say(f"{log}: {finding}", quiet=quiet)
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
-    sys.stdout.write(f"{many.summary([outcomes[log] for log in logs])}\n")
+    sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
     return next((code for code in (2, 1, 4) if code in codes), 0)
 

@@ -12,11 +12,12 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.options import say
-from sigmatau.datasheet import Verdict, compare_with
-from sigmatau.datasheet import datasheet as find_datasheet
+from sigmatau.datasheets.compare import compare_with
+from sigmatau.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.datasheets.verdict import Verdict
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model import NoiseModel
 from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.noise_model import NoiseModel
 from sigmatau.results import printable
 
 __all__ = ["compare_command"]

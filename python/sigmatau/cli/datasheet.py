@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.datasheet import datasheet as find_datasheet
-from sigmatau.datasheet import datasheets
+from sigmatau.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.datasheets.sheet import list_datasheets
 from sigmatau.errors import OptionError
 
 __all__ = ["datasheet_command"]
@@ -50,7 +50,7 @@ def datasheet_command(
             raise OptionError(f"list takes no name; to see {name!r}: sigmatau datasheet show {name}", option="name")
         if model:
             raise OptionError("--model is of one sheet: sigmatau datasheet show NAME --model", option="model")
-        library = datasheets()
+        library = list_datasheets()
         text = _json({key: sheet.to_dict() for key, sheet in library.items()}) if json else f"{library!r}\n"
     else:
         if name is None:

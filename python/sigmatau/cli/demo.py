@@ -13,10 +13,11 @@ from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli.analyze import write_figure, write_json
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError
-from sigmatau.io import read
-from sigmatau.io.write import write_record
-from sigmatau.model import NoiseModel, simulate
-from sigmatau.terms import TERMS, display_units
+from sigmatau.io.read import read
+from sigmatau.io.write import write
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.simulation.in_memory import simulate
 
 __all__ = ["demo_command"]
 
@@ -53,7 +54,7 @@ def demo_command(
     with working(f"simulating {_HOURS:g} h at {_RATE:g} Hz, six axes", quiet=quiet):
         record = simulate(model, duration=_HOURS * 3600, rate=_RATE, rng=seed)
     with working(f"writing {log}", quiet=quiet):
-        write_record(record, log)
+        write(record, log)
     with working(f"reading {log}", quiet=quiet):
         record = read(log)
     with working("computing Allan variances, fitting", quiet=quiet):

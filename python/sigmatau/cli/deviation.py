@@ -12,11 +12,12 @@ from cyclopts import Parameter
 from sigmatau._version import __version__
 from sigmatau.cli.analyze import FIGURE_ENDINGS
 from sigmatau.cli.options import averaging_times, check_output, refuse_same, say, working
-from sigmatau.cli.reading import Reading, read_log
-from sigmatau.deviations import Deviations, Kind, deviation
+from sigmatau.cli.reading_options import Reading, read_log
+from sigmatau.estimators.deviation import Deviations, deviation
+from sigmatau.estimators.deviation_kinds import Kind
+from sigmatau.fitting.tables import deviation_table
 from sigmatau.io.write import atomic
 from sigmatau.results import damaged
-from sigmatau.tables import deviation_table
 
 __all__ = ["deviation_command"]
 

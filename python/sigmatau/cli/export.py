@@ -8,10 +8,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.choosing import Choosing, as_typed, said
+from sigmatau.cli.export_options import Choosing, as_typed, said
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
-from sigmatau.export import NAMES, Target, check_choices, check_path, prepare, read_source, target
+from sigmatau.exporting.prepare import check_choices, check_path, prepare
+from sigmatau.exporting.source import read_source
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.targets import NAMES, target
 
 __all__ = ["export_command"]
 

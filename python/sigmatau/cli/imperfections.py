@@ -8,9 +8,11 @@ from typing import TypeVar
 
 from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
-from sigmatau.model import Imperfections, NoiseModel, Outage, Temperature, WarmUp, value_in_si
-from sigmatau.record import stream_name
-from sigmatau.streams import InputKind
+from sigmatau.model.file import value_in_si
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.record.record import stream_name
+from sigmatau.record.streams import InputKind
+from sigmatau.simulation.imperfections import Imperfections, Outage, Temperature, WarmUp
 from sigmatau.units import integral
 
 __all__ = ["imperfections_of"]

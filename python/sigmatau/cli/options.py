@@ -13,8 +13,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import get_args
 
-from sigmatau.allan import TauGrid
 from sigmatau.errors import DataError, OptionError
+from sigmatau.estimators.allan import TauGrid
 from sigmatau.results import Finding
 
 __all__ = [
@@ -159,7 +159,7 @@ def say(message: str, *, quiet: bool = False) -> None:
 @contextlib.contextmanager
 def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
     """Show that a log is read, with a bar where its bytes are counted; anew each time they are gone through."""
-    from sigmatau._formats import bytes_read
+    from sigmatau._native.formats import bytes_read
 
     try:
         size = log.stat().st_size

@@ -13,10 +13,12 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model import ChannelModel, NoiseModel, value_in_si
-from sigmatau.model.result import channel_of_fit
-from sigmatau.planning import plan
-from sigmatau.terms import TERMS, coefficient_unit
+from sigmatau.fitting.planning import plan
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.file import value_in_si
+from sigmatau.model.from_result import channel_of_fit
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import TERMS, coefficient_unit
 
 __all__ = ["plan_command"]
 

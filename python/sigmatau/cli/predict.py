@@ -13,8 +13,11 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import check_output, key_values, refuse_same, say, working
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model import NoiseModel, Prediction, predict, value_in_si
-from sigmatau.record import stream_name
+from sigmatau.model.file import value_in_si
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.navigation.predict import predict
+from sigmatau.navigation.prediction import Prediction
+from sigmatau.record.record import stream_name
 
 __all__ = ["predict_command"]
 

@@ -11,7 +11,8 @@ from sigmatau.cli.imperfections import imperfections_of
 from sigmatau.cli.options import check_output, say, working
 from sigmatau.errors import OptionError
 from sigmatau.io.write import RECORD_ENDINGS
-from sigmatau.model import NoiseModel, simulate_to
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.simulation.to_file import simulate_to
 
 __all__ = ["simulate_command"]
 

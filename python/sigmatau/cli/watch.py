@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.accumulate import Accumulator
 from sigmatau.analysis import Analysis, of_curves
 from sigmatau.cli.analyze import FIGURE_ENDINGS, write_figure, write_json
 from sigmatau.cli.options import check_output, key_numbers, key_values, say
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
-from sigmatau.record import MIN_SAMPLES, Provenance
+from sigmatau.record.record import MIN_SAMPLES, Provenance
 from sigmatau.results import Finding
 
 if TYPE_CHECKING:

@@ -5,12 +5,13 @@ computed once and shared by all axes, all steps of a fit and all files of a run.
 1, and a squared coefficient θ is that for this interval.
 
 The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p, q), exact for finite records
-(`sigmatau.uncertainty.avar_covariance`). For the third cumulant of a weighted sum of Allan variances the record is taken as
+(`sigmatau.noise.uncertainty.avar_covariance`). For the third cumulant of a weighted sum of Allan variances the record
+is taken as
 if the discrete cosine transform made its modes independent, which is exact for white noise plus a random walk: with the
 spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
 2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
 
-Where samples are missing, `sigmatau.fitting.masked` makes of these what the gaps leave.
+Where samples are missing, `sigmatau.fitting.masked_components` makes of these what the gaps leave.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _kernels
-from sigmatau.gaps import Gaps
+from sigmatau._native import kernels
+from sigmatau.estimators.gaps import Gaps
 
 __all__ = ["LINEAR", "Components", "components", "pairs_of_terms", "power_of_interval", "with_sinusoid"]
 
@@ -203,15 +204,15 @@ def components(
         return with_sinusoid(components(n, m), frequency)
     sizes = np.array(m, dtype=np.int64)
     times = () if correlation_time is None else (correlation_time,)
-    tensors, drifts = _kernels.covariance_tensors(n, sizes, 1.0, correlation_times=times)
+    tensors, drifts = kernels.covariance_tensors(n, sizes, 1.0, correlation_times=times)
     names: tuple[str, ...] = LINEAR
-    columns = [_kernels.term_avar(name, 1.0, sizes, 1.0) for name in LINEAR]
+    columns = [kernels.term_avar(name, 1.0, sizes, 1.0) for name in LINEAR]
     angle, modes = _modes(n)
     sine = np.sin(angle / 2)
     spectra = [4 * sine**2, np.ones_like(sine), 0.5 / sine, 0.25 / sine**2]
     if correlation_time is not None:
         names = (*LINEAR, "gauss_markov")
-        columns.append(_kernels.gauss_markov_avar(1.0, correlation_time, sizes, 1.0))
+        columns.append(kernels.gauss_markov_avar(1.0, correlation_time, sizes, 1.0))
         decay = -math.expm1(-1 / correlation_time)
         spectra.append(decay * (2 - decay) / (decay**2 + 4 * (1 - decay) * sine**2))
     order = range(len(names))
@@ -241,7 +242,7 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
     The squared amplitude that a record of n samples shows has the variance 8A²S(f)/n, S two-sided, and every Allan
     variance moves with it.
     """
-    column = _kernels.sinusoid_avar(1.0, frequency, linear.m, 1.0)
+    column = kernels.sinusoid_avar(1.0, frequency, linear.m, 1.0)
     sine = math.sin(math.pi * frequency)
     densities = (4 * sine**2, 1.0, 0.5 / sine, 0.25 / sine**2)
     outer = np.outer(column, column)

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.allan import DeviationCurve
 from sigmatau.errors import OptionError
-from sigmatau.fitting.attempt import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.estimators.gaps import Gaps
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.noisefit import NoiseFit
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
-from sigmatau.gaps import Gaps
-from sigmatau.terms import TERMS
+from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
+from sigmatau.noise.terms import TERMS
 
 __all__ = ["fit"]
 
@@ -48,11 +48,11 @@ def fit(
     ----------
     curve : DeviationCurve
         Where samples are missing, as `sigmatau.allan` makes it: it knows which, and with them what each term is expected
-        to show, see `sigmatau.gaps`; the covariance is then an approximation. On half octaves, or up to eight averaging
-        times an octave; of more, half octaves are used if they are among them, or else eight an octave.
+        to show, see `sigmatau.estimators.gaps`; the covariance is then an approximation. On half octaves, or up to
+        eight averaging times an octave; of more, half octaves are used if they are among them, or else eight an octave.
     terms : iterable of str, optional
-        Terms that may be there, keys of `sigmatau.terms.TERMS`. Default: all five. A term left out is taken to be absent;
-        what it does to the curve is then laid upon the others.
+        Terms that may be there, keys of `sigmatau.noise.terms.TERMS`. Default: all five. A term left out is taken to be
+        absent; what it does to the curve is then laid upon the others.
     tau_min : float, optional
         Shortest averaging time to use. Default: found by the misfit. [s]
     level : float
@@ -73,7 +73,7 @@ def fit(
     ----------
     S. Guerrier, J. Skaloud, Y. Stebler, M.-P. Victoria-Feser, "Wavelet-variance-based estimation for composite stochastic
     processes", J. Am. Stat. Assoc. 108 (2013), :doi:`10.1080/01621459.2013.799920`, for least squares on variances; the
-    covariance is exact here, see `sigmatau.uncertainty.avar_covariance`.
+    covariance is exact here, see `sigmatau.noise.uncertainty.avar_covariance`.
     """
     if curve.overlap != "full":
         raise OptionError("a fit needs overlapping clusters, overlap='full'", option="overlap")

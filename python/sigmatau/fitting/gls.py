@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau._kernels import Factor
+from sigmatau._native.kernels import Factor
 from sigmatau.fitting.components import Components
 
 __all__ = ["Gls", "Score", "non_negative", "relative_fit"]

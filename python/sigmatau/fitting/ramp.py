@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.fitting.gls import Gls, relative_fit
-from sigmatau.fitting.noisefit import FittedTerm
+from sigmatau.fitting.noise_fit import FittedTerm
 
 __all__ = ["Ramp", "estimate_ramp", "least_ramp", "least_variance"]
 

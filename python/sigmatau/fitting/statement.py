@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.allan import DeviationCurve
-from sigmatau.fitting import extension
-from sigmatau.fitting.attempt import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting import sixth_term
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.inference import Evidence, detectable, evidence
-from sigmatau.fitting.noisefit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
+from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
+from sigmatau.fitting.tau_min import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
+from sigmatau.noise.terms import coefficient_unit
 from sigmatau.results import seconds, two_digits
-from sigmatau.terms import coefficient_unit
 
 __all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
 
@@ -298,7 +298,7 @@ def _extra_terms(
 ) -> tuple[tuple[GaussMarkov, ...], tuple[Sinusoid, ...]]:
     if best.extra is None or theta[-1] <= 0:
         return (), ()
-    size, shape = extension.intervals(best.gls, theta, best.extra, level=level)
+    size, shape = sixth_term.intervals(best.gls, theta, best.extra, level=level)
     value, low, high = (math.sqrt(scale) * x for x in size)
     amplitude = Interval(value=value, low=low, high=high, unit=curve.unit)
     if best.extra.kind == "gauss_markov":

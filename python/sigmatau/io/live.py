@@ -19,14 +19,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _formats
+from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.part import find_rate
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import HEAD, Loaded, Table
+from sigmatau.io.read.table_streams import find_rate
 
 __all__ = ["Live", "follow"]
 
@@ -225,7 +225,7 @@ class Live:
         while lines.strip() and len(bad) < _MANY_BAD:
             try:
                 good.append(self._parse(lines))
-            except _formats.TextReadError as error:
+            except formats.TextReadError as error:
                 if error.kind == "empty":
                     return good, bad
                 until = max(error.line, 1)
@@ -240,14 +240,14 @@ class Live:
         for line in _lines(lines):
             try:
                 good.append(self._parse(line))
-            except _formats.TextReadError as error:
+            except formats.TextReadError as error:
                 if error.kind != "empty":
                     bad.append(error.text or f"{error.got} fields in place of {error.expected}")
         return good, bad
 
     def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
         assert self._layout is not None
-        return _formats.read_text(
+        return formats.read_text(
             lines,
             delimiter=self._layout.delimiter,
             comment=COMMENTS,

@@ -12,10 +12,10 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.writers import WRITERS, Put, headers_of
-from sigmatau.record import Record
-from sigmatau.streams import CHUNK
+from sigmatau.record.record import Record
+from sigmatau.record.streams import CHUNK
 
-__all__ = ["RECORD_ENDINGS", "atomic", "ending_of", "table_writer", "write_record"]
+__all__ = ["RECORD_ENDINGS", "atomic", "ending_of", "table_writer", "write"]
 
 RECORD_ENDINGS = tuple(WRITERS)
 """Endings of a record's file name, each with its format."""
@@ -128,7 +128,7 @@ def ending_of(path: Path) -> str:
     return ending
 
 
-def write_record(record: Record, path: str | Path) -> None:
+def write(record: Record, path: str | Path) -> None:
     """Write a record as a table: time and every channel, rates in SI, each with its unit.
 
     Parameters

@@ -18,7 +18,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _formats
+from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.io.hdf5 import Hdf5Table
 
@@ -58,7 +58,7 @@ def _lines(stream: IO[bytes], columns: Sequence[tuple[str, str]]) -> Put:
     stream.write((",".join(headers_of(columns)) + "\n").encode())
 
     def put(piece: Piece) -> None:
-        stream.write(_formats.format_text(None, ",", piece))
+        stream.write(formats.format_text(None, ",", piece))
 
     return put
 

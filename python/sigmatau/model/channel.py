@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau import _kernels, terms
+from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import covariance as covariances
-from sigmatau.model.elsewhere import PointsToFunctions
+from sigmatau.model.misplaced import PointsToFunctions
 from sigmatau.model.processes import (
     LARGEST,
     SMALLEST,
@@ -25,12 +25,12 @@ from sigmatau.model.processes import (
     real,
     several,
 )
+from sigmatau.noise import terms
+from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed
-from sigmatau.terms import TERMS, coefficient_unit, display_units
 
 if TYPE_CHECKING:
-    from sigmatau.allan import DeviationCurve
-    from sigmatau.model.verify import Verification
+    pass
 
 __all__ = ["STATIONARY", "ChannelModel"]
 
@@ -51,7 +51,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
     Attributes
     ----------
     terms : mapping of str to float
-        Coefficients by term, as in `sigmatau.terms.TERMS`; positive, a ramp may be negative. [SI]
+        Coefficients by term, as in `sigmatau.noise.terms.TERMS`; positive, a ramp may be negative. [SI]
     gauss_markov : tuple of GaussMarkov
     sinusoid : tuple of Sinusoid
     bandwidth : LowPass or None
@@ -147,7 +147,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         References
         ----------
         Eqs. (15), (17), (19), (21) and (23) of :doi:`10.1109/TIM.2007.908635` in their sampled forms, see
-        `sigmatau.terms.avar`; IEEE Std 952, annex C, for Gauss-Markov processes and sinusoids.
+        `sigmatau.noise.terms.avar`; IEEE Std 952, annex C, for Gauss-Markov processes and sinusoids.
         """
         return np.asarray(sum(self.avar_of_parts(m=m, tau0=tau0).values()))
 
@@ -159,16 +159,16 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
             if term == "random_walk" and self.bandwidth is not None:
                 terms.avar(term, value, m=sizes, tau0=tau0)  # for its checks
                 shape = f"butterworth{self.bandwidth.order}"
-                parts[term] = _kernels.band_limited_avar(value, shape, self.bandwidth.corner, sizes, tau0)
+                parts[term] = kernels.band_limited_avar(value, shape, self.bandwidth.corner, sizes, tau0)
             else:
                 parts[term] = terms.avar(term, value, m=sizes, tau0=tau0)
         if not parts:
             terms.avar("random_walk", 1.0, m=sizes, tau0=tau0)  # for its checks
         for gm in self.gauss_markov:
-            added = _kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
+            added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
             parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
         for line in self.sinusoid:
-            added = _kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
+            added = kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
             parts["sinusoid"] = parts.get("sinusoid", 0.0) + added
         return parts
 
@@ -220,11 +220,11 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
             if term == "random_walk" and self.bandwidth is not None:
                 order, corner = self.bandwidth.order, self.bandwidth.corner
                 # Far above the corner the sum over the poles is rounding, 1e-16 of N², of either sign.
-                total += np.maximum(_kernels.band_limited_psd(value, order, corner, frequency, tau0), 0.0)
+                total += np.maximum(kernels.band_limited_psd(value, order, corner, frequency, tau0), 0.0)
             elif term != "rate_ramp":
                 total += terms.psd(term, value, frequency, tau0=tau0)
         for gm in self.gauss_markov:
-            total += _kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
+            total += kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
         return total
 
     def autocovariance(self, lags: ArrayLike, *, tau0: float) -> Floats:
@@ -346,32 +346,6 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
             rate=self.rate,
             adequate=self.adequate,
         )
-
-    def verify(
-        self, curve: DeviationCurve, *, tau_min: float | None = None, flicker_error: float = 0.01, level: float = 0.95
-    ) -> Verification:
-        """Hold the linear model, as `sigmatau.model.state_space` has it, against the curve of a record.
-
-        Parameters
-        ----------
-        curve : DeviationCurve
-            Overlapped, of a record in which no sample is missing.
-        tau_min : float, optional
-            Shortest averaging time of the misfit. Default: the model's own, `tau_min`. [s]
-        flicker_error : float
-            As in `sigmatau.model.state_space`.
-        level : float
-            Probability of the bands.
-
-        Returns
-        -------
-        Verification
-            Ratio of the deviations with its bands, the misfit and how likely it is; see
-            `sigmatau.model.verify.verify_channel`, also for the errors.
-        """
-        from sigmatau.model.verify import verify_channel
-
-        return verify_channel(self, curve, tau_min=tau_min, flicker_error=flicker_error, level=level)
 
     def _bare(self) -> ChannelModel:
         """Some white noise in the channel's unit, to be replaced."""

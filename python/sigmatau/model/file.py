@@ -27,9 +27,9 @@ from sigmatau import units
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
-from sigmatau.record import stream_name
+from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.record.record import stream_name
 from sigmatau.results import interval_texts, printable
-from sigmatau.terms import TERMS, coefficient_unit, display_units
 from sigmatau.units import usual
 
 __all__ = ["NOT_ADEQUATE", "channels_of", "correlation_of", "toml", "value_in_si"]

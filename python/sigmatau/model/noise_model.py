@@ -17,15 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.write import atomic
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.elsewhere import PointsToFunctions
 from sigmatau.model.file import channels_of, correlation_of, toml
-from sigmatau.model.result import channels_of_result
-from sigmatau.record import stream_name
+from sigmatau.model.from_result import channels_of_result
+from sigmatau.model.misplaced import PointsToFunctions
+from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
 if TYPE_CHECKING:
-    from sigmatau.allan import DeviationCurve
-    from sigmatau.model.verify import Verifications
+    pass
 
 __all__ = ["CORRELATED", "Correlation", "NoiseModel"]
 
@@ -45,7 +44,7 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
     ----------
     channels : mapping of str to ChannelModel
         A plain mapping from term to coefficient will do: ``{"gyro_x": {"random_walk": 8.7e-5}}``; terms as in
-        `sigmatau.terms.TERMS`. Names that begin with ``gyro_`` or ``accel_`` are rates of rotation and accelerations.
+        `sigmatau.noise.terms.TERMS`. Names that begin with ``gyro_`` or ``accel_`` are rates of rotation and accelerations.
     correlation : mapping of str to mapping of (str, str) to float
         By term, how the noise of two channels is correlated, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
         What is not said is independent.
@@ -180,24 +179,6 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
     def psd(self, channel: str, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
         """Two-sided power spectral density of a channel; see `ChannelModel.psd`. [(rate unit)²/Hz]"""
         return self._of(channel).psd(f, tau0=tau0)
-
-    def verify(
-        self,
-        curves: Mapping[str, DeviationCurve],
-        *,
-        tau_min: float | Mapping[str, float] | None = None,
-        flicker_error: float = 0.01,
-        level: float = 0.95,
-    ) -> Verifications:
-        """Hold the linear models of all channels against curves, by channel; see `ChannelModel.verify`.
-
-        `tau_min` may be given by channel; it is the models' own by default.
-
-        Raises `OptionError` for a curve of a channel that the model has not.
-        """
-        from sigmatau.model.verify import verify_channels
-
-        return verify_channels(self, curves, tau_min=tau_min, flicker_error=flicker_error, level=level)
 
     def _of(self, channel: str) -> ChannelModel:
         try:

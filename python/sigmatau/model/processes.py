@@ -9,7 +9,7 @@ from numbers import Real
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.terms import TERMS
+from sigmatau.noise.terms import TERMS
 
 __all__ = [
     "HIGHEST_ORDER",

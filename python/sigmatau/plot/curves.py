@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.terms import TERMS
+from sigmatau.noise.terms import TERMS
 from sigmatau.units import find
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ _MOST_MARKERS = 300
 
 
 class CurveLike(Protocol):
-    """What is drawn: see `sigmatau.allan.DeviationCurve`."""
+    """What is drawn: see `sigmatau.estimators.allan.DeviationCurve`."""
 
     @property
     def channel(self) -> str: ...
@@ -60,7 +60,7 @@ class CurveLike(Protocol):
 
 
 class DeviationLike(Protocol):
-    """What is drawn: see `sigmatau.deviations.Deviation`."""
+    """What is drawn: see `sigmatau.estimators.deviation.Deviation`."""
 
     @property
     def channel(self) -> str: ...
@@ -77,7 +77,7 @@ class DeviationLike(Protocol):
 
 
 class FitLike(Protocol):
-    """What a model's curve is drawn from: see `sigmatau.fitting.noisefit.NoiseFit`."""
+    """What a model's curve is drawn from: see `sigmatau.fitting.noise_fit.NoiseFit`."""
 
     @property
     def model(self) -> Mapping[str, float]: ...
@@ -89,7 +89,7 @@ class FitLike(Protocol):
 
 
 class CoefficientLike(Protocol):
-    """What a line is drawn from: see `sigmatau.readoff.Coefficient`."""
+    """What a line is drawn from: see `sigmatau.fitting.read_off.Coefficient`."""
 
     @property
     def value(self) -> float: ...

@@ -24,7 +24,7 @@ _TITLES = {"rad": ("angle", "deg", math.pi / 180), "m/s": ("velocity", "m/s", 1.
 
 
 class ErrorLike(Protocol):
-    """What is drawn: see `sigmatau.model.PredictedError`."""
+    """What is drawn: see `sigmatau.navigation.prediction.PredictedError`."""
 
     @property
     def unit(self) -> str: ...

@@ -31,7 +31,7 @@ class Estimate(Protocol):
 
 
 class SpectrumLike(Estimate, Protocol):
-    """What is drawn: see `sigmatau.spectrum.Spectrum`."""
+    """What is drawn: see `sigmatau.spectrum.result.Spectrum`."""
 
     @property
     def channel(self) -> str: ...
@@ -45,7 +45,7 @@ class SpectrumLike(Estimate, Protocol):
 
 
 class ComparisonLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.Comparison`."""
+    """What is drawn: see `sigmatau.spectrum.comparison.Comparison`."""
 
     @property
     def channel(self) -> str: ...
@@ -57,7 +57,7 @@ class ComparisonLike(Protocol):
 
 
 class CrossLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.CrossSpectrum`."""
+    """What is drawn: see `sigmatau.spectrum.cross.CrossSpectrum`."""
 
     @property
     def a(self) -> str: ...
@@ -75,7 +75,7 @@ class CrossLike(Protocol):
 
 
 class FilterLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.MinimumPhase`."""
+    """What is drawn: see `sigmatau.spectrum.transfer.MinimumPhase`."""
 
     @property
     def channel(self) -> str: ...

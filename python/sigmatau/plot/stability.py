@@ -23,7 +23,7 @@ _LABELS = 5
 
 
 class MapLike(Protocol):
-    """What is drawn: see `sigmatau.stability.DynamicAllan`."""
+    """What is drawn: see `sigmatau.estimators.stability.DynamicAllan`."""
 
     @property
     def channel(self) -> str: ...

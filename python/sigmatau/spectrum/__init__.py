@@ -10,27 +10,3 @@ References
 .. [2] K. S. Riedel, A. Sidorenko, "Minimum bias multiple taper spectral estimation," IEEE Trans. Signal Process., vol. 43,
    no. 1, 1995, :doi:`10.1109/78.365298`.
 """
-
-from sigmatau.spectrum.comparison import Comparison
-from sigmatau.spectrum.cross import CrossSpectrum, cross_spectrum
-from sigmatau.spectrum.estimate import default_size, psd, welch
-from sigmatau.spectrum.result import Method, Spectra, Spectrum
-from sigmatau.spectrum.tapers import good_length, hann, without_line
-from sigmatau.spectrum.transfer import MinimumPhase, transfer
-
-__all__ = [
-    "Comparison",
-    "CrossSpectrum",
-    "Method",
-    "MinimumPhase",
-    "Spectra",
-    "Spectrum",
-    "cross_spectrum",
-    "default_size",
-    "good_length",
-    "hann",
-    "psd",
-    "transfer",
-    "welch",
-    "without_line",
-]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.record import Record
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
 from sigmatau.results import Printed
 from sigmatau.spectrum import coherence as law
 from sigmatau.spectrum.bins import bin_starts, levelled, shared
@@ -28,7 +29,6 @@ from sigmatau.spectrum.estimate import (
 from sigmatau.spectrum.estimate import default_size as default_segment
 from sigmatau.spectrum.result import Method
 from sigmatau.spectrum.tapers import hann
-from sigmatau.streams import Stream
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

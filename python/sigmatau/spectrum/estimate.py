@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.record import Record
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
-from sigmatau.streams import Stream
 
 __all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
 

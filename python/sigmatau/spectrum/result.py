@@ -29,7 +29,7 @@ _LINE_SHARE = 1e-3
 
 
 class HasDensity(Protocol):
-    """What a density is compared with: see `sigmatau.model.ChannelModel`."""
+    """What a density is compared with: see `sigmatau.model.channel.ChannelModel`."""
 
     @property
     def unit(self) -> str: ...
@@ -37,7 +37,7 @@ class HasDensity(Protocol):
 
 
 class HasChannels(Protocol):
-    """Several of them by name: see `sigmatau.model.NoiseModel`."""
+    """Several of them by name: see `sigmatau.model.noise_model.NoiseModel`."""
 
     @property
     def channels(self) -> Mapping[str, HasDensity]: ...

@@ -17,12 +17,12 @@ from pathlib import Path
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
 from sigmatau.io.read.formats import split
-from sigmatau.io.read.known import reader_of
 from sigmatau.io.read.options import Options
+from sigmatau.io.read.registry import reader_of
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.topics import choose_tables
-from sigmatau.record import Record
-from sigmatau.streams import InputKind
+from sigmatau.record.record import Record
+from sigmatau.record.streams import InputKind
 
 __all__ = ["opened", "read"]
 
@@ -139,7 +139,7 @@ def _tables(file: Path) -> Sequence[Table]:
 
 
 def _raw(file: Path, layout: str) -> Sequence[Table]:
-    from sigmatau.io.read.formats import raw  # only when it is asked for
+    from sigmatau.io.read.formats import raw
 
     return raw.read(file, _head(file), layout)
 

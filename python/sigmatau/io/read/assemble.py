@@ -10,10 +10,10 @@ from typing import Any
 from sigmatau.errors import OptionError
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.part import Part, part
 from sigmatau.io.read.table import Table
-from sigmatau.record import Checksum, Provenance, Record, stream_name
-from sigmatau.streams import Stream
+from sigmatau.io.read.table_streams import Part, part
+from sigmatau.record.record import Checksum, Provenance, Record, stream_name
+from sigmatau.record.streams import Stream
 
 __all__ = ["assemble", "joined", "of_table"]
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
-from sigmatau.io.read.formats.parts import parts, pick, real_columns
+from sigmatau.io.read.formats.arrays import parts, pick, real_columns
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Loaded, Table
-from sigmatau.record import Record
-from sigmatau.streams import InputKind
+from sigmatau.record.record import Record
+from sigmatau.record.streams import InputKind
 
 __all__ = ["from_frame"]
 

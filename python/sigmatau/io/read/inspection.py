@@ -12,12 +12,12 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.part import Part, part
 from sigmatau.io.read.table import Table
+from sigmatau.io.read.table_streams import Part, part
 from sigmatau.io.read.topics import choose_tables, sensors
-from sigmatau.record import Record
+from sigmatau.record.record import Record
+from sigmatau.record.streams import InputKind
 from sigmatau.results import Finding, Printed, by_severity, duration_text
-from sigmatau.streams import InputKind
 
 __all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
 

@@ -10,7 +10,7 @@ from typing import TypeGuard, cast, get_args
 import numpy as np
 
 from sigmatau.errors import OptionError
-from sigmatau.streams import InputKind
+from sigmatau.record.streams import InputKind
 
 __all__ = ["Options"]
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.thermometer import Thermometer
 from sigmatau.io.read.time.timing import Timing
-from sigmatau.record import MIN_SAMPLES, TEMPERATURE, make_stream
-from sigmatau.streams import Stream
-from sigmatau.thermometers import PLAUSIBLE, TO_CELSIUS, typical
+from sigmatau.record.record import MIN_SAMPLES, TEMPERATURE, make_stream
+from sigmatau.record.streams import Stream
+from sigmatau.record.thermometers import PLAUSIBLE, TO_CELSIUS, typical
 
 __all__ = ["temperature_stream"]
 

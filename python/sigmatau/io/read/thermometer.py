@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sigmatau.io.read.table import Column
-from sigmatau.thermometers import NAMES
+from sigmatau.record.thermometers import NAMES
 
 __all__ = ["Thermometer", "degrees_of", "find_thermometer"]
 

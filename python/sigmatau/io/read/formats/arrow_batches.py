@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.formats.arrays import real_columns
 from sigmatau.io.read.formats.arrow_columns import ArrowColumn, numbers
-from sigmatau.io.read.formats.parts import real_columns
 from sigmatau.io.read.table import REST_MISSING, Loaded, Table
 from sigmatau.results import Finding
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.parts import WIDEST, parts, pick
+from sigmatau.io.read.formats.arrays import WIDEST, parts, pick
 from sigmatau.io.read.table import Column
 from sigmatau.io.read.time.rows import NO_STAMP
 

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _logs
+from sigmatau._native import logs
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.behind import behind
-from sigmatau.io.read.formats.chain import broken
+from sigmatau.io.read.formats.message_chain import broken
+from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 
@@ -92,7 +92,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     DataError
         If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
     """
-    scan = _logs.scan_dataflash(str(path))
+    scan = logs.scan_dataflash(str(path))
     found = [_Kind(*kind) for kind in scan["kinds"]]
     kinds = [replace(kind, several=sum(other.name == kind.name for other in found) > 1) for kind in found]
     size, end = path.stat().st_size, int(scan["end"])
@@ -127,7 +127,7 @@ def _tables(
     columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        raw = _logs.dataflash_columns(
+        raw = logs.dataflash_columns(
             path,
             end=end,
             kind=kind.number,

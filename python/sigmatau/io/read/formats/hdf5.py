@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.behind import behind
-from sigmatau.io.read.formats.parts import WIDEST, Leaf, gather, squeezed
+from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
+from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff"]

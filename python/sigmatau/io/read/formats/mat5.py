@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.parts import Leaf, squeezed
+from sigmatau.io.read.formats.arrays import Leaf, squeezed
 from sigmatau.io.read.table import REST_MISSING
 from sigmatau.results import Finding
 

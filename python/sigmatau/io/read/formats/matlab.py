@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import hdf5, mat5
-from sigmatau.io.read.formats.behind import behind
-from sigmatau.io.read.formats.parts import Leaf, gather
+from sigmatau.io.read.formats.arrays import Leaf, gather
+from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["read", "sniff"]

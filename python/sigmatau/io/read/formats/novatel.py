@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.breaks import finding
+from sigmatau.io.read.formats.truncation import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.results import Finding
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.formats.breaks import finding
+from sigmatau.io.read.formats.truncation import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 

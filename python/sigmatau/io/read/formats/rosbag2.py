@@ -13,11 +13,11 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _logs
+from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import roslog
-from sigmatau.io.read.formats.behind import behind
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
+from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
 from sigmatau.results import Finding
 
@@ -195,11 +195,11 @@ class _Reader:
     packed: bool  # whether each message is compressed by zstd
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        parts: list[_logs.Decoded] = []
+        parts: list[logs.Decoded] = []
         rows, doubt, missing, fault = 0, 0, 0, ""
         try:
             for batch in self._messages():
-                part = _logs.decode_messages(
+                part = logs.decode_messages(
                     batch.data, batch.ends, batch.times, steps=self.layout.steps, cdr=True, wanted=wanted, exact=exact
                 )
                 parts.append(part)
@@ -214,7 +214,7 @@ class _Reader:
         if not rows and fault:
             raise DataError(f"{fault}: no message of {self.topic.name} could be read; get or make the file again")
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
-        decoded = _logs.Decoded(joined, rows)
+        decoded = logs.Decoded(joined, rows)
         return Loaded(
             columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault, missing)
         )
@@ -247,7 +247,7 @@ class _Reader:
                         count += 1
                         if blob != 0:
                             if self.packed and isinstance(blob, bytes):
-                                blob = _logs.unpacked(blob)
+                                blob = logs.unpacked(blob)
                             if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
                                 fault = f"message {number} of all topics is none"
                                 break

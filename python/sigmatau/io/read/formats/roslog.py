@@ -9,10 +9,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from sigmatau import _logs
+from sigmatau._native import logs
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.behind import lost
 from sigmatau.io.read.formats.messages import Layout, layout_of
+from sigmatau.io.read.formats.trailing_bytes import lost
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
 
@@ -47,15 +47,15 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     DataError
         If no topic can be read.
     """
-    kind: _logs.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
-    contents = _logs.log_contents(str(path), kind)
+    kind: logs.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
+    contents = logs.log_contents(str(path), kind)
     end = contents.end
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
         if end.kind:
             raise DataError(f"{where}: no topic could be read; get or make the file again")
         raise DataError("holds no topics")
-    groups: dict[tuple[str, str, str, str, bytes], list[_logs.LogChannel]] = {}
+    groups: dict[tuple[str, str, str, str, bytes], list[logs.LogChannel]] = {}
     for channel in contents.channels:
         key = (
             channel.topic,
@@ -96,7 +96,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     return tuple(replace(table, notes=(*table.notes, note)) if note else table for table in some_readable(tables))
 
 
-def _protection(path: Path, kind: _logs.LogKind) -> str:
+def _protection(path: Path, kind: logs.LogKind) -> str:
     """A note if no checksums vouch for the numbers: bags have none, and of MCAP the first chunk shows it."""
     if kind == "rosbag1":
         return "a ROS bag, without checksums: a damaged number would not be seen"
@@ -153,7 +153,7 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
     )
 
 
-def findings_of(end: _logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
+def findings_of(end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
     """What the end of the way through a file says about it."""
     count = f"{rows} messages of {topic}" if declared is None else f"{rows} of {declared} messages of {topic}"
     if end.kind == "no_end":
@@ -180,7 +180,7 @@ class _Reader:
         self,
         *,
         path: Path,
-        kind: _logs.LogKind,
+        kind: logs.LogKind,
         topic: str,
         ids: tuple[int, ...],
         layout: Layout,
@@ -191,7 +191,7 @@ class _Reader:
         self.layout, self.cdr, self.declared = layout, cdr, declared
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        decoded, end = _logs.log_messages(
+        decoded, end = logs.log_messages(
             str(self.path), self.kind, self.ids, steps=self.layout.steps, cdr=self.cdr, wanted=wanted, exact=exact
         )
         if not decoded.rows and end.kind:
@@ -204,7 +204,7 @@ class _Reader:
         )
 
 
-def checked(decoded: _logs.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
+def checked(decoded: logs.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
     """The columns, all finite."""
     for index, array in decoded.columns.items():
         refuse_infinite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")

@@ -13,12 +13,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from sigmatau import _formats, memory
+from sigmatau._native import formats
 from sigmatau.errors import DataError, NonFiniteError
-from sigmatau.io.read.formats import breaks
+from sigmatau.io.read.formats import truncation
+from sigmatau.io.read.formats.comment_lines import Passed
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
-from sigmatau.io.read.formats.passed import Passed
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
+from sigmatau.record import memory
 from sigmatau.results import Finding
 
 __all__ = ["read", "sniff", "table_of"]
@@ -51,7 +52,7 @@ class _Beginning:
         data = head
         if encoding != "ascii":
             data = head[: len(head) // 2 * 2].decode(encoding, errors="replace").encode("utf-8", errors="replace")
-        if bad := breaks.BREAK.search(data):
+        if bad := truncation.BREAK.search(data):
             return cls(
                 data=data[: data.rfind(b"\n", 0, bad.start()) + 1], whole=False, encoding=encoding, called=called
             )
@@ -137,13 +138,13 @@ class _Text:
         until: int | None = None
         try:
             read = self._read(wanted, exact, None)
-        except _formats.TextReadError as error:
+        except formats.TextReadError as error:
             until, what = self._break(error, exact)
             try:
                 read = self._read(wanted, exact, until)
-            except _formats.TextReadError:
+            except formats.TextReadError:
                 raise _explained(error, self.layout) from None
-            found = (breaks.finding(*what(len(read.columns[0]))),)
+            found = (truncation.finding(*what(len(read.columns[0]))),)
         passed = Passed.between(read, self.layout)
         if passed.stop is not None:
             read = self._read(wanted, exact, passed.stop - 1)
@@ -154,20 +155,20 @@ class _Text:
         found = (*found, *passed.findings(len(read.columns[0])))
         whole = until is None and passed.stop is None
         if whole and len(self.layout.columns) - 1 in wanted:
-            cut = breaks.cut_number(self.source, self.encoding, self.layout.delimiter, open_end=read.open_end)
+            cut = truncation.cut_number(self.source, self.encoding, self.layout.delimiter, open_end=read.open_end)
             if cut:
                 raw = {index: column[:-1] for index, column in raw.items()}
                 rows = len(raw[wanted[0]])
                 message = f"the last line was cut off in its last number; {rows} rows were read before it"
-                found = (*found, breaks.finding("broken_off", message))
+                found = (*found, truncation.finding("broken_off", message))
             elif cut is None:
                 raw = {index: column[:-1] for index, column in raw.items()}
                 message = "the last line has no line end, so its last number may have been cut off: it is left out"
                 found = (*found, Finding(code="no_line_end", severity="info", message=message))
         return Loaded(columns=raw, findings=found)
 
-    def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> _formats.TextColumns:
-        return _formats.read_text(
+    def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> formats.TextColumns:
+        return formats.read_text(
             self.source if isinstance(self.source, bytes) else str(self.source),
             delimiter=self.layout.delimiter,
             comment=COMMENTS,
@@ -181,7 +182,7 @@ class _Text:
             dates=exact is not None and is_date(self.layout.columns[exact].first),
         )
 
-    def _break(self, error: _formats.TextReadError, exact: int | None) -> tuple[int, Callable[[int], tuple[str, str]]]:
+    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Callable[[int], tuple[str, str]]]:
         """The lines before a break, and what to say of it; raises what is wrong if it is none."""
         if error.kind == "truncated":
             return error.line, lambda rows: (
@@ -189,7 +190,7 @@ class _Text:
                 f"the compressed data break off after line {error.line}; {rows} rows were read before",
             )
         if error.kind in ("ragged", "not_a_number", "non_finite", "too_long"):
-            line = breaks.line_at(self.source, error.line, self.encoding)
+            line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
             if line.last and not line.ended and short and error.kind != "too_long":
@@ -198,7 +199,7 @@ class _Text:
                     f"the file breaks off in the middle of line {error.line}; {rows} rows were read before",
                 )
             # Of damaged compressed data the lines before may be wrong as well, and still look like rows.
-            if not self.gzip and breaks.damaged(line.text, self.encoding):
+            if not self.gzip and truncation.damaged(line.text, self.encoding):
                 return error.line - 1, lambda rows: (
                     "damaged",
                     f"line {error.line} holds bytes that are no text; {rows} rows were read before it, none after it",
@@ -212,7 +213,7 @@ class _Text:
         blank = b" \r\n" if self.layout.delimiter == "\t" else b" \t\r\n"
         comments = tuple(c.encode() for c in COMMENTS)
         rows = -1
-        for number, line in enumerate(breaks.lines_of(self.source, self.encoding), 1):
+        for number, line in enumerate(truncation.lines_of(self.source, self.encoding), 1):
             text = line.strip(blank)
             rows += number > self.layout.skip_lines and bool(text) and not text.startswith(comments)
             if rows == row:
@@ -234,7 +235,7 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
         )
 
 
-def _no_time(error: _formats.TextReadError, layout: Layout) -> DataError:
+def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
     name = layout.columns[error.column].name or f"number {error.column + 1}"
     return DataError(
         f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date that is read"
@@ -243,7 +244,7 @@ def _no_time(error: _formats.TextReadError, layout: Layout) -> DataError:
     )
 
 
-def _explained(error: _formats.TextReadError, layout: Layout) -> DataError:
+def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     place = f", line {error.line}"
     if layout.decimal_comma:
         error.text = error.text.translate(str.maketrans(",.", ".,"))  # as it stands in the file

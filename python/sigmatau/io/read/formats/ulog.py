@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau import _logs
+from sigmatau._native import logs
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.chain import broken
+from sigmatau.io.read.formats.message_chain import broken
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.results import Finding
 
@@ -81,7 +81,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
     """
     try:
-        scan = _logs.scan_ulog(str(path))
+        scan = logs.scan_ulog(str(path))
     except ValueError as error:
         raise DataError(f"is a PX4 flight log that cannot be read: {error}; get or make the file again") from None
     size = path.stat().st_size
@@ -136,7 +136,7 @@ class _Source:
         """One array a field; of shape (n, length) where a length is given that is not 1."""
         lengths = lengths or [1] * len(fields)
         spans = [(f.offset, np.dtype(f.kind).itemsize * n) for f, n in zip(fields, lengths, strict=True)]
-        raw = _logs.ulog_columns(
+        raw = logs.ulog_columns(
             self.path, end=self.end, number=self.number, rows=self.rows, size=self.size, fields=spans
         )
         return [

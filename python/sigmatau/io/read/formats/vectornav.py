@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from sigmatau import _formats
+from sigmatau._native import formats
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats import breaks
+from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 from sigmatau.results import Finding
 
@@ -86,8 +86,8 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:
-            found = _formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
-        except _formats.TextReadError as error:
+            found = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
+        except formats.TextReadError as error:
             if error.kind == "damaged":
                 raise DataError("the compressed data are damaged; get or make the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
@@ -107,7 +107,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
     )
 
 
-def _findings(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
+def _findings(found: formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
     findings = []
     if found.broken:
         examples = "; ".join(f"line {line} {what}" for line, what in found.examples)
@@ -126,12 +126,12 @@ def _findings(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding,
     findings.extend(_others(found, name, rows))
     if found.cut:
         findings.append(
-            breaks.finding("broken_off", f"the file breaks off in the middle of a line; {rows} rows were read")
+            truncation.finding("broken_off", f"the file breaks off in the middle of a line; {rows} rows were read")
         )
     return tuple(findings)
 
 
-def _others(found: _formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
+def _others(found: formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
     """What is said of whole sentences of other names: rows are missing from a log that was switched to another."""
     if not found.others:
         return ()

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from sigmatau import memory
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
-from sigmatau.io.read.formats.behind import archive_ends
-from sigmatau.io.read.formats.faults import archive_faults
+from sigmatau.io.read.formats.library_errors import archive_faults
+from sigmatau.io.read.formats.trailing_bytes import archive_ends
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
+from sigmatau.record import memory
 
 if TYPE_CHECKING:
     import zipfile

@@ -15,10 +15,10 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.time.coarse import Allowed, allowed, few_steps
-from sigmatau.io.read.time.line import BLOCK, GridFit, about_line, finished
+from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finished
+from sigmatau.io.read.time.coarse_clock import Allowed, allowed, few_steps
+from sigmatau.io.read.time.loss_pattern import lasts, pattern
 from sigmatau.io.read.time.neighbours import agreed, scatter_alone
-from sigmatau.io.read.time.pattern import lasts, pattern
 
 __all__ = ["fit_grid", "resolution"]
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from sigmatau.io.read.time.timing import Timing
+from sigmatau.record.streams import Stream
 from sigmatau.results import Finding, two_digits
-from sigmatau.streams import Stream
 
 __all__ = ["scattered"]
 

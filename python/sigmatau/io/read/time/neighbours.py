@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.time.line import BLOCK, about_line
+from sigmatau.io.read.time.clock_line import BLOCK, about_line
 
 __all__ = ["agreed", "scatter_alone"]
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.time import remarks
+from sigmatau.io.read.time import stamp_findings
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
+from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 from sigmatau.results import Finding
-from sigmatau.streams import PLAUSIBLE_RATES, InputKind
 
 __all__ = ["Fit", "fit", "mismatch", "without_unit"]
 
@@ -110,8 +110,8 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
     if found.bound == math.inf and rate is None:
         raise DataError(
             f"stamps in column {name} have two values only, {stamps[0]} and {stamps[-1]}: of the rate they say no more than"
-            f" that {found.n} samples make one step{remarks.of_single_precision(used, step)}; give --rate HZ, or write them"
-            " with all their digits"
+            f" that {found.n} samples make one step{stamp_findings.of_single_precision(used, step)}; give --rate HZ, or"
+            " write them with all their digits"
         )
     known = second is not None
     if second is None:
@@ -142,12 +142,12 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
         notes=notes,
         findings=(
             *used.findings,
-            *(remarks.implausible(1.0 / tau0) if known else ()),
-            *remarks.pauses(found, used, second, place),
-            *remarks.gaps(found, second, place),
-            *remarks.host(found, used, second, step, place),
-            *remarks.drift(found, tau0),
-            *(remarks.not_round(1.0 / tau0, found) if known and rate is None else ()),
+            *(stamp_findings.implausible(1.0 / tau0) if known else ()),
+            *stamp_findings.pauses(found, used, second, place),
+            *stamp_findings.gaps(found, second, place),
+            *stamp_findings.host(found, used, second, step, place),
+            *stamp_findings.drift(found, tau0),
+            *(stamp_findings.not_round(1.0 / tau0, found) if known and rate is None else ()),
         ),
     )
 

@@ -16,9 +16,9 @@ from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
-from sigmatau.io.read.time.lay import laid
+from sigmatau.io.read.time.placement import laid
 from sigmatau.io.read.time.rows import in_order
-from sigmatau.record import MIN_SAMPLES, stream_name
+from sigmatau.record.record import MIN_SAMPLES, stream_name
 from sigmatau.results import Finding
 
 __all__ = ["Timing", "timed"]

@@ -1,0 +1,208 @@
+"""The one door to the compiled readers and the writer of text: casts, and the words of their errors.
+
+With `sigmatau._native.kernels`, `_logs` and `_generator` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _core
+
+__all__ = [
+    "Sentences",
+    "TextColumns",
+    "TextReadError",
+    "bytes_read",
+    "format_text",
+    "read_sentences",
+    "read_text",
+    "write_text",
+]
+
+
+class TextReadError(Exception):
+    """A text table that cannot be read: where, and what was there.
+
+    Attributes
+    ----------
+    kind : str
+        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"damaged"``, ``"io"``
+        or ``"empty"``.
+    line : int
+        Line of the file, counted from 1; 0 if unknown.
+    row : int
+        Row of data, counted from 0.
+    column : int
+        Column, counted from 0.
+    text : str
+        What stood there, or the system's words.
+    got, expected : int
+        Fields found and expected.
+    """
+
+    def __init__(self, kind: str, line: int, row: int, column: int, text: str, got: int, expected: int) -> None:
+        super().__init__(f"{kind} at line {line}: {text}")
+        self.kind = kind
+        self.line = line
+        self.row = row
+        self.column = column
+        self.text = text
+        self.got = got
+        self.expected = expected
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TextColumns:
+    """Columns of a text table, and what was passed over between its rows. Lines count from 1.
+
+    Attributes
+    ----------
+    columns : list of ndarray, shape (n,)
+    integers : ndarray of int64 or None
+        The exact column, if all its values are integers, or dates.
+    hidden, first_hidden : int
+        Lines that begin with a comment mark and else look like rows; the first of them.
+    remarks, first_remark : int
+        Other lines that begin so.
+    headers : list of (int, str)
+        Line and text of those that have as many fields as a row and no number in them; the first 16.
+    open_end : bool
+        Whether the last line has no line end; not looked at in large files that are not compressed.
+    """
+
+    columns: list[NDArray[np.float64]]
+    integers: NDArray[np.int64] | None
+    hidden: int
+    first_hidden: int
+    remarks: int
+    first_remark: int
+    headers: list[tuple[int, str]]
+    open_end: bool
+
+
+def read_text(
+    source: str | bytes,
+    *,
+    delimiter: str | None,
+    comment: tuple[str, ...],
+    columns: int,
+    wanted: tuple[int, ...],
+    exact: int | None = None,
+    skip_lines: int = 0,
+    encoding: str = "ascii",
+    decimal_comma: bool = False,
+    lines: int | None = None,
+    dates: bool = False,
+) -> TextColumns:
+    """Columns of a text table.
+
+    Parameters
+    ----------
+    source : str or bytes
+        Path of a file, of which a gzip file is recognised by its first bytes; or the text itself.
+    delimiter : str or None
+        One ASCII character; None for runs of white space.
+    comment : tuple of str
+        Lines that begin so are passed over.
+    columns : int
+        Fields in every row.
+    wanted : tuple of int
+        Columns to return, counted from 0.
+    exact : int or None
+        A column to return as integers too, if all its values are integers that fit 64 bits.
+    skip_lines : int
+        Lines before the data.
+    encoding : {"ascii", "utf-16-le", "utf-16-be"}
+        The first for all in which ASCII is ASCII.
+    decimal_comma : bool
+        Whether 0,5 is one half; then 0.5 is no number.
+    lines : int or None
+        Lines of the source after which it is taken to end.
+    dates : bool
+        Whether the exact column holds dates; they come as nanoseconds since 1970.
+
+    Raises
+    ------
+    TextReadError
+    """
+    writing = (encoding, decimal_comma, lines, dates)
+    how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
+    try:
+        found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
+    except _core.TextError as error:
+        raise TextReadError(*error.args) from None
+    floats, integers, (hidden, first_hidden, remarks, first_remark, headers), open_end = found
+    return TextColumns(
+        columns=floats,
+        integers=integers,
+        hidden=hidden,
+        first_hidden=first_hidden,
+        remarks=remarks,
+        first_remark=first_remark,
+        headers=headers,
+        open_end=open_end,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sentences:
+    """The sentences of one name in a log.
+
+    Attributes
+    ----------
+    columns : list of ndarray, shape (n,)
+    broken, inner : int
+        Lines that are no whole sentence; those of them after the first row.
+    examples : list of (int, str)
+        Line, counted from 1, and what is wrong with it, for the first of them.
+    others : int
+        Whole sentences of other names.
+    gap : (int, int)
+        The most of them, after the first row, without a row between; and the line of the first of those.
+    other : str
+        Name of the first of them.
+    cut : bool
+        Whether the last line is broken and has no line end.
+    """
+
+    columns: list[NDArray[np.float64]]
+    broken: int
+    inner: int
+    examples: list[tuple[int, str]]
+    others: int
+    gap: tuple[int, int]
+    other: str
+    cut: bool
+
+
+def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]) -> Sentences:
+    """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
+    try:
+        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
+    except _core.TextError as error:
+        raise TextReadError(*error.args) from None
+    count, gap, other = others
+    return Sentences(
+        columns=columns, broken=broken, inner=inner, examples=examples, others=count, gap=gap, other=other, cut=cut
+    )
+
+
+def bytes_read() -> int:
+    """Bytes of files that the compiled readers of this process have taken so far, to show how far one has come."""
+    return _core.bytes_read()
+
+
+def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
+    """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
+    _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
+
+
+def format_text(header: str | None, delimiter: str, columns: Sequence[NDArray[Any]]) -> bytes:
+    """The lines that `write_text` writes."""
+    return _core.format_text(header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns])

@@ -1,0 +1,72 @@
+"""The door to the compiled generators of noise; see `sigmatau._native.kernels`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _core
+
+__all__ = ["Generator", "flicker_poles"]
+
+
+class Generator:
+    """The noise of one channel, piece by piece; the samples do not depend on how they are cut.
+
+    Parameters
+    ----------
+    n : int
+        Samples in all.
+    tau0 : float
+        [s]
+    seed : int
+
+    Raises
+    ------
+    ValueError
+        For a `tau0` that is not positive.
+    """
+
+    __slots__ = ("_made",)
+
+    def __init__(self, n: int, tau0: float, *, seed: int) -> None:
+        self._made = _core.Generator(n, tau0, seed)
+
+    def add_term(self, term: str, value: float, *, channel: int, poles: bool = False) -> None:
+        """One of the five terms, with the random numbers of a channel; bias instability by poles or exactly."""
+        self._made.add_term(term, value, channel, poles)
+
+    def add_filtered(
+        self,
+        scale: float,
+        transition: NDArray[np.float64],
+        noise: NDArray[np.float64],
+        start: NDArray[np.float64],
+        *,
+        channel: int,
+    ) -> None:
+        """The first state of x' = A·x + L·w, scaled, with the random numbers of the random walk.
+
+        `transition` is A; `noise` L, with L·Lᵀ the covariance that a step adds; `start` the same of the state at the
+        start; each of shape (n_states, n_states).
+        """
+        self._made.add_filtered(
+            scale, transition.ravel().tolist(), noise.ravel().tolist(), start.ravel().tolist(), channel
+        )
+
+    def add_gauss_markov(self, sigma: float, time: float, *, index: int, channel: int) -> None:
+        """A first-order Gauss-Markov process, the `index`-th of the channel."""
+        self._made.add_gauss_markov(sigma, time, index, channel)
+
+    def add_sinusoid(self, amplitude: float, frequency: float, *, index: int, channel: int) -> None:
+        """A sinusoid of random phase, the `index`-th of the channel."""
+        self._made.add_sinusoid(amplitude, frequency, index, channel)
+
+    def fill(self, rate: NDArray[np.float64]) -> None:
+        """Put the next samples into a contiguous array; raises ValueError if fewer are left."""
+        self._made.fill(rate)
+
+
+def flicker_poles(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The poles that flicker noise of `n` samples is made by in a stream: losses 1 − p and weights, each (n_poles,)."""
+    return _core.flicker_poles(n)

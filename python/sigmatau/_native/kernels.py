@@ -1,0 +1,395 @@
+"""The one door to the compiled numerics, and the words of their errors; casts and checks are in
+`sigmatau._native.arguments`.
+
+Nothing but this, `_formats`, `_logs` and `_generator` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go
+in as contiguous float64 and come out so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import _core
+from sigmatau._native.arguments import (
+    check_counting,
+    check_overlap,
+    check_threads,
+    contiguous,
+    in_order,
+    non_finite,
+    whole_sizes,
+)
+from sigmatau.errors import OptionError, RecordTooShortError
+
+__all__ = [
+    "Accumulator",
+    "Factor",
+    "all_finite",
+    "allan_variances",
+    "band_limited_avar",
+    "band_limited_psd",
+    "covariance_tensors",
+    "deviation_limits",
+    "deviations",
+    "gauss_markov_avar",
+    "gauss_markov_psd",
+    "masked_covariance",
+    "masked_expectations",
+    "masked_variances",
+    "masked_white_slopes",
+    "quadratic_edf",
+    "simulate",
+    "sinusoid_avar",
+    "stationary_moments",
+    "strides",
+    "term_avar",
+    "term_psd",
+    "theo1_expectation",
+]
+
+
+class Factor:
+    """A covariance matrix taken apart, so that correlated errors can be made independent ones.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+
+    Raises
+    ------
+    FloatingPointError
+        If a variance is not positive, or the matrix is not positive definite to rounding.
+    """
+
+    __slots__ = ("_factor",)
+
+    def __init__(self, covariance: NDArray[np.float64]) -> None:
+        try:
+            self._factor = _core.Factor(np.ravel(covariance), len(covariance))
+        except ValueError as error:
+            raise FloatingPointError(str(error)) from None
+
+    def whiten(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Columns, shape (n, k) or (n,), whose errors have this covariance, with independent errors of variance 1."""
+        return self._factor.whiten(np.ravel(columns)).reshape(columns.shape)
+
+    def unwhiten(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Weights on the data, shape (n,), that give the same sum as `weights` on the whitened data."""
+        return self._factor.unwhiten(np.ascontiguousarray(weights))
+
+
+class Accumulator:
+    """Running sums of one channel; see `sigmatau.estimators.accumulator.Accumulator`.
+
+    Parameters
+    ----------
+    m : ndarray of int
+        Cluster sizes; with strides, multiples of them.
+    strided : bool
+        Bounded memory, clusters of more than 4096 samples averaged over a part of their starts.
+    start : int
+        Index in the record of the first sample.
+    name : str
+        Of the channel, for errors.
+    """
+
+    __slots__ = ("_sums", "name")
+
+    def __init__(self, m: NDArray[np.int64], *, strided: bool, start: int, name: str) -> None:
+        self.name = name
+        self._sums = _core.Accumulator(np.ascontiguousarray(m, dtype=np.int64), strided, start)
+
+    @property
+    def samples(self) -> int:
+        """Samples received."""
+        return self._sums.samples
+
+    def push(self, rate: NDArray[np.float64]) -> None:
+        """Take samples, all of which are finite."""
+        self._sums.push(rate)
+
+    @staticmethod
+    def first_unusable(rate: NDArray[np.float64]) -> int | None:
+        """Index of the first sample that is not finite or larger than 1e130, if there is one."""
+        return _core.Accumulator.first_unusable(rate)
+
+    def merge(self, later: Accumulator) -> None:
+        """Take over what the accumulator of the following stretch has received; raises ValueError if it is not that."""
+        self._sums.merge(later._sums)
+
+    def copy(self) -> Accumulator:
+        """An accumulator with the same sums."""
+        twin = object.__new__(Accumulator)
+        twin.name, twin._sums = self.name, self._sums.copy()
+        return twin
+
+    def snapshot(
+        self,
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+        """Cluster sizes, variances, ramps per sample, pairs and strides, for the sizes that leave a pair."""
+        return self._sums.snapshot()
+
+
+def strides(m: ArrayLike) -> NDArray[np.int64]:
+    """Distance of the starts that each cluster size is averaged over in bounded memory."""
+    return _core.strides(whole_sizes(m))
+
+
+def all_finite(arrays: Sequence[NDArray[np.float64]]) -> list[bool]:
+    """For each array, whether it is known that no NaN or infinity is in it: not if its numbers do not lie side by side."""
+    flat = [a.reshape(-1) for a in arrays if a.flags.c_contiguous]
+    found = iter(_core.all_finite(flat))
+    return [bool(a.flags.c_contiguous and next(found)) for a in arrays]
+
+
+def allan_variances(
+    columns: Sequence[ArrayLike],
+    m: NDArray[np.int64],
+    *,
+    overlap: str,
+    counting: str,
+    threads: int | None,
+    names: Sequence[str],
+) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.int64]]:
+    """Allan variances of several channels of one length; see `sigmatau.estimators.allan.allan`.
+
+    Returns
+    -------
+    variances : list of ndarray, shape (n_tau,)
+        By channel.
+    ramps : list of ndarray, shape (n_tau,)
+        Mean of all the overlapping second differences of the phase over m²: change of the rate per sample, by channel.
+    pairs : ndarray of int, shape (n_tau,)
+    """
+    check_overlap(overlap)
+    check_counting(counting)
+    check_threads(threads)
+    arrays = contiguous(columns, names)
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    n = len(arrays[0])
+    least_pairs = 1 if counting == "standard" or overlap == "none" else 2
+    if sizes.size == 0 or sizes.min() < 1 or n + 1 - 2 * int(sizes.max()) < least_pairs:
+        sizes = sizes[(sizes >= 1) & (n + 1 - 2 * sizes >= least_pairs)]
+        raise RecordTooShortError(
+            f"{n} samples do not make two clusters of {int(m.max()) if m.size else 0}", need=2 * int(m.max()), got=n
+        )
+    try:
+        variances, ramps, pairs = _core.allan_variances(
+            arrays, sizes, overlap == "full", counting == "paper", threads or 0
+        )
+    except _core.NonFinite as error:
+        raise non_finite(error, arrays, names) from None
+    return variances, ramps, pairs
+
+
+def masked_variances(
+    column: ArrayLike, m: NDArray[np.int64], *, overlap: str, counting: str, threads: int | None, name: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Allan variances, ramps per sample and pairs of one channel whose missing samples are NaN; see
+    `sigmatau.estimators.gaps`.
+
+    A size without a pair of clusters at least half full has 0 pairs, and NaN.
+    """
+    check_overlap(overlap)
+    check_counting(counting)
+    check_threads(threads)
+    (array,) = contiguous([column], [name])
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    try:
+        return _core.masked_variances(array, sizes, overlap == "full", counting == "paper", threads or 0)
+    except _core.NonFinite as error:
+        raise non_finite(error, [array], [name]) from None
+
+
+def masked_covariance(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, block: int, correlation_times: Sequence[float] = ()
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Covariance of the Allan variances at long times for a mask, from sums over blocks of samples.
+
+    Processes come in the order random walk, bias instability, rate random walk, Gauss-Markov processes.
+
+    Returns
+    -------
+    avar : ndarray, shape (n_processes, n_tau)
+        As the model of blocks has it.
+    noise : ndarray, shape (n_pairs, n_tau, n_tau)
+        For each pair p ≤ q of processes; an unequal pair comes in twice.
+    slopes : ndarray, shape (n_processes, n_tau, n_tau)
+        Covariance of the ramps.
+    """
+    times = [float(time) for time in correlation_times]
+    avar, noise, slopes = _core.masked_covariance(np.ascontiguousarray(there), whole_sizes(m), block, times)
+    k = len(m)
+    return avar.reshape(-1, k), noise.reshape(-1, k, k), slopes.reshape(-1, k, k)
+
+
+def masked_expectations(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Expected Allan variances for a mask, unit coefficients, one sample interval being 1; see
+    `sigmatau.estimators.gaps.Gaps`.
+
+    Returns
+    -------
+    columns : ndarray, shape (n_tau, 7)
+        Pairs, quantization, mean of m²/(m₁m₂), random walk, bias instability, rate random walk, mean square of the
+        distance of the mean times.
+    times : ndarray, shape (n_times,)
+        Correlation times of Gauss-Markov processes. [samples]
+    ratios : ndarray, shape (n_tau, n_times)
+        Their variances over those where nothing is missing; NaN where the process is a random walk within the clusters.
+    """
+    check_threads(threads)
+    columns, times, ratios = _core.masked_expectations(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
+    return columns.reshape(len(m), -1), times, ratios.reshape(len(m), -1)
+
+
+def masked_white_slopes(
+    there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
+) -> NDArray[np.float64]:
+    """Variance of the ramp that white noise of variance 1 shows at each cluster size; exact for the mask."""
+    check_threads(threads)
+    return _core.masked_white_slopes(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
+
+
+def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:
+    """Smallest and largest cluster size of an estimator, and the fewest samples that leave one."""
+    return _core.deviation_limits(kind, n)
+
+
+def deviations(
+    kind: str,
+    columns: Sequence[ArrayLike],
+    m: NDArray[np.int64],
+    *,
+    overlap: str,
+    threads: int | None,
+    names: Sequence[str],
+) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
+    """Deviations of several channels of one length, and how many terms each averages; see `sigmatau.deviations`.
+
+    Those that measure the phase itself are in the unit of the rate times one sample.
+    """
+    check_overlap(overlap)
+    check_threads(threads)
+    arrays = contiguous(columns, names)
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    try:
+        return _core.deviations_of_channels(kind, arrays, sizes, overlap == "full", threads or 0)
+    except _core.NonFinite as error:
+        raise non_finite(error, arrays, names) from None
+
+
+def stationary_moments(
+    kind: str, *, overlap: str, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Expected variances and degrees of freedom of ``"allan"``, ``"modified"`` or ``"hadamard"`` variances."""
+    return _core.stationary_moments(kind, overlap == "full", n, whole_sizes(m), in_order(coefficients), tau0)
+
+
+def quadratic_edf(
+    kind: str, *, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
+) -> NDArray[np.float64]:
+    """Degrees of freedom of ``"total"`` or ``"theo1"``."""
+    try:
+        return _core.quadratic_edf(kind, n, whole_sizes(m), in_order(coefficients), tau0)
+    except ValueError as error:
+        if "quantization" in str(error):
+            raise OptionError(
+                f"the degrees of freedom of {kind!r} are not known where quantization noise is more than 1 % of the"
+                " variance, beyond 48 samples of averaging: leave it out of `noise`, or take the modified or the Hadamard"
+                " deviation",
+                option="noise",
+            ) from None
+        raise
+
+
+def theo1_expectation(m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
+    """Expected Theo1 variances at the even sizes `m`."""
+    return _core.theo1_expectation(whole_sizes(m), in_order(coefficients), tau0)
+
+
+def term_avar(
+    term: str,
+    coefficient: float,
+    m: ArrayLike,
+    tau0: float,
+    *,
+    cutoff: float | None = None,
+    averaged: bool = False,
+) -> NDArray[np.float64]:
+    """Expected Allan variance of one term; see `sigmatau.noise.terms.avar`."""
+    return _core.term_avar(term, coefficient, whole_sizes(m), tau0, cutoff, averaged)
+
+
+def term_psd(term: str, coefficient: float, f: NDArray[np.float64], tau0: float | None) -> NDArray[np.float64]:
+    """Two-sided power spectral density of one term; see `sigmatau.noise.terms.psd`."""
+    return _core.term_psd(term, coefficient, np.ascontiguousarray(f, dtype=np.float64), tau0)
+
+
+def gauss_markov_avar(
+    sigma: float, time: float, m: ArrayLike, tau0: float, *, averaged: bool = False
+) -> NDArray[np.float64]:
+    """Expected Allan variance of a first-order Gauss-Markov process, sampled or averaged over each sample."""
+    return _core.gauss_markov_avar(sigma, time, whole_sizes(m), tau0, averaged)
+
+
+def sinusoid_avar(amplitude: float, frequency: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+    """Expected Allan variance of a sampled sinusoid of random phase."""
+    return _core.sinusoid_avar(amplitude, frequency, whole_sizes(m), tau0)
+
+
+def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
+    """Expected Allan variance of white noise behind a low-pass, sampled.
+
+    `shape` is ``"butterworth1"`` (or ``"first_order"``) … ``"butterworth9"``, or ``"brick_wall"``; `corner` in Hz.
+    """
+    return _core.band_limited_avar(random_walk, shape, corner, whole_sizes(m), tau0)
+
+
+def gauss_markov_psd(sigma: float, time: float, f: NDArray[np.float64], tau0: float | None) -> NDArray[np.float64]:
+    """Two-sided density of a first-order Gauss-Markov process, sampled if `tau0` is given."""
+    return _core.gauss_markov_psd(sigma, time, np.ascontiguousarray(f, dtype=np.float64), tau0)
+
+
+def band_limited_psd(
+    random_walk: float, order: int, corner: float, f: NDArray[np.float64], tau0: float | None
+) -> NDArray[np.float64]:
+    """Two-sided density of white noise behind a Butterworth filter, folded by sampling if `tau0` is given."""
+    return _core.band_limited_psd(random_walk, order, corner, np.ascontiguousarray(f, dtype=np.float64), tau0)
+
+
+def covariance_tensors(
+    n: int, m: NDArray[np.int64], tau0: float, *, correlation_times: Sequence[float] = ()
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What the covariance of the overlapped Allan variances is made of; see `sigmatau.noise.uncertainty.avar_covariance`.
+
+    Returns
+    -------
+    noise : ndarray, shape (n_terms, n_terms, n_tau, n_tau)
+        Contracted with the squared coefficients twice; terms in the order quantization, random walk, bias instability,
+        rate random walk, then a Gauss-Markov process, given by its variance, for each of the `correlation_times`. [s]
+    ramp : ndarray, shape (n_terms, n_tau, n_tau)
+        Contracted with the squared coefficients once, times the ramp squared.
+    """
+    times = [float(time) for time in correlation_times]
+    noise, ramp = _core.covariance_tensors(n, np.ascontiguousarray(m, dtype=np.int64), tau0, times)
+    k, terms = len(m), 4 + len(times)
+    return noise.reshape(terms, terms, k, k), ramp.reshape(terms, k, k)
+
+
+# Order in which the terms of a channel are added: a sum of floats depends on it.
+_SUMMED = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
+
+
+def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:
+    """Rate samples of one channel of the five terms, with no record around them; see `sigmatau.simulate`."""
+    made, rate = _core.Generator(n, tau0, seed), np.empty(n)
+    for term in _SUMMED:
+        if coefficients.get(term, 0.0):
+            made.add_term(term, coefficients[term], stream, poles=False)
+    made.fill(rate)
+    return rate

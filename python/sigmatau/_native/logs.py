@@ -1,0 +1,229 @@
+"""The one door to the compiled readers of binary logs: messages of robots, and of autopilots.
+
+With `sigmatau._native.kernels` and `sigmatau._native.formats` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import _core
+
+__all__ = [
+    "Decoded",
+    "LogChannel",
+    "LogContents",
+    "LogEnd",
+    "LogKind",
+    "dataflash_columns",
+    "decode_messages",
+    "log_contents",
+    "log_messages",
+    "scan_dataflash",
+    "scan_ulog",
+    "ulog_columns",
+    "unpacked",
+]
+
+LogKind = Literal["mcap", "rosbag1"]
+
+
+@dataclass(frozen=True, slots=True)
+class LogChannel:
+    """A series of messages of a log: its topic, its number, the type of its messages and how they are written."""
+
+    topic: str
+    id: int
+    type_name: str
+    definition_encoding: str
+    definition: bytes
+    message_encoding: str
+    messages: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogEnd:
+    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, or ``"behind"`` or
+    ``"filler"`` if bytes follow; at which byte, in words.
+    """
+
+    kind: str
+    offset: int
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogContents:
+    """The channels of a log, and whether their numbers of messages are declared by it or were counted."""
+
+    channels: tuple[LogChannel, ...]
+    declared: bool
+    end: LogEnd
+
+
+@dataclass(frozen=True, slots=True)
+class Decoded:
+    """Columns out of messages, each of shape (rows,)."""
+
+    columns: Mapping[int, NDArray[Any]]
+    rows: int
+
+
+def log_contents(path: str, kind: LogKind) -> LogContents:
+    """What a log holds, by its own summary or by going through it; raises OSError."""
+    channels, declared, end = _core.log_contents(path, kind == "rosbag1")
+    return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
+
+
+def log_messages(
+    path: str,
+    kind: LogKind,
+    channels: Sequence[int],
+    *,
+    steps: Sequence[tuple[str, int, int]],
+    cdr: bool,
+    wanted: Sequence[int],
+    exact: int | None,
+) -> tuple[Decoded, LogEnd]:
+    """Columns of the messages of some channels, up to the first fault of the file; raises OSError.
+
+    Parameters
+    ----------
+    path : str
+    kind : {"mcap", "rosbag1"}
+    channels : sequence of int
+        Their numbers.
+    steps : sequence of (str, int, int)
+        The definition of the messages, see `sigmatau.io.read.formats.messages`.
+    cdr : bool
+        Serialised as in ROS 2, or else as in ROS 1.
+    wanted : sequence of int
+        Columns to return, counted from 0.
+    exact : int or None
+        One of them to return as 64-bit integers, if it holds such.
+    """
+    decoded, end = _core.log_messages(path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact)
+    return _decoded(decoded, wanted, exact), LogEnd(*end)
+
+
+def decode_messages(
+    data: bytes,
+    ends: NDArray[np.int64],
+    log_times: NDArray[np.int64],
+    *,
+    steps: Sequence[tuple[str, int, int]],
+    cdr: bool,
+    wanted: Sequence[int],
+    exact: int | None,
+) -> Decoded:
+    """The same from messages in memory, one after the other, each up to its end in `data`; up to the first wrong one."""
+    return _decoded(_core.decode_messages(data, ends, log_times, list(steps), cdr, list(wanted), exact), wanted, exact)
+
+
+def _decoded(
+    fields: tuple[list[NDArray[np.float64]], NDArray[np.int64] | None, int], wanted: Sequence[int], exact: int | None
+) -> Decoded:
+    floats, integers, rows = fields
+    named = [index for index in wanted if integers is None or index != exact]
+    columns: dict[int, NDArray[Any]] = dict(zip(named, floats, strict=True))
+    if integers is not None and exact is not None:
+        columns[exact] = integers
+    return Decoded(columns, rows)
+
+
+def scan_dataflash(path: str) -> Mapping[str, Any]:
+    """What an ArduPilot DataFlash file holds, up to the place where it breaks off if it does.
+
+    Returns
+    -------
+    mapping
+        ``kinds``, each number, name, fields (name, letter of the type, offset), bytes a message, offset of the instance or
+        None, and messages by instance; ``definitions``, messages that define units, each the place of its kind and bytes;
+        ``messages``, ``end`` and ``broken`` as in `scan_ulog`; ``filler``, the one byte that the rest consists of, or None.
+
+    Raises
+    ------
+    OSError
+    """
+    return _core.scan_dataflash(path)
+
+
+def dataflash_columns(
+    path: str,
+    *,
+    end: int,
+    kind: int,
+    instance: tuple[int, int] | None,
+    rows: int,
+    size: int,
+    fields: Sequence[tuple[int, int]],
+) -> list[NDArray[np.uint8]]:
+    """Bytes of fields of all messages of a kind and an instance, one array a field.
+
+    Parameters
+    ----------
+    path : str
+    end, kind, rows, size : int
+        From `scan_dataflash`.
+    instance : (int, int) or None
+        Its offset in a message, and which.
+    fields : sequence of (int, int)
+        Offset in a message and length. [bytes]
+
+    Raises
+    ------
+    OSError
+        Also if the file is no longer the one that was scanned.
+    """
+    return _core.dataflash_columns(path, end, kind, instance, rows, size, list(fields))
+
+
+def scan_ulog(path: str) -> Mapping[str, Any]:
+    """What a ULog file holds, up to the place where it breaks off if it does.
+
+    Returns
+    -------
+    mapping
+        ``formats``, definitions as bytes; ``topics``, each number, instance, name as bytes, rows and bytes a row;
+        ``dropouts`` in milliseconds; ``unknown``, messages of kinds not known; ``unfinished``, parts passed over, from and
+        to; ``messages``, how many were read; ``end``, where reading ended; ``broken``, None or where and what is wrong, the
+        latter None if the file just ends there.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or one that must not be read without knowing more of the format.
+    OSError
+    """
+    return _core.scan_ulog(path)
+
+
+def ulog_columns(
+    path: str, *, end: int, number: int, rows: int, size: int, fields: Sequence[tuple[int, int]]
+) -> list[NDArray[np.uint8]]:
+    """Bytes of fields of all messages of a topic of a ULog file, one array a field.
+
+    Parameters
+    ----------
+    path : str
+    end, number, rows, size : int
+        From `scan_ulog`.
+    fields : sequence of (int, int)
+        Offset in a message and length. [bytes]
+
+    Raises
+    ------
+    OSError
+        Also if the file is no longer the one that was scanned.
+    """
+    return _core.ulog_columns(path, end, number, rows, size, list(fields))
+
+
+def unpacked(data: bytes) -> bytes | None:
+    """A message that is compressed by zstd; None if it is damaged or holds more than 64 MiB."""
+    return _core.unpacked(data)

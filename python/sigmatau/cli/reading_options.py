@@ -1,0 +1,71 @@
+"""How a log is to be read: the options that all commands share which take one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from sigmatau.cli.options import key_numbers, key_values, reading
+from sigmatau.io.read import read
+from sigmatau.record.record import Record
+
+__all__ = ["Reading", "read_log"]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """Options of reading.
+
+    Parameters
+    ----------
+    rate
+        Sampling rate in Hz; without it the log's time column gives it.
+    unit
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
+    topic
+        Which topic, message or variable of a log that holds several: one, or one for each sensor.
+    layout
+        Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x passes bytes over.
+    channels
+        Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
+        time=none leaves wrong stamps out.
+    input
+        What the columns hold: rates, increments per sample, or accumulated angle and velocity.
+    scale
+        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+    offset
+        Reading at zero, in counts or volts: gyro=2048.
+    """
+
+    rate: float | None = None
+    unit: Annotated[list[str] | None, Parameter(negative=())] = None
+    topic: Annotated[list[str] | None, Parameter(negative=())] = None
+    layout: str | None = None
+    channels: Annotated[list[str] | None, Parameter(negative=())] = None
+    input: Literal["rate", "increments", "accumulated"] = "rate"
+    scale: Annotated[list[str] | None, Parameter(negative=())] = None
+    offset: Annotated[list[str] | None, Parameter(negative=())] = None
+
+    def options(self) -> dict[str, Any]:
+        """As `sigmatau.read` takes them."""
+        return {
+            "rate": self.rate,
+            "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
+            "topic": self.topic,
+            "layout": self.layout,
+            "channels": key_values(self.channels or [], "channels", "gyro_x=wx"),
+            "input": self.input,
+            "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),
+            "offset": key_numbers(self.offset or [], "offset", "gyro=2048"),
+        }
+
+
+def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:
+    """The record, with a sign of life on the terminal."""
+    options = (how or Reading()).options()
+    with reading(log, quiet=quiet):
+        return read(log, **options)

@@ -1,0 +1,1 @@
+"""Datasheet specifications, and whether a sensor meets them."""

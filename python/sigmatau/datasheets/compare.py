@@ -1,0 +1,248 @@
+"""Whether a sensor keeps to its datasheet: term by term, with the error of the measurement.
+
+A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in at most 1 − level of
+records, *below* it likewise, and else *undecided*: the record is too short to tell. That is the rule of ISO 14253-1 for
+proving conformity and proving the lack of it.
+
+Standard errors are those of the intervals, which allow for the terms that were not seen and so are wider than the errors of
+the terms that were chosen. With those a K beside an unseen B, exactly at its limit, is called out in 24 % of 183 simulated
+records in place of 5 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any, Protocol
+
+from sigmatau.datasheets.claims import QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheets.file import AXES
+from sigmatau.datasheets.measured import Measured, measured
+from sigmatau.datasheets.sheet import Datasheet
+from sigmatau.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.datasheets.verdict import Comparison, Judged, Reading, Status, Verdict
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.from_result import models_of, results_by_channel
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.processes import LARGEST
+from sigmatau.record.record import stream_name
+
+__all__ = ["Fitted", "compare_with"]
+
+_SAME = 1e-9  # relative, of numbers without errors
+_MOST_SIGMAS = 1e6  # of an interval without width
+
+
+class Fitted(Protocol):
+    """An `Analysis`, or anything else that has `fits`."""
+
+    @property
+    def fits(self) -> Mapping[str, NoiseFit]:
+        """Fit of each channel."""
+        ...
+
+
+def compare_with(
+    result: NoiseModel | Fitted | Mapping[str, Any],
+    datasheet: Datasheet | str | Path,
+    *,
+    unit: str = "result",
+    level: float = 0.95,
+    factor: float | None = None,
+    sided: Sided | None = None,
+    bias: Bias | None = None,
+) -> Verdict:
+    """Compare what was measured with what the maker states, term by term.
+
+    Parameters
+    ----------
+    result : NoiseModel, Analysis or mapping
+        The mapping is the JSON form of `analyze`. A `NoiseModel` without intervals is compared without statistics.
+    datasheet : Datasheet, str or Path
+        A name of the library or the path of a file is looked up by :func:`sigmatau.datasheet`.
+    unit : str, optional
+        What the result is of, for the lines that are printed.
+    level : float, optional
+        Confidence with which a unit is called out: one exactly at its limit is in at most a share of 1 − level of records.
+    factor : float, optional
+        Where the sheet has a typical value only: the maximum is `factor` times it. Default: there is none, and a value
+        above the typical one is said but is not out.
+    sided : {"one", "two"}, optional
+        What noise densities are of which the sheet does not say it. Default: both are tried, and what depends on it is
+        undecided; see `Verdict.fails` for what that means to a unit.
+    bias : {"minimum", "coefficient"}, optional
+        What a bias instability is, likewise: the minimum of the Allan deviation, or B.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    OptionError
+        For a datasheet that is none, and a level, factor or meaning that cannot be.
+    DataError
+        If `result` is not a result, or the datasheet's file cannot be read.
+
+    References
+    ----------
+    ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
+    """
+    check_meanings(sided, bias)
+    if not (_is_number(level) and 0.5 <= level < 1):
+        raise OptionError(f"`level` must be a number from 0.5 to below 1, not {level!r}", option="level")
+    if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
+        raise OptionError(f"`factor` must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
+    sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
+    models, without = _models(result)
+    judged, unsaid = [], []
+    for channel, model in models.items():
+        claims = sheet.of(channel)
+        for claim in claims:
+            readings = tuple(
+                _reading(claim, meaning, model, level, factor) for meaning in claim.meanings(sided=sided, bias=bias)
+            )
+            status, reason = _status(readings) if model.adequate else ("undecided", NOT_ADEQUATE)
+            judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
+        said = {claim.term for claim in claims}
+        unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
+    absent = _absent(sheet, [*models, *without])
+    return Verdict(
+        unit=unit,
+        datasheet=sheet.name,
+        judged=tuple(judged),
+        unsaid=tuple(unsaid),
+        missing=(*(name for name in without if sheet.of(name)), *absent),
+        absent=absent,
+        level=level,
+        factor=factor,
+    )
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
+    """Sensors and axes of which the sheet states something and the result has nothing.
+
+    A sensor of which any axis is there has all that the sheet says; one channel of the sensor's own name is all of it.
+    """
+    absent = {claim.sensor for claim in datasheet.claims}
+    absent -= {*channels, *map(stream_name, channels)}
+    for sensor in QUANTITIES:
+        if sensor not in channels and any(f"{sensor}_{axis}" in channels for axis in AXES):
+            absent |= {*datasheet.channels(sensor)} - {*channels}
+    return tuple(sorted(absent))
+
+
+def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
+    """The models by channel, and the channels that have none."""
+    if isinstance(result, NoiseModel):
+        return dict(result.channels), []
+    if isinstance(result, Mapping):
+        channels = results_by_channel(result)
+    elif hasattr(result, "fits"):
+        channels = {
+            name: {"fit": fit.to_dict(), "quantity": fit.quantity, "curve": {"unit": fit.rate_unit}}
+            for name, fit in result.fits.items()
+        }
+    else:
+        raise DataError(f"{type(result).__name__} is no result: give an Analysis, its JSON form or a NoiseModel")
+    models, without = models_of(channels)
+    for name in channels:
+        if not name.isprintable():
+            raise DataError(f"channel {name!r}: a name must print")
+        measures = (channels[name]["quantity"], channels[name]["curve"]["unit"])
+        if QUANTITIES.get(stream_name(name), measures) != measures:
+            raise DataError(f"channel {name!r}: a name like this is not that of {' in '.join(measures)}")
+    return models, without
+
+
+def _reading(claim: Claim, meaning: Meaning, model: ChannelModel, level: float, factor: float | None) -> Reading:
+    found = measured(model, meaning.of)
+    maximum = claim.maximum
+    if maximum is None and factor is not None and claim.typical is not None:
+        maximum = factor * claim.typical
+    return Reading(
+        meaning=meaning,
+        measured=found,
+        typical=_compared(found, claim.typical, meaning.factor, level, adequate=model.adequate),
+        maximum=_compared(found, maximum, meaning.factor, level, adequate=model.adequate),
+    )
+
+
+def _compared(
+    found: Measured, stated: float | None, factor: float, level: float, *, adequate: bool
+) -> Comparison | None:
+    if stated is None:
+        return None
+    limit = factor * stated
+    if not adequate:  # how far off its values are is not known
+        return Comparison(limit=limit, side="undecided")
+    if found.value is None:
+        # A limit of 95 % shows nothing with 99 %.
+        shows = level <= found.level
+        below = shows and found.upper_limit is not None and found.upper_limit < limit
+        above = shows and found.lower_limit is not None and found.lower_limit > limit * (1 + _SAME)
+        return Comparison(limit=limit, side="above" if above else "below" if below else "undecided")
+    if found.low is None or found.high is None:
+        if math.isclose(found.value, limit, rel_tol=_SAME):
+            return Comparison(limit=limit, side="undecided")
+        return Comparison(limit=limit, side="above" if found.value > limit else "below")
+    sigmas = _sigmas(found.value, found.low, found.high, limit, found.level)
+    enough = NormalDist().inv_cdf(level)
+    return Comparison(
+        limit=limit, side="above" if sigmas > enough else "below" if sigmas < -enough else "undecided", sigmas=sigmas
+    )
+
+
+def _sigmas(value: float, low: float, high: float, limit: float, level: float) -> float:
+    """By how many standard errors a value is above a limit, which is that many as the interval's end has at its own place.
+
+    In logarithms, because a coefficient is a scale; intervals need not be symmetrical, and the end towards the limit counts.
+    """
+    reach = NormalDist().inv_cdf((1 + level) / 2)
+    end = low if value > limit else high
+    if end <= 0:  # an interval from 0 on: in its own unit
+        return reach * (value - limit) / value
+    width = abs(math.log(value / end))
+    distance = reach * math.log(value / limit)
+    return math.copysign(min(abs(distance) / width, _MOST_SIGMAS), distance) if width else _sign(distance)
+
+
+def _sign(distance: float) -> float:
+    return math.copysign(_MOST_SIGMAS, distance) if distance else 0.0
+
+
+def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:
+    """What all meanings agree on."""
+    found = {_of_one(reading) for reading in readings}
+    if len(found) == 1:
+        status = found.pop()
+        return status, readings[0].measured.words if status == "undecided" else ""
+    words = " or ".join(reading.meaning.words for reading in readings)
+    more = "; a typical value fails nobody" if found <= {"within", "above typical"} else ""
+    return "undecided", f"it depends on what the sheet does not say: {words}{more}"
+
+
+def _of_one(reading: Reading) -> Status:
+    typical, maximum = reading.typical, reading.maximum
+    if not reading.measured.anything:
+        return "undecided"
+    if maximum is not None and maximum.side == "above":
+        return "out"
+    if maximum is not None and maximum.side == "undecided":
+        return "undecided"
+    if typical is not None and typical.side == "above":
+        return "above typical"
+    # About as large as a typical value is within; only what was not observed may be anything up to its limit.
+    if maximum is None and typical is not None and typical.side == "undecided" and reading.measured.value is None:
+        return "undecided"
+    return "within"

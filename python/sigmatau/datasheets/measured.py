@@ -1,0 +1,197 @@
+"""What a result says of a term, or of the minimum of its Allan deviation: a value, or between what it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native import kernels
+from sigmatau.datasheets.claims import MINIMUM
+from sigmatau.errors import DataError
+from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.terms import BIAS_LEVEL
+
+__all__ = ["NOTHING", "Measured", "measured"]
+
+Floats = NDArray[np.float64]
+
+NOTHING = "the result says nothing of it"
+
+_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
+_NEGLIGIBLE = 0.01  # of a variance; half of that of a deviation
+_TAU = (-6.0, 12.0)  # decades that are searched for a minimum; a random walk alone has none in any range [log10 s]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """What a result says. [unit of the claim]
+
+    Attributes
+    ----------
+    value : float or None
+        None if it was not observed.
+    low, high : float or None
+        Its interval, if it has one.
+    upper_limit : float or None
+        What it is below, if it was not observed.
+    lower_limit : float or None
+        What it is above, if only a part of it is known.
+    level : float
+        Probability of the interval, or of the limits; 1 for a limit of a model that is taken as it is.
+    words : str
+        Why there is nothing, or what was not seen and may be there.
+    """
+
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    upper_limit: float | None = None
+    lower_limit: float | None = None
+    level: float = 0.95
+    words: str = ""
+
+    @property
+    def anything(self) -> bool:
+        """Whether there is a value or a limit."""
+        return not (self.value is None and self.upper_limit is None and self.lower_limit is None)
+
+    def to_dict(self) -> dict[str, Any]:
+        names = ("value", "low", "high", "upper_limit", "lower_limit")
+        known = {name: getattr(self, name) for name in names}
+        kept = {key: value for key, value in known.items() if value is not None}
+        return {**kept, **({"level": self.level} if kept else {}), **({"words": self.words} if self.words else {})}
+
+
+def measured(model: ChannelModel, of: str) -> Measured:
+    """What a model says of one of its terms, or of the minimum of its Allan deviation; a ramp without its sign."""
+    if of == MINIMUM:
+        return _minimum(model)
+    if of in model and of not in model.limits:
+        low, high = model.intervals.get(of, (None, None))
+        value = abs(model[of])
+        if low is not None and high is not None:
+            if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+                raise DataError(f"{of}: {low!r} to {high!r} is no interval")
+            low, high = (0.0 if low < 0 < high else min(abs(low), abs(high))), max(abs(low), abs(high))
+            low, high = min(low, value), max(high, value)
+        return Measured(value=value, low=low, high=high, level=model.level)
+    if of in model.limits:
+        return Measured(upper_limit=model.limits[of], level=model.level)
+    return Measured(words=NOTHING)
+
+
+def _minimum(model: ChannelModel) -> Measured:
+    """The least Allan deviation at any time, of the model's own curve: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + …
+
+    That is what a maker reads off a record that is long enough. Each part of the noise can only add to it, so what was seen
+    makes a lower bound, and what was seen together with the limits of what was not an upper one.
+    """
+    seen = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
+    unseen = {term: limit for term, limit in model.limits.items() if term in _SLOW}
+    # A model may be silent of it, which does not make it zero.
+    silent = "bias_instability" not in seen and "bias_instability" not in unseen
+    if not any(term in seen for term in _SLOW):
+        return Measured(words=NOTHING) if silent else _below(model, seen, unseen)
+    floor, _ = _least(seen)
+    low, high = _interval(model, seen)
+    if silent:
+        return _above(model, low, seen, "the result says nothing of bias instability")
+    value, tau = _least(seen, _cancelled(model))
+    if low is None or high is None:
+        return Measured(value=value, level=model.level)
+    if _full(model)(np.array(tau)) > _NEGLIGIBLE * value**2:
+        return _above(model, low, seen, "a Gauss-Markov process or a sinusoid adds to the minimum")
+    high *= value / floor
+    if unseen:
+        high = max(high, _least({**seen, **unseen}, _full(model))[0])
+    words = f"with {' and '.join(sorted(unseen)).replace('_', ' ')} at the limit up to the upper end" if unseen else ""
+    return Measured(value=value, low=low, high=high, level=model.level, words=words)
+
+
+def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
+    """Nothing slow was seen: what was is taken at the upper end of its interval, what was not at its limit."""
+    ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
+    limit, tau = _least({**ends, **unseen}, _full(model))
+    if _full(model)(np.array(tau)) > _NEGLIGIBLE * limit**2:
+        return Measured(
+            words="a Gauss-Markov process or a sinusoid, whose error the model does not have, makes the minimum"
+        )
+    return Measured(upper_limit=limit, level=model.level)
+
+
+def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: str) -> Measured:
+    """A lower bound: the lower end of what the terms that were seen make, or that of a model as it stands."""
+    words = f"{why}, so this is a lower bound"
+    if low is None:
+        return Measured(lower_limit=_least(seen, _cancelled(model))[0], level=1.0, words=words)
+    return Measured(lower_limit=low, level=(1 + model.level) / 2, words=words)
+
+
+def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
+    """Of the minimum that the five terms make: all at their lower ends, and all at their upper ones.
+
+    Their covariance would make it narrower, but is that of the terms that were chosen: where a rate random walk is found by
+    chance, the minimum is above the true one by more than that. Of 183 simulated records of N and B exactly at the limit,
+    3.8 % were called out with 99 % in place of 1 %.
+    """
+    found = {term: measured(model, term) for term in seen}
+    if all(one.low is None for one in found.values()):
+        return None, None
+    lows = {term: seen[term] if one.low is None else one.low for term, one in found.items()}
+    highs = {term: seen[term] if one.high is None else one.high for term, one in found.items()}
+    return _least(lows)[0], _least(highs)[0]
+
+
+def _cancelled(model: ChannelModel) -> Callable[[Floats], Floats]:
+    """σ²(τ) of processes and lines where the curve is least: after whole periods a line cancels."""
+    return lambda tau: _extra(model, tau, cancelled=True)
+
+
+def _full(model: ChannelModel) -> Callable[[Floats], Floats]:
+    """σ²(τ) of processes and lines with the lines at the crests of their ripples."""
+    return lambda tau: _extra(model, tau, cancelled=False)
+
+
+def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
+    """IEEE Std 952-2020, annex C, of Gauss-Markov processes and sinusoids."""
+    total = np.zeros_like(tau)
+    for process in model.gauss_markov:
+        at_each = (kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
+        total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
+    for line in model.sinusoid:
+        periods = line.frequency * tau
+        ripple = np.sin(math.pi * np.minimum(periods, 1.0)) ** 4
+        at = np.where(periods >= 1, 0.0, ripple) if cancelled else np.where(periods >= 0.5, 1.0, ripple)
+        total += line.amplitude**2 * at / (math.pi * periods) ** 2
+    return total
+
+
+def _least(coefficients: dict[str, float], more: Callable[[Floats], Floats] | None = None) -> tuple[float, float]:
+    """The least of the Allan deviation, and where; relative error below 1e-6."""
+    low, high = _TAU
+    for points in (721, 201):  # the second grid is within a step of the first's least point
+        log_tau = np.linspace(low, high, points)
+        tau = 10.0**log_tau
+        avar = sum(value**2 * _share(term, tau) for term, value in coefficients.items())
+        avar = avar if more is None else avar + more(tau)
+        k = int(np.argmin(avar))
+        step = float(log_tau[1] - log_tau[0])
+        low, high = float(log_tau[k]) - step, float(log_tau[k]) + step
+    return math.sqrt(float(np.asarray(avar)[k])), 10.0 ** float(log_tau[k])
+
+
+def _share(term: str, tau: Floats) -> Floats:
+    """σ²(τ) of a term with coefficient 1, eqs. (15), (17), (19), (21), (23) of the paper."""
+    shares = {
+        "quantization": 3 / tau**2,
+        "random_walk": 1 / tau,
+        "bias_instability": np.full_like(tau, BIAS_LEVEL**2),
+        "rate_random_walk": tau / 3,
+        "rate_ramp": tau**2 / 2,
+    }
+    return np.asarray(shares[term])

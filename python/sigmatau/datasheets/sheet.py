@@ -1,0 +1,297 @@
+"""Datasheets: what a maker states, from a file or from the library of public values."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from sigmatau.datasheets import file
+from sigmatau.datasheets.claims import MINIMUM, Bias, Claim, Sided, check_meanings
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import BIAS_LEVEL
+from sigmatau.record.record import stream_name
+from sigmatau.results import Printed
+
+__all__ = ["Datasheet", "Library", "datasheet", "list_datasheets"]
+
+_WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
+_OPEN = {"noise_density": "one- or two-sided: not said", "bias_instability": "Allan minimum or coefficient B: not said"}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Datasheet(Printed):
+    """What a maker states of a sensor.
+
+    Attributes
+    ----------
+    name, maker, kind : str
+        Of the sensor; the kind may be empty.
+    source : str
+        Document, revision, page or table.
+    confirmed : str
+        Where the numbers were looked up; empty if nobody has said so.
+    note : str
+    claims : tuple of Claim
+        What is stated of the noise.
+    data : mapping of str to mapping of str to tuple of str
+        By sensor, what is stated beside it: full scale, bandwidth, output rates, and what no record at rest can show.
+    axes : mapping of str to tuple of str
+        By sensor, the axes that a unit has; x, y and z where there is nothing.
+    """
+
+    name: str
+    maker: str
+    kind: str = ""
+    source: str
+    confirmed: str = ""
+    note: str = ""
+    claims: tuple[Claim, ...]
+    data: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    axes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Self:
+        """The datasheet of a TOML file; see docs/how-to/datasheets.md.
+
+        Raises
+        ------
+        DataError
+            If it cannot be read or understood: which file, sensor and key, what was got.
+        """
+        content = file.parsed(Path(path))
+        try:
+            return cls.from_dict(content)
+        except DataError as error:
+            raise DataError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The datasheet of a parsed file; raises `DataError` that names sensor and key."""
+        texts = file.texts_of(content)
+        data, axes = file.data_of(content), file.axes_of(content)
+        return cls(**texts, data=data, axes=axes, claims=file.claims_of(content))
+
+    def of(self, channel: str) -> tuple[Claim, ...]:
+        """What is stated of a channel: of its axis where the sheet has it, else of its sensor."""
+        sensor = stream_name(channel)
+        axis = f"{sensor}_{channel.rpartition('_')[2]}"
+        own = {claim.key: claim for claim in self.claims if claim.sensor == axis}
+        common = {claim.key: claim for claim in self.claims if claim.sensor == sensor}
+        return tuple({**common, **own}.values())
+
+    def channels(self, sensor: str) -> tuple[str, ...]:
+        """The channels of a unit's ``"gyro"`` or ``"accel"`` of which something is stated: ``("gyro_x", …)``."""
+        names = (f"{sensor}_{axis}" for axis in self.axes.get(sensor, file.AXES))
+        return tuple(name for name in names if self.of(name))
+
+    def model(
+        self,
+        *,
+        use: Literal["typical", "maximum"] = "typical",
+        sided: Sided | None = None,
+        bias: Bias | None = None,
+    ) -> NoiseModel:
+        """A noise model with the sheet's numbers, of each axis that a unit has, for `simulate` and `plan`.
+
+        A random walk is taken before a noise density where the sheet has both. The minimum of an Allan deviation becomes a
+        bias instability of 1/0.664 of it, which is what it is at most, since a random walk adds to a minimum.
+
+        Parameters
+        ----------
+        use : {"typical", "maximum"}
+            Which of the numbers; the other where there is only one.
+        sided : {"one", "two"}, optional
+            What noise densities are of which the sheet does not say it.
+        bias : {"minimum", "coefficient"}, optional
+            What bias instabilities are of which the sheet does not say it.
+
+        Raises
+        ------
+        OptionError
+            If the sheet leaves open what it states, and it was not given here.
+        DataError
+            If the sheet states nothing of the noise.
+        """
+        check_meanings(sided, bias)
+        if use not in ("typical", "maximum"):
+            raise OptionError(f"`use` must be 'typical' or 'maximum', not {use!r}", option="use")
+        channels = {
+            channel: {claim.term: self._number(claim, use, sided, bias) for claim in _chosen(self.of(channel))}
+            for channel in self._stated()
+        }
+        if not channels:
+            raise DataError(f"{self.name}: the datasheet states nothing of the noise, so there is no model of it")
+        return NoiseModel(channels=channels)
+
+    def origins(
+        self,
+        *,
+        use: Literal["typical", "maximum"] = "typical",
+        sided: Sided | None = None,
+        bias: Bias | None = None,
+    ) -> tuple[str, ...]:
+        """Where each number of `model` is from, a line each: the typical or the maximum value, and what it was taken for."""
+        lines = []
+        for claim in dict.fromkeys(claim for channel in self._stated() for claim in _chosen(self.of(channel))):
+            used = _used(claim, use)
+            text = claim.typical_text if used == "typical" else claim.maximum_text
+            words = [meaning.words for meaning in claim.meanings(sided=sided, bias=bias) if meaning.words]
+            taken = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
+            other = "" if used == use else f"the sheet has no {use} value"
+            lines.append(f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{used} {text}', taken, other)))}")
+        return tuple(lines)
+
+    def _stated(self) -> tuple[str, ...]:
+        return (*self.channels("gyro"), *self.channels("accel"))
+
+    def _number(self, claim: Claim, use: str, sided: Sided | None, bias: Bias | None) -> float:
+        meanings = claim.meanings(sided=sided, bias=bias)
+        if len(meanings) > 1:
+            option = "sided" if claim.key == "noise_density" else "bias"
+            choices = "one or two" if option == "sided" else "minimum or coefficient"
+            raise OptionError(
+                f"{self.name}: {claim.sensor}: the sheet does not say what its {claim.label} is"
+                f" ({', '.join(m.words for m in meanings)}): choose --{option} {choices}",
+                option=option,
+            )
+        value = claim.maximum if _used(claim, use) == "maximum" else claim.typical
+        assert value is not None  # a claim has one of them
+        return value * meanings[0].factor / (BIAS_LEVEL if meanings[0].of == MINIMUM else 1.0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return {
+            **{key: getattr(self, key) for key in file.TEXTS if getattr(self, key)},
+            "claims": [claim.to_dict() for claim in self.claims],
+            **({"axes": {sensor: list(axes) for sensor, axes in self.axes.items()}} if self.axes else {}),
+            "data": {sensor: {k: list(v) for k, v in table.items()} for sensor, table in self.data.items()},
+        }
+
+    def headline(self) -> str:
+        """Name, maker and kind in a line."""
+        return ", ".join(text for text in (f"{self.name} ({self.maker})", self.kind) if text)
+
+    def __repr__(self) -> str:
+        lines = [self.headline(), f"  source: {self.source}"]
+        lines += [f"  confirmed: {self.confirmed}"] if self.confirmed else []
+        lines += [f"  {self.note}"] if self.note else []
+        rows = [_row(claim) for claim in self.claims]
+        rows += [
+            (sensor, key.replace("_", " "), ", ".join(values), "")
+            for sensor, table in self.data.items()
+            for key, values in table.items()
+        ]
+        rows += [(sensor, "axes", ", ".join(axes), "") for sensor, axes in self.axes.items()]
+        widths = [max((len(row[k]) for row in rows), default=0) for k in range(2)]
+        lines += [
+            f"  {row[0].ljust(widths[0])}  {row[1].ljust(widths[1])}   {'; '.join(filter(None, row[2:]))}"
+            for row in rows
+        ]
+        if not self.claims:
+            lines.append("  nothing is stated of the noise")
+        return "\n".join(lines)
+
+
+def _row(claim: Claim) -> tuple[str, str, str, str]:
+    values = [f"typical {claim.typical_text}"] if claim.typical is not None else []
+    values += [f"maximum {claim.maximum_text}"] if claim.maximum is not None else []
+    words = "".join(f" ({convention})" for convention in _conventions(claim))
+    return claim.sensor, claim.label, ", ".join(values) + words, claim.note
+
+
+def _conventions(claim: Claim) -> tuple[str, ...]:
+    """``("one-sided",)``, or that it is not said; nothing where there is only one way."""
+    words = _OPEN[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
+    return (words,) if words else ()
+
+
+def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
+    """Which of a claim's numbers is taken: the other where there is only one."""
+    wanted = claim.typical if use == "typical" else claim.maximum
+    return "typical" if (use == "typical") == (wanted is not None) else "maximum"
+
+
+def _chosen(claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
+    """One claim a term: a random walk before a noise density."""
+    by_term: dict[str, Claim] = {}
+    for claim in sorted(claims, key=lambda claim: claim.key == "noise_density"):
+        by_term.setdefault(claim.term, claim)
+    return tuple(by_term.values())
+
+
+@functools.cache
+def _library() -> dict[str, Datasheet]:
+    folder = resources.files("sigmatau.data").joinpath("datasheets")
+    names = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    found = {}
+    for name in names:
+        with resources.as_file(folder.joinpath(name)) as path:
+            found[name.removesuffix(".toml")] = Datasheet.read(path)
+    return found
+
+
+class Library(Mapping[str, Datasheet], Printed):
+    """Datasheets by the name that `datasheet` takes; it prints itself with a line for each."""
+
+    __slots__ = ("_sheets",)
+
+    def __init__(self, sheets: Mapping[str, Datasheet]) -> None:
+        self._sheets = dict(sheets)
+
+    def __getitem__(self, name: str) -> Datasheet:
+        return self._sheets[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sheets)
+
+    def __len__(self) -> int:
+        return len(self._sheets)
+
+    def __repr__(self) -> str:
+        width = max(map(len, self._sheets), default=0)
+        return "\n".join(f"{name.ljust(width)}   {sheet.headline()}" for name, sheet in self._sheets.items())
+
+
+def list_datasheets() -> Library:
+    """The library: public values of common sensors, by the name that `datasheet` takes."""
+    return Library(_library())
+
+
+def datasheet(name: str | Path) -> Datasheet:
+    """A datasheet of the library by its name, or that of a TOML file.
+
+    Parameters
+    ----------
+    name : str or Path
+        ``"icm42688p"``, ``"ICM-42688-P"`` (case and hyphens do not matter), or the path of a file that ends in ``.toml``.
+
+    Raises
+    ------
+    OptionError
+        If there is none of that name; the message lists those that there are.
+    DataError
+        If the file cannot be read or understood.
+    """
+    if not isinstance(name, str | Path):
+        raise OptionError(
+            f"`datasheet` must be a name of the library or the path of a .toml file, not {name!r}", option="datasheet"
+        )
+    if isinstance(name, Path) or name.lower().endswith(".toml"):
+        return Datasheet.read(name)
+    library = _library()
+    wanted = _plain(name)
+    for key, sheet in library.items():
+        if wanted in (_plain(key), _plain(sheet.name)):
+            return sheet
+    raise OptionError(
+        f"no datasheet {name!r}; there are {', '.join(library)}; or give a file that ends in .toml", option="datasheet"
+    )
+
+
+def _plain(name: str) -> str:
+    return "".join(c for c in name.lower() if c.isalnum())

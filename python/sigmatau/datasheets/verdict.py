@@ -1,0 +1,286 @@
+"""Verdicts on datasheets: each claim against each channel, what they come to together, and how that is printed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from sigmatau.datasheets.claims import Claim, Meaning
+from sigmatau.datasheets.measured import NOTHING, Measured
+from sigmatau.errors import OptionError
+from sigmatau.results import Printed, interval_texts, printable, two_digits
+from sigmatau.units import find
+
+__all__ = ["Comparison", "Judged", "Reading", "Side", "Status", "Verdict"]
+
+Side = Literal["below", "undecided", "above"]
+Status = Literal["within", "above typical", "undecided", "out"]
+
+_WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
+_COLUMNS = 5
+_FEW_SIGMAS = 100  # beyond, the number says no more
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """A measured value against one limit.
+
+    Attributes
+    ----------
+    limit : float
+        In the meaning that is compared. [SI]
+    side : {"below", "undecided", "above"}
+    sigmas : float or None
+        By how many standard errors the value is above (+) or below (−) the limit; None without an interval, and for what
+        was not observed.
+    """
+
+    limit: float
+    side: Side
+    sigmas: float | None = None
+
+    def words(self) -> str:
+        """``"above by 3.2 σ"``."""
+        if self.sigmas is None:
+            return self.side
+        size = abs(self.sigmas)
+        number = f"more than {_FEW_SIGMAS} σ" if size > _FEW_SIGMAS else f"{size:.1f} σ"
+        if self.side == "undecided":
+            return f"{'above' if self.sigmas > 0 else 'below'} by {number}, not significant"
+        return f"{self.side} by {number}"
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"limit": self.limit, "side": self.side, **({} if self.sigmas is None else {"sigmas": self.sigmas})}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A claim in one of its meanings, against what was measured."""
+
+    meaning: Meaning
+    measured: Measured
+    typical: Comparison | None
+    maximum: Comparison | None
+
+    def to_dict(self) -> dict[str, Any]:
+        known = {"typical": self.typical, "maximum": self.maximum}
+        return {
+            "of": self.meaning.of,
+            **({"meaning": self.meaning.words} if self.meaning.words else {}),
+            "measured": self.measured.to_dict(),
+            **{key: comparison.to_dict() for key, comparison in known.items() if comparison is not None},
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """One claim about one channel.
+
+    Attributes
+    ----------
+    channel : str
+    claim : Claim
+    readings : tuple of Reading
+        One for each meaning that the claim may have.
+    status : {"within", "above typical", "undecided", "out"}
+        ``"above typical"`` is within the maximum, or without one.
+    reason : str
+        Why it is undecided.
+    """
+
+    channel: str
+    claim: Claim
+    readings: tuple[Reading, ...]
+    status: Status
+    reason: str = ""
+
+    @property
+    def may_be_out(self) -> bool:
+        """Whether a maximum is not shown to be kept; never without a maximum, since a typical value fails nobody."""
+        return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "channel": self.channel,
+            "claim": self.claim.to_dict(),
+            "status": self.status,
+            "may_be_out": self.may_be_out,
+            **({"reason": self.reason} if self.reason else {}),
+            "readings": [reading.to_dict() for reading in self.readings],
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Verdict(Printed):
+    """Whether a unit keeps to its datasheet.
+
+    Attributes
+    ----------
+    unit : str
+        What was compared, such as the name of a result.
+    datasheet : str
+        Name of the sheet.
+    judged : tuple of Judged
+        Each claim of the sheet about each channel.
+    unsaid : tuple of (str, str)
+        Channels and terms that were measured and of which the sheet says nothing.
+    missing : tuple of str
+        Sensors and axes of which the sheet states something and that the result has not, or has no model of.
+    absent : tuple of str
+        Those of them that it has not.
+    level : float
+        Confidence with which a value is said to be above a limit, and likewise below it.
+    factor : float or None
+        By which a typical value was multiplied to serve as a maximum where the sheet has none.
+    """
+
+    unit: str
+    datasheet: str
+    judged: tuple[Judged, ...]
+    unsaid: tuple[tuple[str, str], ...] = ()
+    missing: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
+    level: float = 0.95
+    factor: float | None = None
+
+    @property
+    def status(self) -> Status:
+        """The worst of all claims; ``"undecided"`` if there is none, or a channel is missing."""
+        found = {judged.status for judged in self.judged}
+        if self.missing or not found:
+            found.add("undecided")
+        return next(status for status in _WORST if status in found)
+
+    @property
+    def out(self) -> bool:
+        """Whether a claim's maximum is exceeded."""
+        return self.status == "out"
+
+    @property
+    def may_be_out(self) -> bool:
+        """Whether it is not shown that all maxima are kept: one is exceeded or may be, or a sensor or all is missing."""
+        return bool(self.missing) or not self.judged or any(judged.may_be_out for judged in self.judged)
+
+    def fails(self, undecided: Literal["pass", "fail"] = "pass") -> bool:
+        """Whether the unit fails: if it is out, or with ``"fail"`` unless all maxima are shown to be kept.
+
+        What is undecided about a typical value alone fails no unit, as a value above it does not.
+        """
+        if undecided not in ("pass", "fail"):
+            raise OptionError(f"`undecided` must be 'pass' or 'fail', not {undecided!r}", option="undecided")
+        return self.out or (undecided == "fail" and self.may_be_out)
+
+    def of(self, status: Status) -> tuple[Judged, ...]:
+        """The claims with a status."""
+        return tuple(judged for judged in self.judged if judged.status == status)
+
+    def line(self) -> str:
+        """One line: the unit, its status, and the claims that made it so."""
+        worst = self.of(self.status) if self.status != "within" else ()
+        named = [f"{j.channel} {j.claim.label}{_by(j)}" for j in worst]
+        named += [f"no {channel}" for channel in self.missing] if self.status == "undecided" else []
+        return f"{printable(self.unit)}: {self.status}" + (f": {', '.join(named)}" if named else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, no NaN."""
+        return {
+            "unit": self.unit,
+            "datasheet": self.datasheet,
+            "status": self.status,
+            "may_be_out": self.may_be_out,
+            "level": self.level,
+            **({} if self.factor is None else {"factor": self.factor}),
+            "claims": [judged.to_dict() for judged in self.judged],
+            "not_in_the_datasheet": [{"channel": channel, "term": term} for channel, term in self.unsaid],
+            "missing": list(self.missing),
+            "not_in_the_result": list(self.absent),
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]
+        rows = [row for judged in self.judged for row in _rows(judged)]
+        full = [row for row in rows if len(row) == _COLUMNS]
+        widths = [max((len(row[k]) for row in full), default=0) for k in range(_COLUMNS)]
+        for row in rows:
+            cells = [cell.ljust(w) for cell, w in zip(row, widths, strict=True)] if len(row) == _COLUMNS else row
+            lines.append("  " + "   ".join(cells).rstrip())
+        if not self.judged:
+            lines.append("  the datasheet states nothing of the noise of these channels")
+        lines += [
+            f"  {name}: in the datasheet, but the result has no model of it"
+            for name in self.missing
+            if name not in self.absent
+        ]
+        if self.absent:
+            lines.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
+        by_term: dict[str, list[str]] = {}
+        for channel, term in self.unsaid:
+            by_term.setdefault(term, []).append(channel)
+        lines += [
+            f"  measured, not in the datasheet: {term.replace('_', ' ')} ({', '.join(names)})"
+            for term, names in by_term.items()
+        ]
+        more = "" if self.factor is None else f"; where there is no maximum, {self.factor:g} times typical is one"
+        return "\n".join([*lines, f"  above and below are said with {100 * self.level:g} % confidence each{more}"])
+
+
+def _by(judged: Judged) -> str:
+    for reading in judged.readings:
+        comparison = reading.maximum if judged.status in ("out", "undecided") and reading.maximum else reading.typical
+        if comparison is not None and comparison.sigmas is not None:
+            return f" ({comparison.words()})"
+    return ""
+
+
+def _hint(absent: tuple[str, ...]) -> str:
+    return '; of a sensor with fewer axes the sheet says axes = ["x"]' if any("_" in name for name in absent) else ""
+
+
+def _rows(judged: Judged) -> list[tuple[str, ...]]:
+    """Channel, claim, value, limits, status; and why it is undecided in a row of its own.
+
+    What was measured is converted to what the sheet states, so that its numbers stand here as they stand there.
+    """
+    claim = judged.claim
+    if not any(reading.measured.anything for reading in judged.readings):
+        limits = "; ".join(f"{name} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name)))
+        row: tuple[str, ...] = (judged.channel, claim.label, "not measured", limits, judged.status)
+        return [row, ("", f"  {judged.reason}")] if judged.reason not in ("", NOTHING) else [row]
+    text, unit = claim.display()
+    rows: list[tuple[str, ...]] = []
+    for k, reading in enumerate(judged.readings):
+        words = f", {reading.meaning.words}" if reading.meaning.words else ""
+        size = unit * reading.meaning.factor
+        against = "; ".join(
+            f"{name} {_limit_text(claim, name, comparison.limit / size)}"
+            + (f": {comparison.words()}" if reading.measured.anything else "")
+            for name, comparison in (("typical", reading.typical), ("maximum", reading.maximum))
+            if comparison is not None
+        )
+        label = claim.label + words if k == 0 else f"  or{words[1:]}"
+        value = _value_text(reading.measured, text, size)
+        rows.append((judged.channel if k == 0 else "", label, value, against, judged.status if k == 0 else ""))
+    return [*rows, ("", f"  {judged.reason}")] if judged.reason else rows
+
+
+def _stated(claim: Claim, name: str) -> str:
+    """A number of the sheet as it stands there, its unit as it is printed; empty if it has none."""
+    text = claim.typical_text if name == "typical" else claim.maximum_text
+    number, _, unit = text.partition(" ")
+    return f"{number} {find(unit).text}" if unit else text
+
+
+def _limit_text(claim: Claim, name: str, value: float) -> str:
+    """In the unit of the row; with its own unit where the sheet has typical and maximum value in different ones."""
+    stated = _stated(claim, name)
+    return stated if stated and not stated.endswith(f" {claim.display()[0]}") else f"{value:.4g}"
+
+
+def _value_text(found: Measured, text: str, size: float) -> str:
+    if found.value is not None:
+        low = None if found.low is None else found.low / size
+        high = None if found.high is None else found.high / size
+        return " ".join(part for part in (*interval_texts(found.value / size, low, high), text) if part)
+    if found.lower_limit is not None:
+        return f"at least {two_digits(found.lower_limit / size)} {text}"
+    return "not measured" if found.upper_limit is None else f"below {two_digits(found.upper_limit / size)} {text}"

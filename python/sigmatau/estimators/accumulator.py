@@ -1,0 +1,280 @@
+"""Allan variance of a record that comes in pieces, or that does not fit in memory.
+
+Cluster sizes up to 4096 samples are exact. For longer ones there is a choice: all samples are kept and everything stays
+exact, or memory stays bounded and clusters begin only at every 64th sample, every 4096th and so on, at 64 starts a
+cluster or more. What that loses is next to nothing where the rate holds white noise and what is slower; of quantization
+noise it loses most, but that is seen at short times. The result says which sizes are concerned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.estimators.allan import Curves, DeviationCurve, TauGrid, cluster_sizes, refuse_missing
+from sigmatau.record.record import conversion, real_numbers
+from sigmatau.record.streams import Stream
+from sigmatau.results import Printed
+
+__all__ = ["Accumulator", "Long", "accumulate", "strided_sizes"]
+
+Long = Literal["exact", "strided"]
+
+_LONGEST = 1 << 41  # samples, 35 years at 2 kHz
+
+
+class Accumulator(Printed):
+    """Running Allan variances of the channels of one sensor.
+
+    Parameters
+    ----------
+    *channels : str
+        Names, in the order of the columns that will be pushed; ``gyro…`` are angular rates, ``accel…`` accelerations.
+    rate : float
+        Sampling rate. [Hz]
+    unit : mapping, optional
+        Unit by channel, or by ``"gyro"`` and ``"accel"``. Default: SI.
+    input : {"rate", "increments"}
+        What the numbers are.
+    taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
+        Averaging times, see `sigmatau.allan`; those too long for what has been pushed are left out of a snapshot. [s]
+    long : {"exact", "strided"}
+        What is done for clusters of more than 4096 samples: keep all samples, 8 bytes each, and count every pair; or some
+        megabytes a channel for a record of any length, with clusters that begin at 64 places or more within their own
+        length.
+    start : int
+        Index in the record of the first sample that will be pushed, for stretches that are to be merged.
+
+    Raises
+    ------
+    OptionError
+        For a rate, unit, grid or start that cannot be, or no channel.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sigmatau import Accumulator
+    >>> stream = Accumulator("gyro_x", rate=100, unit={"gyro": "deg/s"}, taus=[0.01, 0.1, 1], long="strided")
+    >>> rng = np.random.default_rng(1)
+    >>> for _ in range(60):
+    ...     stream.push(rng.standard_normal((100, 1)))
+    >>> stream.snapshot()["gyro_x"].n_pairs
+    array([5999, 5981, 5801])
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`, eq. (10)
+    """
+
+    __slots__ = ("_factors", "_quantities", "_sums", "_units", "channels", "long", "start", "tau0")
+
+    def __init__(
+        self,
+        *channels: str,
+        rate: float,
+        unit: Mapping[str, str] | None = None,
+        input: Literal["rate", "increments"] = "rate",  # noqa: A002  the word users know from --input
+        taus: TauGrid | ArrayLike = "half",
+        long: Long = "exact",
+        start: int = 0,
+    ) -> None:
+        if not channels or len(set(channels)) < len(channels) or not all(isinstance(c, str) and c for c in channels):
+            raise OptionError(f"`channels` must be different names, not {channels!r}", option="channels")
+        if not (isinstance(rate, int | float | np.integer | np.floating) and np.isfinite(rate) and rate > 0):
+            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+        if input not in ("rate", "increments"):
+            raise OptionError(f"`input` must be 'rate' or 'increments', not {input!r}", option="input")
+        if isinstance(start, bool) or not isinstance(start, int | np.integer) or not 0 <= start < 1 << 62:
+            raise OptionError(f"`start` must be the index of a sample, not {start!r}", option="start")
+        if unit is not None and not isinstance(unit, Mapping):
+            raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
+        self.channels = channels
+        self.tau0 = 1.0 / float(rate)
+        self.long = _checked(long)
+        self.start = int(start)
+        kinds = [conversion(channel, unit or {}, input) for channel in channels]
+        unknown = set(unit or {}) - {name for channel in channels for name in (channel, channel.split("_")[0])}
+        if unknown:
+            raise OptionError(f"`unit` names {min(unknown)!r}, which is no channel", option="unit")
+        self._quantities = [quantity for quantity, _, _ in kinds]
+        self._units = [unit for _, unit, _ in kinds]
+        self._factors = [factor / (self.tau0 if input == "increments" else 1.0) for _, _, factor in kinds]
+        if isinstance(taus, str) and taus == "all":
+            raise OptionError("`taus` 'all' takes a whole record: see `sigmatau.allan`", option="taus")
+        sizes = cluster_sizes(taus, n=_LONGEST, tau0=self.tau0)
+        if long == "strided":
+            sizes = strided_sizes(sizes)
+        self._sums = [
+            kernels.Accumulator(sizes, strided=long == "strided", start=self.start, name=channel)
+            for channel in channels
+        ]
+
+    @property
+    def n(self) -> int:
+        """Samples received of each channel."""
+        return self._sums[0].samples
+
+    def push(self, chunk: ArrayLike | Mapping[str, ArrayLike]) -> None:
+        """Take the next samples; what comes out does not depend on how the record is cut.
+
+        Parameters
+        ----------
+        chunk : array_like, shape (n, n_channels) or (n,) for one channel; or a mapping from channel to (n,)
+
+        Raises
+        ------
+        NonFiniteError
+            If a sample is missing, infinite or beyond 1e130; then none of the chunk is taken.
+        ValueError
+            For another shape, or other channels.
+        """
+        columns = [
+            column if factor == 1.0 else column * factor
+            for column, factor in zip(self._columns(chunk), self._factors, strict=True)
+        ]
+        for column, channel in zip(columns, self.channels, strict=True):
+            at = kernels.Accumulator.first_unusable(column)
+            if at is not None:
+                index = self.start + self.n + at
+                raise NonFiniteError(
+                    f"`{channel}` is {column[at]:g} in SI at index {index} of the record, {at} of the chunk: a stream has no"
+                    " gaps; begin a new one behind it",
+                    channel=channel,
+                    index=index,
+                )
+        for column, sums in zip(columns, self._sums, strict=True):
+            sums.push(column)
+
+    def merge(self, later: Accumulator) -> None:
+        """Take over what the accumulator of the following stretch of the record has received; `later` stays as it is.
+
+        Raises
+        ------
+        ValueError
+            If `later` is not made for the same channels, rate and times in the same way, or does not begin where this one
+            ends; then nothing has changed.
+        """
+        if not isinstance(later, Accumulator):
+            raise TypeError(f"only an Accumulator can be merged, not a {type(later).__name__}")
+        if later is self:
+            later = self.copy()
+        mine, theirs = ((a.channels, a.tau0, a.long, a._units, a._quantities) for a in (self, later))
+        if mine != theirs:
+            raise ValueError("the two accumulators are not for the same channels, rate and choice of `long`")
+        if later.start != self.start + self.n:
+            raise ValueError(
+                f"the stretch to merge begins at sample {later.start}, this one ends before sample {self.start + self.n}"
+            )
+        try:
+            for ours, other in zip(self._sums, later._sums, strict=True):
+                ours.merge(other)
+        except ValueError:
+            raise ValueError("the two accumulators have different averaging times") from None
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self.copy()
+
+    def copy(self) -> Self:
+        """An accumulator of its own with the same sums."""
+        twin = object.__new__(type(self))
+        for name in Accumulator.__slots__:
+            setattr(twin, name, getattr(self, name))
+        twin._sums = [sums.copy() for sums in self._sums]
+        return twin
+
+    def snapshot(self) -> Curves:
+        """The curves of all that was pushed so far; the accumulator goes on.
+
+        Raises
+        ------
+        RecordTooShortError
+            If fewer than two samples were pushed, or too few for any of the averaging times.
+        """
+        curves = {}
+        for k, sums in enumerate(self._sums):
+            m, avar, ramp, pairs, strides = sums.snapshot()
+            if m.size == 0:
+                raise RecordTooShortError(
+                    f"{self.n} samples do not make two clusters of any size asked for", need=2, got=self.n
+                )
+            curves[self.channels[k]] = DeviationCurve(
+                channel=self.channels[k],
+                quantity=self._quantities[k],
+                unit=self._units[k],
+                m=m,
+                tau=np.asarray(m * self.tau0, dtype=np.float64),
+                avar=avar,
+                n_pairs=pairs,
+                ramp=ramp / self.tau0,
+                n=self.n,
+                tau0=self.tau0,
+                stride=strides if (strides > 1).any() else None,
+            )
+        return Curves(curves)
+
+    def __repr__(self) -> str:
+        return (
+            f"Accumulator of {', '.join(self.channels)}: {self.n} samples at {1 / self.tau0:.6g} Hz from sample"
+            f" {self.start} on, long clusters {self.long}"
+        )
+
+    def _columns(self, chunk: ArrayLike | Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:
+        if isinstance(chunk, Mapping):
+            if set(chunk) != set(self.channels):
+                raise ValueError(f"`chunk` has {', '.join(map(str, chunk))}; want {', '.join(self.channels)}")
+            columns = [real_numbers(channel, chunk[channel]) for channel in self.channels]
+            shapes = {column.shape for column in columns}
+            if len(shapes) > 1 or columns[0].ndim != 1:
+                raise ValueError(f"the channels of `chunk` must have one length, got shapes {sorted(shapes)}")
+        else:
+            array = real_numbers("chunk", chunk)
+            if array.ndim == 1 and len(self.channels) == 1:
+                array = array[:, np.newaxis]
+            if array.ndim != 2 or array.shape[1] != len(self.channels):
+                raise ValueError(f"`chunk` has shape {array.shape}; want (n, {len(self.channels)})")
+            columns = list(array.T)
+        return [np.ascontiguousarray(column) for column in columns]
+
+
+def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strided") -> Curves:
+    """Curves of a stream that is read piece by piece; see `Accumulator`.
+
+    Raises
+    ------
+    NonFiniteError
+        If a sample is missing.
+    """
+    refuse_missing(stream, "a sum in bounded memory")
+    if isinstance(taus, str) and taus == "all":
+        raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
+    sizes = cluster_sizes(taus, n=stream.grid.n, tau0=stream.grid.tau0)
+    sums = Accumulator(*stream.channels, rate=stream.grid.rate, taus=sizes * stream.grid.tau0, long=long)
+    sums._quantities = [stream.quantity] * len(stream.channels)
+    sums._units = [stream.unit] * len(stream.channels)
+    sums.tau0 = stream.grid.tau0
+    for chunk in stream.chunks():
+        sums.push(chunk)
+    return sums.snapshot()
+
+
+def strided_sizes(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Cluster sizes rounded to multiples of the strides that they are averaged at, each once."""
+    rounded = sizes
+    for _ in range(2):  # rounding up may lead to the next stride
+        strides = kernels.strides(rounded)
+        rounded = np.rint(rounded / strides).astype(np.int64) * strides
+    return np.unique(rounded)
+
+
+def _checked(long: Long) -> Long:
+    if long not in ("exact", "strided"):
+        raise OptionError(f"`long` must be 'exact' or 'strided', not {long!r}", option="long")
+    return long

@@ -1,0 +1,373 @@
+"""Allan variance of a record: curves.
+
+References
+----------
+.. [1] N. El-Sheimy, H. Hou, X. Niu, "Analysis and modeling of inertial sensors using Allan variance,"
+   IEEE Trans. Instrum. Meas., vol. 57, no. 1, 2008, :doi:`10.1109/TIM.2007.908635`.
+.. [2] W. J. Riley, "Handbook of Frequency Stability Analysis," NIST Special Publication 1065, 2008.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.estimators.gaps import Gaps
+from sigmatau.estimators.tau_grid import TauGrid, cluster_sizes
+from sigmatau.noise.uncertainty import chi2_factors, percentage_error
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+from sigmatau.results import ByChannel, Printed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Counting",
+    "Curves",
+    "DeviationCurve",
+    "Overlap",
+    "TauGrid",
+    "allan",
+    "channel_curve",
+    "cluster_sizes",
+    "refuse_missing",
+]
+
+Overlap = Literal["full", "none"]
+Counting = Literal["standard", "paper"]
+
+_COLUMNS = ("m", "tau", "avar", "n_pairs", "ramp", "edf", "stride")
+
+_MOST_ALL_WITH_GAPS = 100_000  # samples: half a minute
+
+# Every grid of parts of an octave is printed whole, up to eighths of a record of 10⁸ samples.
+_PRINTED_ROWS = 200
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DeviationCurve(Printed):
+    """Allan deviation of one channel against averaging time.
+
+    Attributes
+    ----------
+    channel : str
+    quantity, unit : str
+        Of the rate; SI.
+    m : ndarray of int, shape (n_tau,)
+        Cluster sizes in samples (the paper's n).
+    tau : ndarray, shape (n_tau,)
+        Averaging times m·tau0 (the paper's T). [s]
+    avar : ndarray, shape (n_tau,)
+        Allan variance. [unit²]
+    n_pairs : ndarray of int, shape (n_tau,)
+        Number of squared differences averaged.
+    ramp : ndarray, shape (n_tau,)
+        Mean of all overlapping second differences of the phase, over tau²: the ramp of the rate as seen at this averaging
+        time, with its sign; where samples are missing, by least squares on the distances of the clusters. [unit/s]
+    n : int
+        Rate samples in the record.
+    tau0 : float
+        Sample interval. [s]
+    overlap : {"full", "none"}
+    counting : {"standard", "paper"}
+    edf : ndarray or None, shape (n_tau,)
+        Equivalent degrees of freedom of each variance for the noise that was fitted; None if nothing was.
+    stride : ndarray of int or None, shape (n_tau,)
+        Clusters begin at every so many samples; None if they begin at each, or with `overlap` "none" after each other.
+    gaps : Gaps or None
+        Which samples are missing; None if none is.
+    """
+
+    channel: str
+    quantity: str
+    unit: str
+    m: NDArray[np.int64]
+    tau: NDArray[np.float64]
+    avar: NDArray[np.float64]
+    n_pairs: NDArray[np.int64]
+    ramp: NDArray[np.float64]
+    n: int
+    tau0: float
+    overlap: Overlap = "full"
+    counting: Counting = "standard"
+    edf: NDArray[np.float64] | None = None
+    stride: NDArray[np.int64] | None = None
+    gaps: Gaps | None = None
+
+    def __post_init__(self) -> None:
+        for name in _COLUMNS:
+            if getattr(self, name) is None:
+                continue
+            array = np.asarray(getattr(self, name)).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def adev(self) -> NDArray[np.float64]:
+        """Allan deviation, the root of `avar`. [unit]"""
+        return np.sqrt(self.avar)
+
+    @property
+    def error(self) -> NDArray[np.float64]:
+        """Relative standard error of `adev` by the paper's eq. (26); see `sigmatau.noise.uncertainty.percentage_error`."""
+        return percentage_error(self.n, self.m)
+
+    def interval(self, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Between which deviations the true one lies; by χ² with `edf`, or if there are none by eq. (26).
+
+        Parameters
+        ----------
+        level : float
+            Probability that the interval holds. Eq. (26) knows one standard error only, and the level is not used.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_tau,)
+            [unit]
+        """
+        if self.edf is None:
+            return self.adev * np.maximum(1 - self.error, 0), self.adev * (1 + self.error)
+        low, high = chi2_factors(self.edf, level=level)
+        return self.adev * low, self.adev * high
+
+    def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
+        """The same curve at some of its cluster sizes."""
+        chosen = np.isin(self.m, sizes)
+        columns = {name: getattr(self, name) for name in _COLUMNS}
+        kept: dict[str, Any] = {name: None if c is None else c[chosen] for name, c in columns.items()}
+        return replace(self, **kept)
+
+    @property
+    def interval_text(self) -> str:
+        """What `interval` gives, in words."""
+        if self.edf is None:
+            return "eq. (26), one standard error"
+        return "95 % by χ², degrees of freedom of the fitted noise"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns, for JSON or any data-frame library."""
+        low, high = self.interval()
+        return {
+            "m": self.m.tolist(),
+            "tau_s": self.tau.tolist(),
+            "adev": self.adev.tolist(),
+            "low": low.tolist(),
+            "high": high.tolist(),
+            "interval": self.interval_text,
+            **({} if self.edf is None else {"edf": self.edf.tolist()}),
+            "n_pairs": self.n_pairs.tolist(),
+            **({} if self.stride is None else {"stride": self.stride.tolist()}),
+            "estimator": "overlapped" if self.overlap == "full" else "non-overlapped",
+            "counting": self.counting,
+            "unit": self.unit,
+        }
+
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
+        """Draw the curve with its band, see `interval`; returns the axes."""
+        from sigmatau.plot.curves import draw_curve
+
+        return draw_curve(self, ax=ax, unit=unit)
+
+    def __repr__(self) -> str:
+        missing = "" if self.gaps is None else f" ({self.gaps.missing} missing)"
+        head = f"{self.channel}: Allan deviation, {self.n} samples{missing} at {1 / self.tau0:.6g} Hz [{self.unit}]"
+        low, high = self.interval()
+        columns = np.stack([self.tau, self.adev, low, high], axis=1)
+        left_out = len(columns) - _PRINTED_ROWS
+        if left_out > 0:
+            columns = np.delete(columns, np.s_[_PRINTED_ROWS // 2 : -_PRINTED_ROWS // 2], axis=0)
+        rows = [f"  {t:12.6g} s  {s:.6g}  [{a:.6g}, {b:.6g}]" for t, s, a, b in columns]
+        if left_out > 0:
+            rows.insert(_PRINTED_ROWS // 2, f"  {'…':>12}    {left_out} more")
+        return "\n".join([head, f"  [ ]: {self.interval_text}", *rows])
+
+
+class Curves(ByChannel[DeviationCurve]):
+    """Curves by channel: an immutable mapping in the record's order."""
+
+    __slots__ = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Each curve as plain columns, by channel."""
+        return {channel: curve.to_dict() for channel, curve in self.items()}
+
+    def plot(self) -> Figure:
+        """Draw all curves with their error bands, one panel a stream."""
+        from sigmatau.plot.curves import draw_analysis
+
+        return draw_analysis(self, {channel: {} for channel in self})
+
+
+def allan(
+    record: Record,
+    *,
+    taus: TauGrid | ArrayLike = "half",
+    overlap: Overlap = "full",
+    counting: Counting = "standard",
+    threads: int | None = None,
+) -> Curves:
+    """Allan variance of every channel of a record.
+
+    Averages the squares of all N+1−2m overlapping second differences of the phase, eq. (10) of [1]_ on the N+1 phase
+    points that N rate samples make.
+
+    Parameters
+    ----------
+    record : Record
+        Static data. Where samples are missing, clusters are averaged over those that they have, and a pair counts if both
+        of its clusters are at least half full; sizes without such a pair are left out. The variance is then not that of
+        a whole record: a fit and a reading by slopes take account of it, see `sigmatau.estimators.gaps`.
+    taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
+        Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
+        samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]
+    overlap : {"full", "none"}
+        Which clusters are averaged: all, eq. (10), or only those that share no sample.
+    counting : {"standard", "paper"}
+        N+1−2m terms (NIST SP 1065 [2]_), or the N−2m of eq. (6) read literally on N rate samples.
+    threads : int, optional
+        Default: all cores. Results do not depend on it, bit for bit.
+
+    Returns
+    -------
+    Curves
+        A mapping from channel to `DeviationCurve`.
+
+    Raises
+    ------
+    RecordTooShortError
+        If no cluster size is left.
+    OptionError
+        For a time that is not positive, below half a sample or above half the record, or an unknown grid; for "all" where
+        samples of a long record are missing, which would take hours.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`
+    .. [2] NIST Special Publication 1065, eq. (11).
+    """
+    if not isinstance(record, Record):
+        raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
+    curves: dict[str, DeviationCurve] = {}
+    for stream in record.streams:
+        chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
+        curves.update(chosen)
+    return Curves(curves)
+
+
+def channel_curve(
+    record: Record,
+    channel: str,
+    *,
+    taus: TauGrid | ArrayLike,
+    counting: Counting = "standard",
+    threads: int | None = None,
+) -> DeviationCurve:
+    """Overlapped Allan variance of one channel of a record; see `allan`."""
+    stream = next(stream for stream in record.streams if channel in stream.channels)
+    return _of_stream(stream, (channel,), taus, overlap="full", counting=counting, threads=threads)[channel]
+
+
+def _of_stream(
+    stream: Stream,
+    channels: tuple[str, ...],
+    taus: TauGrid | ArrayLike,
+    *,
+    overlap: Overlap,
+    counting: Counting,
+    threads: int | None,
+) -> dict[str, DeviationCurve]:
+    # The paper's counting leaves one term less, and at m = n/2 none.
+    terms_lost = 1 if counting == "paper" and overlap == "full" else 0
+    sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
+    gaps = {channel: _gaps_of(stream, channel) for channel in channels}
+    whole = tuple(channel for channel in channels if gaps[channel] is None)
+    found: dict[str, DeviationCurve] = {}
+    if whole:
+        columns = [stream.column(channel) for channel in whole]
+        variances, ramps, pairs = kernels.allan_variances(
+            columns, sizes, overlap=overlap, counting=counting, threads=threads, names=whole
+        )
+        for channel, avar, ramp in zip(whole, variances, ramps, strict=True):
+            found[channel] = _curve(stream, channel, sizes, avar, ramp, pairs, overlap=overlap, counting=counting)
+    for channel, missing in gaps.items():
+        if missing is None:
+            continue
+        if isinstance(taus, str) and taus == "all" and stream.grid.n > _MOST_ALL_WITH_GAPS:
+            raise OptionError(
+                f"`taus` 'all' is for at most {_MOST_ALL_WITH_GAPS} samples where some are missing; take a grid",
+                option="taus",
+            )
+        avar, ramp, pairs = kernels.masked_variances(
+            stream.column(channel), sizes, overlap=overlap, counting=counting, threads=threads, name=channel
+        )
+        kept = pairs > 0
+        if not kept.any():
+            raise RecordTooShortError(
+                f"`{channel}` misses {int(missing.sum())} of {stream.grid.n} samples: no two neighbouring clusters of"
+                f" {sizes[0]} or more are half full",
+                need=2 * int(sizes[0]),
+                got=stream.grid.n - int(missing.sum()),
+            )
+        used = missing[:-1] if terms_lost else missing
+        curve = _curve(
+            stream, channel, sizes[kept], avar[kept], ramp[kept], pairs[kept], overlap=overlap, counting=counting
+        )
+        found[channel] = replace(curve, gaps=Gaps.of(used) if used.any() else None)
+    return {channel: found[channel] for channel in channels}
+
+
+def _gaps_of(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
+    """Where samples of a channel are missing; None if none is."""
+    if stream.mask is None:
+        return None
+    missing = stream.mask[:, stream.channels.index(channel)]
+    return missing if missing.any() else None
+
+
+def _curve(
+    stream: Stream,
+    channel: str,
+    sizes: NDArray[np.int64],
+    avar: NDArray[np.float64],
+    ramp: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    *,
+    overlap: Overlap,
+    counting: Counting,
+) -> DeviationCurve:
+    return DeviationCurve(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        m=sizes,
+        tau=np.asarray(sizes * stream.grid.tau0, dtype=np.float64),
+        avar=avar,
+        n_pairs=pairs,
+        ramp=ramp / stream.grid.tau0,
+        n=stream.grid.n,
+        tau0=stream.grid.tau0,
+        overlap=overlap,
+        counting=counting,
+    )
+
+
+def refuse_missing(stream: Stream, what: str, *, instead: str = "take the Allan deviation") -> None:
+    """Raise `NonFiniteError` if a sample of a stream is missing; `what` needs every one, and `instead` does not."""
+    if stream.mask is None:
+        return
+    row, column = (int(i) for i in np.argwhere(stream.mask)[0])
+    missing = int(stream.mask.any(axis=1).sum())
+    raise NonFiniteError(
+        f"`{stream.channels[column]}` has missing samples ({missing} rows, the first at index {row},"
+        f" t = {row * stream.grid.tau0:.6g} s); {what} needs every one: {instead}, or the longest run"
+        " without a gap, `Record.longest_run`",
+        channel=stream.channels[column],
+        index=row,
+    )

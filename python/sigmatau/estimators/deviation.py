@@ -1,0 +1,313 @@
+"""Deviations of a record, and what can be said about each.
+
+References
+----------
+.. [1] W. J. Riley, "Handbook of Frequency Stability Analysis," NIST Special Publication 1065, 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+from sigmatau.errors import OptionError
+from sigmatau.estimators import deviation_moments
+from sigmatau.estimators.allan import Overlap, TauGrid, refuse_missing
+from sigmatau.estimators.deviation_kinds import KINDS, Kind, estimator, sizes_for
+from sigmatau.noise.uncertainty import chi2_factors
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+from sigmatau.results import ByChannel, Printed
+from sigmatau.units import integral
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["Deviation", "Deviations", "deviation"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Deviation(Printed):
+    """A deviation of one channel against averaging time.
+
+    Attributes
+    ----------
+    channel : str
+    kind : str
+        See `sigmatau.deviation`.
+    quantity : str
+        Of the channel.
+    unit : str
+        Of the deviation; SI. That of the rate, or for time, MTIE and TIE rms that of its integral: rad, m/s.
+    m : ndarray of int, shape (n_tau,)
+        Cluster sizes in samples.
+    tau : ndarray, shape (n_tau,)
+        Averaging times: m·tau0, for Theo1 0.75·m·tau0. [s]
+    deviation : ndarray, shape (n_tau,)
+        [unit]
+    n_terms : ndarray of int, shape (n_tau,)
+        Number of squares averaged, or of windows searched for the MTIE.
+    n : int
+        Rate samples in the record.
+    tau0 : float
+        Sample interval. [s]
+    overlap : {"full", "none"}
+    """
+
+    channel: str
+    kind: Kind
+    quantity: str
+    unit: str
+    m: NDArray[np.int64]
+    tau: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    n_terms: NDArray[np.int64]
+    n: int
+    tau0: float
+    overlap: Overlap = "full"
+
+    def __post_init__(self) -> None:
+        for name in ("m", "tau", "deviation", "n_terms"):
+            array = np.asarray(getattr(self, name)).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        overlapped = "non-overlapped " if self.overlap == "none" else ""
+        return overlapped + KINDS[self.kind].label
+
+    def edf(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
+        """Equivalent degrees of freedom of the squared deviations; see
+        `sigmatau.estimators.deviation_moments.degrees_of_freedom`.
+
+        Parameters
+        ----------
+        noise : str or mapping of str to float
+            The name of a term, or coefficients in SI such as `NoiseFit.model`.
+        """
+        return deviation_moments.degrees_of_freedom(
+            self.kind, noise, n=self.n, m=self.m, tau0=self.tau0, overlap=self.overlap
+        )
+
+    def bias(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
+        """Expected square over the Allan variance at `tau`, of total and Theo1; see
+        `sigmatau.estimators.deviation_moments.bias`.
+        """
+        return deviation_moments.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
+
+    def interval(
+        self, *, noise: str | Mapping[str, float], level: float = 0.95
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Between which deviations the expected one of this kind lies, by χ² with `edf`.
+
+        Parameters
+        ----------
+        noise : str or mapping of str to float
+            As in `edf`.
+        level : float
+            Probability that the interval holds.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_tau,)
+            [unit]
+        """
+        low, high = chi2_factors(self.edf(noise=noise), level=level)
+        return self.deviation * low, self.deviation * high
+
+    def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
+        """Plain columns, for JSON or any data-frame library; with a `noise`, the 95 % interval too."""
+        columns: dict[str, Any] = {
+            "kind": self.kind,
+            "m": self.m.tolist(),
+            "tau_s": self.tau.tolist(),
+            "deviation": self.deviation.tolist(),
+            "n_terms": self.n_terms.tolist(),
+            "overlap": self.overlap,
+            "unit": self.unit,
+        }
+        if noise is not None:
+            low, high = self.interval(noise=noise)
+            columns |= {"low": low.tolist(), "high": high.tolist(), "edf": self.edf(noise=noise).tolist()}
+        return columns
+
+    def plot(
+        self, ax: Axes | None = None, *, unit: str | None = None, noise: str | Mapping[str, float] | None = None
+    ) -> Axes:
+        """Draw the curve, with its 95 % band if there is a `noise`; returns the axes."""
+        from sigmatau.plot.curves import draw_deviation
+
+        return draw_deviation(self, ax=ax, unit=unit, band=None if noise is None else self.interval(noise=noise))
+
+    def __repr__(self) -> str:
+        head = f"{self.channel}: {self.label}, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"
+        rows = zip(self.tau, self.deviation, self.n_terms, strict=True)
+        return "\n".join([head, *(f"  {tau:12.6g} s  {value:<12.6g} {terms} terms" for tau, value, terms in rows)])
+
+
+class Deviations(ByChannel[Deviation]):
+    """Deviations by channel: an immutable mapping in the record's order."""
+
+    __slots__ = ()
+
+    def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
+        """Each as plain columns, by channel."""
+        return {channel: of_channel.to_dict(noise=noise) for channel, of_channel in self.items()}
+
+    def plot(self, *, noise: str | Mapping[str, float] | None = None) -> Figure:
+        """Draw all of them, one panel a quantity and unit."""
+        from sigmatau.plot.curves import draw_deviations
+
+        bands = {} if noise is None else {name: one.interval(noise=noise) for name, one in self.items()}
+        return draw_deviations(self, bands)
+
+
+def deviation(
+    record: Record,
+    *,
+    kind: Kind,
+    taus: TauGrid | ArrayLike = "half",
+    overlap: Overlap | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Deviations:
+    """A deviation other than Allan's, of every channel of a record.
+
+    On the N+1 phase points x that N rate samples make, all of them as NIST SP 1065 [1]_ has them:
+
+    ============ ============================================================================== ============
+    kind         what it averages                                                               m
+    ============ ============================================================================== ============
+    ``modified`` second differences of the phase averaged over m points; N+2−3m terms            ≤ (N+1)/3
+    ``hadamard`` third differences of the phase; N+1−3m terms. Blind to a ramp                   ≤ N/3
+    ``total``    second differences of the phase reflected at both ends; N−1 terms               < N
+    ``time``     τ/√3 times the modified deviation                                               ≤ (N+1)/3
+    ``theo1``    differences of differences over all steps up to m/2; τ is 0.75 m τ₀             10 … N, even
+    ``mtie``     largest range of the phase in any window of m+1 points                          ≤ N
+    ``tie_rms``  root mean square of the phase's movement in m samples                           ≤ N
+    ============ ============================================================================== ============
+
+    The first three and Theo1 are in the unit of the rate; time, MTIE and TIE rms in that of its integral. A constant rate
+    shows in MTIE and TIE rms alone.
+
+    Parameters
+    ----------
+    record : Record
+        Static data, no sample missing.
+    kind : {"modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"}
+        The estimator. Theo1 takes N·m steps for every m, minutes for a million samples; the others N.
+    taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
+        As in `sigmatau.allan`, up to the longest that the kind can do (total: half the record, unless asked for more). [s]
+    overlap : {"full", "none"}, optional
+        Of the Hadamard deviation alone: all its terms, the default, or those of disjoint clusters.
+    threads : int, optional
+        Default: all cores. Results do not depend on it, bit for bit.
+    progress : callable, optional
+        Is told now and then which part of the work is done, 0 to 1; an exception that it raises ends the work.
+
+    Returns
+    -------
+    Deviations
+        A mapping from channel to `Deviation`.
+
+    Raises
+    ------
+    NonFiniteError
+        If a sample is missing.
+    RecordTooShortError
+        If no cluster size is left.
+    OptionError
+        For an unknown kind, a time out of its reach, an option that it has not.
+
+    References
+    ----------
+    .. [1] NIST Special Publication 1065, sections 5.2.4 to 5.2.15.
+    """
+    if not isinstance(record, Record):
+        raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
+    estimator(kind)
+    if overlap is not None and kind != "hadamard":
+        raise OptionError(
+            f"`overlap` is an option of the Hadamard deviation; the {KINDS[kind].label} has one form only: leave it out",
+            option="overlap",
+        )
+    for stream in record.streams:
+        refuse_missing(stream, f"the {KINDS[kind].label}")
+    sizes = [sizes_for(kind, taus, n=stream.grid.n, tau0=stream.grid.tau0) for stream in record.streams]
+    bar = _Bar(progress, sum(_work(kind, stream, m) for stream, m in zip(record.streams, sizes, strict=True)))
+    found: dict[str, Deviation] = {}
+    for stream, m in zip(record.streams, sizes, strict=True):
+        found.update(_of_stream(stream, kind, m, overlap=overlap or "full", threads=threads, bar=bar))
+    return Deviations(found)
+
+
+class _Bar:
+    """Adds up what is done."""
+
+    def __init__(self, tell: Callable[[float], object] | None, whole: float) -> None:
+        self._tell, self._whole, self._done = tell, whole, 0.0
+
+    def add(self, work: float) -> None:
+        self._done += work
+        if self._tell is not None:
+            self._tell(min(self._done / self._whole, 1.0))
+
+
+def _work(kind: Kind, stream: Stream, m: NDArray[np.int64]) -> float:
+    """Terms, roughly."""
+    n = float(stream.grid.n)
+    return len(stream.channels) * float(np.sum((n - m) * m if kind == "theo1" else np.full(len(m), n)))
+
+
+def _of_stream(
+    stream: Stream, kind: Kind, sizes: NDArray[np.int64], *, overlap: Overlap, threads: int | None, bar: _Bar
+) -> dict[str, Deviation]:
+    chosen, tau0 = KINDS[kind], stream.grid.tau0
+    columns = [stream.column(channel) for channel in stream.channels]
+    # Theo1 takes N·m steps: one size at a time, so that one can see how far it is, and end it.
+    parts = [sizes[i : i + 1] for i in range(len(sizes))] if kind == "theo1" else [sizes]
+    found = []
+    for m in parts:
+        found.append(
+            kernels.deviations(chosen.kernel, columns, m, overlap=overlap, threads=threads, names=stream.channels)
+        )
+        bar.add(_work(kind, stream, m))
+    values = [np.concatenate([part[c] for part, _ in found]) for c in range(len(columns))]
+    terms = np.concatenate([part for _, part in found])
+    tau = np.asarray(sizes * (chosen.tau_per_m * tau0), dtype=np.float64)
+    factor: NDArray[np.float64] | float = 1.0
+    if kind == "time":
+        factor = tau / np.sqrt(3.0)
+    elif chosen.of_phase:
+        factor = tau0
+    return {
+        channel: Deviation(
+            channel=channel,
+            kind=kind,
+            quantity=stream.quantity,
+            unit=_phase_unit(stream.unit) if chosen.of_phase else stream.unit,
+            m=sizes,
+            tau=tau,
+            deviation=factor * value,
+            n_terms=terms,
+            n=stream.grid.n,
+            tau0=tau0,
+            overlap=overlap,
+        )
+        for channel, value in zip(stream.channels, values, strict=True)
+    }
+
+
+def _phase_unit(unit: str) -> str:
+    """Unit of the integral of a rate; the rate of a phase in seconds has the unit 1."""
+    if unit in ("rad/s", "m/s^2"):
+        return integral(unit)
+    return "s" if unit == "1" else unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}·s"

@@ -1,0 +1,195 @@
+"""Records with missing samples: what each noise is expected to show in clusters that are not full.
+
+The Allan variance of such a record averages over the pairs of neighbouring clusters that are both at least half full, each
+cluster over the samples that it has. Nothing is filled in. What a noise shows then depends on which samples are missing: a
+random walk shows more, because clusters have fewer samples; quantization noise shows much more at long times, because its
+differences no longer cancel from one end of a cluster to the other (5 % of all samples missing at random: 10 times the
+variance at 256 samples); a rate random walk shows nearly the same. `Gaps` has these expectations for one mask.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Self
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+
+__all__ = ["TERMS", "Expected", "Gaps"]
+
+Floats = NDArray[np.float64]
+
+TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
+"""Columns of `Expected.avar`."""
+
+# What the kernel gives, column by column: pairs, TERMS[0], telescoping, TERMS[1:], square distance.
+_PAIRS, _TELESCOPING, _DISTANCE = 0, 2, 6
+_OF_TERMS = [1, 3, 4, 5]
+_MOST_EXACT = 100
+_NO_CORRELATION = 0.1
+"""Samples; e^(−10) is left of a process with this correlation time one sample on."""
+
+_known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Expected:
+    """Expected Allan variances for unit coefficients, one sample interval being 1.
+
+    Attributes
+    ----------
+    m : ndarray of int, shape (n_tau,)
+        Cluster sizes.
+    n_pairs : ndarray of int, shape (n_tau,)
+        Pairs of clusters that are both at least half full. Of a size without one, all else is NaN.
+    avar : ndarray, shape (n_tau, 4)
+        Of each of `TERMS`.
+    telescoping : ndarray, shape (n_tau,)
+        The part of quantization noise that is as without gaps, over 3/m²; what else there is of it is white.
+    square_distance : ndarray, shape (n_tau,)
+        Mean square of the distance of the mean times of the two clusters; m² without gaps. [samples²]
+    times : ndarray, shape (n_times,)
+        Correlation times of Gauss-Markov processes. [samples]
+    ratios : ndarray, shape (n_tau, n_times)
+        Variance of each such process over that without gaps.
+    """
+
+    m: NDArray[np.int64]
+    n_pairs: NDArray[np.int64]
+    avar: Floats
+    telescoping: Floats
+    square_distance: Floats
+    times: Floats
+    ratios: Floats
+
+
+class Gaps:
+    """Which samples of a channel are missing, and what that does to each term; see `Gaps.of`.
+
+    Two channels that miss the same samples share one object, and what it has computed.
+
+    Attributes
+    ----------
+    n : int
+        Samples of the grid.
+    missing : int
+        How many of them are missing.
+    """
+
+    __slots__ = ("__weakref__", "_packed", "_rows", "_slopes", "missing", "n")
+
+    def __init__(self, packed: NDArray[np.uint8], n: int) -> None:
+        self._packed = packed
+        self.n = n
+        self.missing = n - int(self.there.sum())
+        self._rows: dict[int, tuple[Floats, Floats]] = {}
+        self._slopes: dict[int, float] = {}
+
+    @classmethod
+    def of(cls, missing: NDArray[np.bool_]) -> Self:
+        """The gaps of a channel.
+
+        Parameters
+        ----------
+        missing : ndarray of bool, shape (n,)
+            True where a sample is missing, as in `sigmatau.record.streams.Stream.mask`.
+        """
+        return cls._shared(np.packbits(~missing), len(missing))
+
+    @classmethod
+    def _shared(cls, packed: NDArray[np.uint8], n: int) -> Self:
+        key = hashlib.blake2b(packed.tobytes() + n.to_bytes(8, "big"), digest_size=24).digest()
+        found = _known.get(key)
+        if not isinstance(found, cls):
+            found = cls(packed, n)
+            _known[key] = found
+        return found
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Gaps._shared, (self._packed, self.n)
+
+    def __repr__(self) -> str:
+        return f"Gaps: {self.missing} of {self.n} samples missing"
+
+    @property
+    def there(self) -> NDArray[np.bool_]:
+        """True where a sample is there, shape (n,)."""
+        return np.unpackbits(self._packed, count=self.n).view(np.bool_)
+
+    def expected(self, m: ArrayLike, *, threads: int | None = None) -> Expected:
+        """What each term is expected to show at cluster sizes `m`, each at most n/2.
+
+        Exact for every pair that counts, but for flicker noise and Gauss-Markov processes: flicker noise is made of such
+        processes, which is good to 1e-4 of its variance, and clusters of 128 or more samples of them begin at every 64th
+        to 128th part of their length, good to 1e-3 of what the gaps change; shorter clusters of records of more than half a
+        million samples are looked at in evenly spread stretches, good to 1e-4.
+        """
+        sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
+        new = np.array(sorted({int(size) for size in sizes} - self._rows.keys()), dtype=np.int64)
+        if len(new):
+            columns, times, ratios = kernels.masked_expectations(self.there, new, threads=threads)
+            for size, row, ratio in zip(new, columns, ratios, strict=True):
+                # Beyond the last that were computed they are random walks.
+                walk = row[_OF_TERMS[3]] * 6 * size / (2 * float(size) ** 2 + 1)
+                self._rows[int(size)] = row, np.vstack([times, np.where(np.isnan(ratio), walk, ratio)])
+        rows = np.array([self._rows[int(size)][0] for size in sizes])
+        return Expected(
+            m=sizes,
+            n_pairs=rows[:, _PAIRS].astype(np.int64),
+            avar=rows[:, _OF_TERMS],
+            telescoping=rows[:, _TELESCOPING],
+            square_distance=rows[:, _DISTANCE],
+            times=self._rows[int(sizes[0])][1][0],
+            ratios=np.array([self._rows[int(size)][1][1] for size in sizes]),
+        )
+
+    def white_slopes(self, m: ArrayLike) -> Floats:
+        """Variance of the ramp that white noise of variance 1 shows at cluster sizes `m`; exact for the mask."""
+        sizes = [int(size) for size in np.atleast_1d(np.asarray(m))]
+        new = np.array(sorted(set(sizes) - self._slopes.keys()), dtype=np.int64)
+        if len(new):
+            found = kernels.masked_white_slopes(self.there, new)
+            self._slopes.update(zip(new.tolist(), found.tolist(), strict=True))
+        return np.array([self._slopes[size] for size in sizes])
+
+    def gauss_markov_ratio(self, time: float, m: ArrayLike) -> Floats:
+        """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation time.
+
+        Parameters
+        ----------
+        time : float
+            Correlation time. [samples]
+        m : array_like of int, shape (n_tau,)
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+        """
+        from scipy.interpolate import PchipInterpolator
+
+        e = self.expected(m)
+        white = e.avar[:, 1] * e.m
+        log_times = np.log([_NO_CORRELATION, *e.times])
+        at = min(max(float(np.log(time)), log_times[0]), log_times[-1])
+        return np.asarray(PchipInterpolator(log_times, np.column_stack([white, e.ratios]), axis=1)(at))
+
+    def ratio(self, term: str, m: ArrayLike) -> Floats:
+        """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair.
+
+        Of more than 100 sizes, the rest is interpolated between 100.
+        """
+        sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
+        grid = np.unique(sizes)
+        if len(grid) > _MOST_EXACT:
+            grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
+        e = self.expected(grid)
+        if term == "rate_ramp":
+            values = e.square_distance / grid.astype(float) ** 2
+        else:
+            values = e.avar[:, TERMS.index(term)] / kernels.term_avar(term, 1.0, grid, 1.0)
+        values = np.where(e.n_pairs > 0, values, 1.0)
+        return np.asarray(np.interp(np.log(sizes), np.log(grid), values))

@@ -1,0 +1,220 @@
+"""Whether the noise stays the same: dynamic Allan variance.
+
+The Allan variance of a window that slides over the record, as a map over time and averaging time: a noise that changes, a
+knock or a vibration that comes and goes shows as a place in it. For a judgement see
+`sigmatau.quality.drift.stationarity.non_stationary`.
+
+References
+----------
+.. [1] L. Galleani, P. Tavella, "The characterization of clock behavior with the dynamic Allan variance," Proc. IEEE FCS and
+   EFTF, 2003, pp. 239-244.
+.. [2] L. Galleani, P. Tavella, "The dynamic Allan variance," IEEE Trans. Ultrason. Ferroelectr. Freq. Control, vol. 56,
+   no. 3, 2009, :doi:`10.1109/TUFFC.2009.1064`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.estimators.allan import TauGrid, allan, cluster_sizes
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+from sigmatau.results import Printed, duration_text, seconds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["DynamicAllan", "dynamic_allan"]
+
+_WINDOWS = 10
+_LEAST_SAMPLES = 16
+_MOST_WINDOWS = 2000
+_PRINTED = 12
+_MOST_MISSING = 0.1  # of the samples of a window
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DynamicAllan(Printed):
+    """Allan deviation of one channel over time and averaging time.
+
+    Attributes
+    ----------
+    channel : str
+    quantity, unit : str
+        Of the rate; SI.
+    times : ndarray, shape (n_times,)
+        Middle of each window, from the first sample of the stream. [s]
+    tau : ndarray, shape (n_tau,)
+        Averaging times. [s]
+    adev : ndarray, shape (n_times, n_tau)
+        Overlapped Allan deviation of each window; NaN where a window misses more than a
+        tenth of its samples. [unit]
+    n : int
+        Samples in a window.
+    window, step : float
+        Length of a window, and from the beginning of one to that of the next. [s]
+    """
+
+    channel: str
+    quantity: str
+    unit: str
+    times: NDArray[np.float64]
+    tau: NDArray[np.float64]
+    adev: NDArray[np.float64]
+    n: int
+    window: float
+    step: float
+
+    def __post_init__(self) -> None:
+        for name in ("times", "tau", "adev"):
+            array = np.asarray(getattr(self, name)).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def spread(self) -> NDArray[np.float64]:
+        """Largest over smallest deviation of all windows, by averaging time; NaN if none has one; shape (n_tau,)."""
+        known = self.adev[np.isfinite(self.adev).all(axis=1)]
+        if len(known) == 0:
+            return np.full(len(self.tau), np.nan)
+        low = known.min(axis=0)
+        return np.asarray(np.where(low > 0, known.max(axis=0) / np.where(low > 0, low, 1.0), np.nan))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; None for a window without a deviation."""
+        return {
+            "channel": self.channel,
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "window_s": self.window,
+            "step_s": self.step,
+            "samples_in_window": self.n,
+            "estimator": "overlapped",
+            "time_s": self.times.tolist(),
+            "tau_s": self.tau.tolist(),
+            "adev": [row.tolist() if np.isfinite(row).all() else None for row in self.adev],
+        }
+
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
+        """Draw the map with its colour bar; returns the axes."""
+        from sigmatau.plot.stability import draw_dynamic
+
+        return draw_dynamic(self, ax=ax, unit=unit)
+
+    def __repr__(self) -> str:
+        known = np.isfinite(self.adev).all(axis=1)
+        lines = [
+            f"{self.channel}: dynamic Allan deviation [{self.unit}], {len(self.times)} windows of"
+            f" {duration_text(self.window)}, one every {duration_text(self.step)}"
+        ]
+        missing = int((~known).sum())
+        if missing:
+            lines.append(f"  {missing} of them miss more than a tenth of their samples and have none")
+        if known.any():
+            lines.append(f"  {'τ':>10}    median     smallest   largest    largest at t")
+            chosen = np.unique(np.round(np.linspace(0, len(self.tau) - 1, _PRINTED)).astype(int))
+            there = self.adev[known]
+            for k in chosen:
+                at = seconds(float(self.times[known][int(np.argmax(there[:, k]))]))
+                values = "  ".join(f"{v:<9.4g}" for v in (np.median(there[:, k]), there[:, k].min(), there[:, k].max()))
+                lines.append(f"  {seconds(float(self.tau[k])):>8} s    {values}  {at} s")
+        return "\n".join(lines)
+
+
+def dynamic_allan(
+    data: Record | Stream,
+    channel: str,
+    *,
+    window: float | None = None,
+    step: float | None = None,
+    taus: TauGrid | ArrayLike = "half",
+    threads: int | None = None,
+) -> DynamicAllan:
+    """Dynamic Allan variance of a channel: the overlapped Allan deviation of sliding windows [1]_ [2]_.
+
+    Parameters
+    ----------
+    data : Record or Stream
+        A window that misses more than a tenth of its samples has no deviation.
+    channel : str
+    window : float, optional
+        Length of a window. Default: a tenth of the record. [s]
+    step : float, optional
+        From one window to the next. Default: half a window. [s]
+    taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
+        As in `sigmatau.allan`, for a record as long as a window; by default up to a third of it, beyond which a deviation
+        has fewer than three degrees of freedom. [s]
+    threads : int, optional
+        Default: all cores. Results do not depend on it.
+
+    Returns
+    -------
+    DynamicAllan
+
+    Raises
+    ------
+    KeyError
+        For an unknown channel.
+    OptionError
+        For a window longer than the record or shorter than 16 samples, a step that is not positive or makes more than
+        2000 windows, or times that do not fit into a window.
+    RecordTooShortError
+        If a tenth of the record has fewer than 16 samples and no window is given.
+
+    References
+    ----------
+    .. [1] Proc. IEEE FCS and EFTF, 2003.
+    .. [2] :doi:`10.1109/TUFFC.2009.1064`
+    """
+    stream = data.stream_of(channel) if isinstance(data, Record) else data
+    if channel not in stream.channels:
+        raise KeyError(f"no channel {channel!r}; the stream has {', '.join(stream.channels)}")
+    tau0, total = stream.grid.tau0, stream.grid.n
+    n = _samples("window", window, tau0) if window is not None else total // _WINDOWS
+    if n > total:
+        raise OptionError(f"a window of {window:g} s is longer than the record ({total * tau0:.6g} s)", option="window")
+    if n < _LEAST_SAMPLES:
+        if window is None:
+            need = _LEAST_SAMPLES * _WINDOWS
+            raise RecordTooShortError(f"{total} samples make no ten windows of {_LEAST_SAMPLES}", need=need, got=total)
+        raise OptionError(
+            f"a window of {window:g} s has {n} samples; at least {_LEAST_SAMPLES} are needed", option="window"
+        )
+    stride = _samples("step", step, tau0) if step is not None else max(n // 2, 1)
+    count = (total - n) // stride + 1
+    if count > _MOST_WINDOWS:
+        raise OptionError(f"`step` makes {count} windows; at most {_MOST_WINDOWS} can be asked for", option="step")
+    sizes = cluster_sizes(taus, n=n, tau0=tau0)
+    if isinstance(taus, str):
+        sizes = sizes[sizes <= n // 3]
+    one = stream.only(channel)
+    adev = np.full((count, len(sizes)), np.nan)
+    for k in range(count):
+        part = one.cut(k * stride, k * stride + n)
+        if part.mask is not None and part.mask.mean() > _MOST_MISSING:
+            continue
+        curve = allan(Record(streams=(part,)), taus=sizes * tau0, threads=threads)[channel]
+        adev[k, np.isin(sizes, curve.m)] = curve.adev
+    return DynamicAllan(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        times=np.asarray((np.arange(count) * stride + n / 2) * tau0, dtype=np.float64),
+        tau=np.asarray(sizes * tau0, dtype=np.float64),
+        adev=adev,
+        n=n,
+        window=n * tau0,
+        step=stride * tau0,
+    )
+
+
+def _samples(name: str, value: float, tau0: float) -> int:
+    if not (math.isfinite(value) and value >= tau0 / 2):
+        raise OptionError(f"`{name}` must be a positive number of seconds, not {value!r}", option=name)
+    return max(round(value / tau0), 1)

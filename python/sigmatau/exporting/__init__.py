@@ -1,0 +1,1 @@
+"""Files for filters and simulators, from a noise model."""

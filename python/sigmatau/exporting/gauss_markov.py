@@ -1,0 +1,360 @@
+"""A bias as one first-order Gauss-Markov process, for targets that know no other slow noise.
+
+It is the model's own process, or stands for its flicker noise around one averaging time, or for a rate random walk up to
+one. Which of these, and where it stops to be right, is said beside the number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sigmatau._native import kernels
+from sigmatau.errors import OptionError
+from sigmatau.exporting.axes import by_axis, of_channel, refuse
+from sigmatau.exporting.choices import given
+from sigmatau.exporting.horizon import slow_avar
+from sigmatau.exporting.values import Numbers
+from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.record.record import stream_name
+from sigmatau.results import Finding, seconds, two_digits
+
+__all__ = [
+    "PEAK_TIME",
+    "SIGMA_OF_FLICKER",
+    "WALK_TIME",
+    "Process",
+    "bottom",
+    "left_out",
+    "process",
+    "processes",
+    "refuse_horizon",
+    "relative_avar",
+]
+
+PEAK_TIME = 1.8926178329250187668
+"""The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
+
+SIGMA_OF_FLICKER = 1.0759975729152142369
+"""Standard deviation of the process whose largest Allan deviation is the plateau of flicker noise of B = 1."""
+
+WALK_TIME = 10.0
+"""Correlation time of a process that stands for a walk, in horizons: there its Allan deviation is 3.6 % low."""
+
+
+_AWAY = math.sqrt(10)  # half a decade, at which it is said how wrong a process is
+_SHORT = 1.1  # times what is written, from which it is said that the model has more slow noise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Process:
+    """A first-order Gauss-Markov process, in SI, before a target's own conversion.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation, with its factor. [rad/s or m/s²]
+    time : float
+        Correlation time. [s]
+    stands : str
+        What it stands for.
+    fit : str
+        Where it is right, and how wrong elsewhere.
+    place : str
+        What is at the averaging time at which it is right.
+    left_out : str
+        What it does not stand for.
+    walk : bool
+        Whether it stands for a walk, up to a tenth of its correlation time.
+    own : bool
+        Whether it is one of the model itself, to which no horizon belongs.
+    """
+
+    sigma: float
+    time: float
+    stands: str
+    fit: str
+    place: str
+    left_out: str = ""
+    walk: bool = False
+    own: bool = False
+
+    @property
+    def words(self) -> str:
+        """For a comment beside it."""
+        return self.stands + self.fit + self.left_out
+
+    @property
+    def density(self) -> float:
+        """Root of the density of the white noise that drives it, σ·√(2/time). [rad/s²/√Hz or m/s³/√Hz]"""
+        return self.sigma * math.sqrt(2 / self.time)
+
+    @property
+    def match(self) -> float:
+        """Averaging time at which its Allan deviation has to be right. [s]"""
+        return self.time / WALK_TIME if self.walk else PEAK_TIME * self.time
+
+    def stood_for(self, tau: float) -> float:
+        """Allan deviation at `tau` of what it stands for: of a walk, of its own, or the plateau of flicker noise."""
+        if self.walk:
+            return self.density * math.sqrt(tau / 3)
+        return self.sigma * math.sqrt(relative_avar((tau if self.own else self.match) / self.time))
+
+    def at(self, time: float) -> Process:
+        """The process with another correlation time, in a target with one for all, and with the σ that belongs to it.
+
+        The Allan deviation stays right where it was: at the horizon, the bottom of the curve, the peak of the model's own.
+        """
+        if math.isclose(time, self.time, rel_tol=1e-9):
+            return replace(self, time=time)
+        sigma = self.stood_for(self.match) / math.sqrt(relative_avar(self.match / time))
+
+        def error(tau: float) -> str:
+            ratio = sigma * math.sqrt(relative_avar(tau / time)) / self.stood_for(tau)
+            return f"{two_digits(100 * abs(ratio - 1))} % {'low' if ratio < 1 else 'high'} at {seconds(tau)} s"
+
+        fit = (
+            f", with {seconds(time)} s in place of its own correlation time {seconds(self.time)} s: right at {self.place},"
+            f" {seconds(self.match)} s, {error(self.match / _AWAY)}, {error(self.match * _AWAY)}"
+        )
+        return replace(self, sigma=sigma, time=time, fit=fit)
+
+
+def relative_avar(x: float) -> float:
+    """Allan variance of a Gauss-Markov process of σ = 1 at x correlation times, (2x − 3 + 4e⁻ˣ − e⁻²ˣ)/x² (IEEE Std 952)."""
+    return float(kernels.gauss_markov_avar(1.0, 1.0, 1, x, averaged=True)[0])
+
+
+def process(numbers: Numbers, sensor: str) -> Process:
+    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time.
+
+    Raises
+    ------
+    OptionError
+        If the model has no slow noise or no averaging time to match it at; the message says what there is to choose from.
+    """
+    channels = numbers.channels(sensor)
+    if sensor in numbers.choices.walk:
+        return _of_walk(numbers, sensor)
+    found = {name: _of_channel(of_channel(numbers, name), sensor, name) for name in channels}
+    if len(found) == 1:
+        return _short(numbers, sensor, next(iter(found.values())))
+    if numbers.choices.axes == "mean":
+        return _short(numbers, sensor, _mean(found))
+    worst = max(found.values(), key=lambda p: p.sigma)
+    return _short(numbers, sensor, replace(worst, stands=f"worst of {len(found)} axes, {worst.stands}"))
+
+
+def _short(numbers: Numbers, sensor: str, written: Process) -> Process:
+    """With a word, and a finding, on slow noise that is clearly more than the process where that is right."""
+    tau, rate = written.match, numbers.known_rate()
+    slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
+    most = max(slow, key=lambda name: slow[name])
+    has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[most]
+    ratio = numbers.choices.walk_factor * math.sqrt(has) / written.stood_for(tau)
+    if ratio <= _SHORT:
+        return written
+    whose = f"of {', '.join(slow)}, in the mean," if numbers.choices.axes == "mean" and len(slow) > 1 else f"of {most}"
+    words = f"all slow noise {whose} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
+    numbers.find(
+        Finding(
+            code="slow_noise_left_out",
+            severity="warning",
+            message=f"{sensor}: the bias that is written is {written.stands}; {words}",
+            effect="the bias that is written is too steady by that",
+            remedy=f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)} has the process stand for all of it",
+        )
+    )
+    return replace(written, left_out=f"{written.left_out}; {words}")
+
+
+def _mean(found: Mapping[str, Process]) -> Process:
+    """The root mean square of processes, with the mean of their log time."""
+    every = list(found.values())
+    one, same = every[0], len({(p.walk, p.own) for p in every}) == 1
+    time = math.exp(sum(math.log(p.time) for p in every) / len(every))
+    if not same:  # each brought to the one time, where its Allan deviation stays what it has to be
+        every = [p.at(time) for p in every]
+    sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
+    stands = f"root mean square of {', '.join(found)} ({' | '.join(p.stands + p.left_out for p in found.values())})"
+    one = replace(one, left_out="")
+    if same and all(math.isclose(p.time, time, rel_tol=1e-9) for p in every):
+        return replace(one, sigma=sigma, time=time, stands=stands)
+    least, most = (seconds(of(p.time for p in found.values())) for of in (min, max))
+    fit = f", with {seconds(time)} s, the mean of the logarithms of correlation times from {least} to {most} s"
+    place = "a time between those of the axes"
+    own = all(p.own for p in every)
+    return replace(one, sigma=sigma, time=time, stands=stands, fit=fit, place=place, own=own, walk=one.walk and same)
+
+
+def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
+    """The processes of x, y and z."""
+    return by_axis(numbers, sensor, lambda one: process(one, sensor))
+
+
+def refuse_horizon(numbers: Numbers, target: str, found: Iterable[Process]) -> None:
+    """Raise `OptionError` for a horizon that was given and enters no number."""
+    if all(process.own for process in found) and "horizon" not in numbers.choices.walk.values():
+        refuse(numbers, target, "the model's own Gauss-Markov processes are what is written", "horizon")
+
+
+def bottom(model: ChannelModel) -> float | None:
+    """Averaging time of the least Allan deviation of what is beside flicker noise; None if it has no bottom. [s]
+
+    Noise that falls with τ, 3Q²/τ² + N²/τ, and noise that rises, K²τ/3 + R²τ²/2: one root of the derivative is positive.
+    """
+    q, n, k, r = (
+        model.get(term, 0.0) ** 2 for term in ("quantization", "random_walk", "rate_random_walk", "rate_ramp")
+    )
+    if not (q or n) or not (k or r):
+        return None
+    roots = np.roots([r, k / 3, 0.0, -n, -6 * q])
+    positive = [root.real for root in roots if root.real > 0 and abs(root.imag) <= 1e-9 * abs(root)]
+    return float(max(positive))
+
+
+def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
+    model = numbers.model.channels[name]
+    factor = numbers.choices.walk_factor
+    text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+    times = "" if factor == 1 else f", times {factor:g}"
+    if model.gauss_markov:
+        own = max(model.gauss_markov, key=lambda g: g.sigma)
+        stands = f"{name}: Gauss-Markov {own.sigma / size:.4g} {text} over {seconds(own.time)} s"
+        if len(model.gauss_markov) > 1:
+            stands += f", the largest of {len(model.gauss_markov)}"
+        left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
+        return Process(
+            sigma=factor * own.sigma,
+            time=own.time,
+            stands=stands + times,
+            fit="",
+            left_out=left + numbers.doubt(name),
+            place="the peak of its own Allan deviation",
+            own=True,
+        )
+    if "bias_instability" in model:
+        time = numbers.choices.horizon or bottom(model)
+        b = model["bias_instability"]
+        if time is None:
+            raise OptionError(
+                f"{name}: flicker noise (bias instability {b / size:.3g} {text}) is to be one Gauss-Markov process, which"
+                " is right around one averaging time, and the Allan deviation of the model has no lowest point: give"
+                f" {given('horizon', 10)} or whatever time the filter relies on the bias over",
+                option="horizon",
+            )
+        place = "the horizon" if numbers.choices.horizon else "the bottom of the curve"
+        left = _left_out(model, "rate_random_walk", "rate_ramp")
+        return Process(
+            sigma=factor * SIGMA_OF_FLICKER * b,
+            time=time / PEAK_TIME,
+            stands=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
+            fit=f", right at {place}, {seconds(time)} s, about 18 % low half a decade to either side",
+            place=place,
+            left_out=left + numbers.doubt(name),
+        )
+    if "rate_random_walk" in model and numbers.choices.horizon is not None:
+        return _of_walk(numbers, sensor)
+    raise OptionError(_what_to_choose(numbers, name, model, sensor), option="horizon")
+
+
+def _of_walk(numbers: Numbers, sensor: str) -> Process:
+    k, horizon = numbers.walk(sensor), numbers.choices.horizon
+    if horizon is None:
+        raise OptionError(
+            f"{sensor}: a rate random walk as a Gauss-Markov process needs `horizon`, e.g. {given('horizon', 10)}, in s; its"
+            f" correlation time is {WALK_TIME:g} times that",
+            option="horizon",
+        )
+    time = WALK_TIME * horizon
+    return Process(
+        sigma=k.value * math.sqrt(time / 2),
+        time=time,
+        stands=f"a rate random walk as a process, {k.words}",
+        fit=f"; of 10 times the horizon: 3.6 % low at {seconds(horizon)} s",
+        place="the horizon",
+        walk=True,
+    )
+
+
+def left_out(numbers: Numbers) -> list[str]:
+    """Sentences, a sensor each, on slow noise that was observed and gives way to a walk that was chosen; a finding too.
+
+    A walk that matches the Allan variance at a horizon stands for all of it.
+    """
+    sentences = []
+    for sensor, wanted in numbers.choices.walk.items():
+        if wanted == "horizon" or not numbers.has(sensor):
+            continue
+        parts = []
+        for name, model in numbers.channels(sensor).items():
+            slow = _values(model, "bias_instability", "rate_ramp")
+            text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+            slow += [f"Gauss-Markov {g.sigma / size:.4g} {text} over {seconds(g.time)} s" for g in model.gauss_markov]
+            if slow:
+                parts.append(f"{name} {', '.join(slow)}")
+        if parts:
+            sentence = f"Observed, and left out for the walk that was chosen: {'; '.join(parts)}."
+            sentences.append(
+                f"{sentence} --rate-random-walk {sensor}=horizon has the process stand for all slow noise."
+            )
+            numbers.find(
+                Finding(
+                    code="slow_noise_left_out",
+                    severity="warning",
+                    message=f"observed, and left out for the walk that was chosen: {'; '.join(parts)}",
+                    effect="the bias that is written is too steady by that",
+                    remedy=f"{given('walk', 'horizon', sensor)} has the process stand for all slow noise",
+                )
+            )
+    return sentences
+
+
+def _values(model: ChannelModel, *terms: str) -> list[str]:
+    """Terms that a channel has, each with its coefficient."""
+    found = []
+    for term in terms:
+        if term in model:
+            text, size = display_units(term, model.quantity, model.unit)[0]
+            found.append(f"{TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}")
+    return found
+
+
+def _interval(model: ChannelModel, size: float) -> str:
+    """The interval of the bias instability in a unit, if there is one."""
+    if "bias_instability" not in model.intervals:
+        return ""
+    low, high = (end / size for end in model.intervals["bias_instability"])
+    return f" [{low:.4g}, {high:.4g}]"
+
+
+def _left_out(model: ChannelModel, *terms: str) -> str:
+    left = _values(model, *terms)
+    return f"; no place here for its {' and '.join(left)}" if left else ""
+
+
+def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: str) -> str:
+    si = model.unit_of("rate_random_walk")
+    if "rate_random_walk" in model:
+        return (
+            f"{name}: the model has a rate random walk and no bias instability; this target has a Gauss-Markov bias: give"
+            f" {given('horizon', 10)} or another time in s, up to which such a process follows the walk, or the channel a"
+            " gauss_markov in the model file"
+        )
+    known = ""
+    if "bias_instability" in model.limits:
+        text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+        known = f" (its bias instability is below {two_digits(model.limits['bias_instability'] / size)} {text})"
+    # One number of a sensor is of all its axes, so that all need a limit.
+    others = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
+    known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in others)
+    limit = f"{given('walk', 'upper-limit', sensor)} or " if known_limits else ""
+    return (
+        f"{name}: the model has no slow noise{known}, and this target needs a Gauss-Markov bias: choose"
+        f" {limit}{given('walk', f'1e-6 {si}', sensor)} (a value, with its unit) with"
+        f" {given('horizon', 10)}, or give the channel a gauss_markov in the model file"
+    )

@@ -1,0 +1,271 @@
+"""What is written for one target or for several, worked out whole before any file is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from sigmatau.errors import OptionError
+from sigmatau.exporting.choices import Choices, NoPlaceError, NotChosenError, given
+from sigmatau.exporting.source import Source, one_rate, source_of
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.targets import target
+from sigmatau.exporting.text import with_remarks
+from sigmatau.exporting.values import Numbers
+from sigmatau.io.write import atomic
+from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.record.record import stream_name
+from sigmatau.results import Finding, Printed
+
+__all__ = ["Prepared", "check_all", "check_choices", "check_path", "prepare", "prepare_all"]
+
+T = TypeVar("T")
+
+_SAME = 1e-3  # relative, of sampling rates
+# What readers take for binary by the ending alone.
+_BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prepared(Printed):
+    """The content of a file for another program.
+
+    Attributes
+    ----------
+    to : str
+        The target.
+    path : Path or None
+        Where `write` writes it.
+    content : str or bytes
+    findings : tuple of Finding
+        What should be known of it; comments in the file say it too.
+    """
+
+    to: str
+    path: Path | None
+    content: str | bytes
+    findings: tuple[Finding, ...]
+
+    def write(self) -> None:
+        """Write the file, whole or not at all; raises `DataError` if it cannot be written."""
+        if self.path is None:
+            raise OptionError(f"{self.to}: no `path` was given to write to", option="path")
+        with atomic(self.path) as temporary:
+            if isinstance(self.content, bytes):
+                temporary.write_bytes(self.content)
+            else:
+                temporary.write_text(self.content, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        text = self.content if isinstance(self.content, str) else f"{len(self.content)} bytes for {self.to}"
+        return "\n".join([text, *map(str, self.findings)])
+
+
+def prepare(model: object, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> Prepared:
+    """What `export` would write, and what should be known of it; parameters and errors as there."""
+    try:
+        file = None if path is None else Path(path)
+    except TypeError:
+        raise OptionError(f"`path` must be the name of a file, not {path!r}", option="path") from None
+    return prepare_all(model, {to: file}, choices=choices)[0]
+
+
+def prepare_all(
+    model: object, files: Mapping[str, Path | None], *, choices: Choices | None = None, named: bool = False
+) -> list[Prepared]:
+    """The same for several targets. A choice without place in one of them is left out there, with a finding.
+
+    Parameters
+    ----------
+    model : NoiseModel, Analysis or Source
+    files : mapping of str to (Path or None)
+        By target.
+    choices : Choices, optional
+    named : bool
+        Whether errors begin with the name of the target.
+
+    Raises
+    ------
+    OptionError
+        As of `export`; a choice is refused if it has no place in any of the targets.
+    DataError
+        As of `export`.
+    """
+    source, chosen = source_of(model), _chosen(choices)
+
+    def one(to: str, used: Choices) -> Prepared:
+        wanted, path = target(to), files[to]
+        check_choices(wanted, used)
+        if path is not None:
+            check_path(wanted, path)
+        content, findings = _written(wanted, source, used, path)
+        return Prepared(to=to, path=path, content=content, findings=findings)
+
+    return _placed(list(files), chosen, one, named=named)
+
+
+def check_all(names: Iterable[str], choices: Choices) -> None:
+    """Refuse, with an `OptionError`, what none of the targets has a place for; no model is needed for that."""
+
+    def one(name: str, used: Choices) -> Prepared:
+        check_choices(target(name), used)
+        return Prepared(to=name, path=None, content="", findings=())
+
+    _placed(list(names), choices, one, named=False)
+
+
+def check_choices(target: Target, choices: Choices) -> None:
+    """Refuse, with an `OptionError`, what a target has no place for; no model is needed for that."""
+    for key in sorted(set(choices.names) - set(target.names)):
+        listed = ", ".join(target.names) or "none"
+        raise NoPlaceError(f"{target.name} has no name {key!r}; it has: {listed}", choice="names", key=key)
+    if choices.step is not None and not target.has_step:
+        raise NoPlaceError(f"`step` has no place in {target.name}: it has no step of its own", choice="step")
+    if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
+        raise NoPlaceError(
+            f"`horizon` has no place in {target.name} but with {given('walk', 'horizon', 'gyro')}", choice="horizon"
+        )
+    if choices.axes == "each" and not (target.per_axis or target.every_axis):
+        raise NoPlaceError(f"{target.name} has one number for all axes: choose worst or mean, not each", choice="axes")
+    if choices.axes == "mean" and target.every_axis:
+        raise NoPlaceError(
+            f"{target.name} has every axis by itself, and no mean of them: leave `axes` out", choice="axes"
+        )
+
+
+def check_path(target: Target, path: str | Path) -> None:
+    """Refuse, with an `OptionError`, the ending of a binary format that a target does not write."""
+    ending = Path(path).suffix.lower()
+    if ending in _BINARY and ending not in target.binary:
+        endings = ", ".join((target.ending, *target.binary))
+        raise OptionError(
+            f"{Path(path).name!r}: {target.name} has no form for {ending}, which is a binary format's; it has {endings}",
+            option="path",
+        )
+
+
+def _chosen(choices: object) -> Choices:
+    if choices is None:
+        return Choices()
+    if not isinstance(choices, Choices):
+        raise OptionError(
+            f"`choices` must be a sigmatau.exporting.choices.Choices, e.g. Choices(rate=100), not {choices!r}",
+            option="choices",
+        )
+    return choices
+
+
+def _placed(
+    names: list[str], choices: Choices, attempt: Callable[[str, Choices], Prepared], *, named: bool
+) -> list[Prepared]:
+    """What `attempt` makes of each target, each with the choices that it has a place for."""
+
+    def of(name: str, error: OptionError) -> OptionError:
+        return OptionError(f"{name}: {error}", option=error.option) if named else error
+
+    made: list[Prepared] = []
+    dropped: list[dict[tuple[str, str | None], NoPlaceError]] = []
+    for name in names:
+        used, without = choices, dict[tuple[str, str | None], NoPlaceError]()
+        while True:
+            try:
+                found = attempt(name, used)
+                break
+            except NoPlaceError as error:
+                without[error.choice, error.key] = error
+                used = used.without(error.choice, error.key)
+            except OptionError as error:
+                if without and len(names) == 1:  # what it comes to without a choice that is refused is not the point
+                    raise of(name, next(iter(without.values()))) from None
+                raise of(name, error) from None
+        said = tuple(
+            Finding(code="choice_without_place", severity="info", message=f"left out there: {error}")
+            for error in without.values()
+        )
+        made.append(replace(found, findings=(*found.findings, *said)))
+        dropped.append(without)
+    for key, refused in dropped[0].items() if dropped else ():
+        if all(key in without for without in dropped):
+            raise of(names[0], refused)
+    return made
+
+
+def _written(
+    wanted: Target, source: Source, choices: Choices, path: Path | None
+) -> tuple[str | bytes, tuple[Finding, ...]]:
+    write = wanted.write if path is None else wanted.binary.get(path.suffix.lower(), wanted.write)
+    numbers = Numbers(source, choices)
+    if wanted.needs_rate:
+        numbers.rate()
+    try:
+        content = write(numbers)
+    except NotChosenError as error:
+        raise _not_chosen(write, source, choices, error) from None
+    findings = [*_doubts(wanted, source), *numbers.findings, *numbers.not_used()]
+    if rate := _other_rate(source, choices):
+        findings.append(rate)
+    if isinstance(content, str):
+        content = with_remarks(content, wanted.ending, [f.message for f in findings if f.code == "other_rate"])
+    return content, tuple(findings)
+
+
+def _not_chosen(
+    write: Callable[[Numbers], str | bytes], source: Source, choices: Choices, first: NotChosenError
+) -> OptionError:
+    """All that is to be chosen, of all sensors, in one error."""
+    found = [first]
+    while True:
+        last = found[-1]
+        more: Any = {last.choice: {**getattr(choices, last.choice), last.sensor: 1.0}}  # to see what else there is
+        choices = replace(choices, **more)
+        try:
+            write(Numbers(source, choices))
+        except NotChosenError as error:
+            found.append(error)
+            continue
+        except ValueError:  # for the next attempt to say
+            pass
+        if len(found) == 1:
+            return first
+        return OptionError("; ".join(map(str, found)), option=first.option)
+
+
+def _doubts(wanted: Target, source: Source) -> list[Finding]:
+    """One finding on all channels whose coefficients are of a fit that is not adequate."""
+    every = wanted.every_axis or wanted.name == "model"
+    found = [
+        name
+        for name, channel in source.model.channels.items()
+        if not channel.adequate and (every or stream_name(name) in ("gyro", "accel"))
+    ]
+    if not found:
+        return []
+    return [
+        Finding(
+            code="not_adequate",
+            severity="warning",
+            message=f"{', '.join(found)}: {NOT_ADEQUATE}",
+            effect="how far off these coefficients are is not known, and one may be the worst of three axes all the same",
+            remedy="look at the curve (sigmatau analyze --plot), choose another part of the record (--window), or leave"
+            " the channel out",
+        )
+    ]
+
+
+def _other_rate(source: Source, choices: Choices) -> Finding | None:
+    """That a rate was given which is not that of the record."""
+    if choices.rate is None or not source.rates:
+        return None
+    try:
+        of_record = one_rate(source.rates)
+    except OptionError:  # of several one was to be chosen
+        return None
+    if of_record is None or abs(choices.rate / of_record - 1) <= _SAME:
+        return None
+    return Finding(
+        code="other_rate",
+        severity="info",
+        message=f"written for {choices.rate:g} Hz; the record was at {of_record:g} Hz",
+    )

@@ -1,0 +1,263 @@
+"""Reading back what other programs hold: noise parameters of Kalibr's ``imu.yaml`` and of imu_utils' results.
+
+Kalibr's file is one number for three axes, in the units of a model. imu_utils writes two numbers an axis, and neither is
+what it is called: ``gyr_n`` is the deviation of a sample, √f times the density; ``gyr_w`` is the minimum of the Allan
+deviation, a bias instability times 0.664 if there is one, in rad/s and not in rad/s²/√Hz. The first is converted, the
+second left out, and both are said.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.results import Finding, Printed
+from sigmatau.units import find
+
+__all__ = ["ReadBack", "read_yaml"]
+
+_KALIBR = {
+    "gyroscope_noise_density": ("gyro", "random_walk"),
+    "gyroscope_random_walk": ("gyro", "rate_random_walk"),
+    "accelerometer_noise_density": ("accel", "random_walk"),
+    "accelerometer_random_walk": ("accel", "rate_random_walk"),
+}
+_RATES = ("update_rate", "rate_hz")
+_IMU_UTILS = {"Gyr": ("gyro", "gyr", "rad/s"), "Acc": ("accel", "acc", "m/s^2")}
+_AXES = ("x-axis", "y-axis", "z-axis", "avg-axis")
+_PASSED = (  # of Kalibr, OpenVINS and EuRoC: no noise
+    *("rostopic", "topic", "time_offset", "model", "sensor_type", "comment"),
+    *("T_i_b", "T_ib", "T_BS", "Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"),
+)
+_LINE = re.compile(r"""( *)(?:"([^"\\]*)"|'([^']*)'|([A-Za-z_][^\s:#'"]*))[ \t]*:(?:[ \t]+(.*))?""")
+_OTHER = re.compile(r"^\s*<<\s*:|:\s*[*{]", flags=re.MULTILINE)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadBack(Printed):
+    """A model from another program's file.
+
+    Attributes
+    ----------
+    model : NoiseModel
+        Channels ``gyro`` and ``accel`` where the file has one number for all axes.
+    rate : float or None
+        Sampling rate, where the file or the caller says it. [Hz]
+    findings : tuple of Finding
+        What the file calls by a wrong name, and what was left out.
+    names : mapping of str to str
+        The topic, where the file names one.
+    """
+
+    model: NoiseModel
+    rate: float | None
+    findings: tuple[Finding, ...]
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return "\n".join([repr(self.model), *map(str, self.findings)])
+
+
+def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
+    """The model of a Kalibr ``imu.yaml`` (also OpenVINS', EuRoC's) or of a result of imu_utils, told apart by their keys.
+
+    Parameters
+    ----------
+    text : str
+        The file.
+    rate : float, optional
+        Sampling rate of the record that imu_utils saw, which its file does not hold. [Hz]
+
+    Raises
+    ------
+    DataError
+        If it is neither, describes several IMUs, lacks one of the four densities, has a key that is nearly one that is read,
+        or a value is no positive number.
+    OptionError
+        If it is of imu_utils and there is no `rate`.
+    """
+    values = _values(text)
+    other = "; anchors and {…} are not read: write each key on a line of its own" if _OTHER.search(text) else ""
+    imus = sorted({path[:-1] for path in values if path[-1] in _KALIBR})
+    if len(imus) > 1:
+        listed = ", ".join(".".join(imu) or "the top" for imu in imus)
+        raise DataError(f"several IMUs ({listed}); keep the one that is meant")
+    if imus:
+        return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate, other)
+    if any(path[0] in _IMU_UTILS and len(path) == 3 and path[-1].endswith("_n") for path in values):
+        return _imu_utils(values, rate)
+    raise DataError(
+        f"neither a Kalibr imu.yaml ({', '.join(_KALIBR)}) nor a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
+        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS)) or other}"
+    )
+
+
+def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBack:
+    others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _PASSED]
+    missing = [key for key in _KALIBR if key not in values]
+    nearly = _nearly(others, (*_KALIBR, *_RATES))
+    if missing:
+        raise DataError(f"no {', no '.join(missing)}: a file of this kind has all four densities{nearly or other}")
+    if nearly:
+        raise DataError(f"a key that is not understood{nearly}")
+    channels: dict[str, dict[str, float]] = {}
+    for key, (sensor, term) in _KALIBR.items():
+        channels.setdefault(sensor, {})[term] = _positive(key, values[key])
+    if rate is None:
+        rate = next((_positive(key, values[key]) for key in _RATES if key in values), None)
+    unread = Finding(
+        code="keys_not_read",
+        severity="info",
+        message=f"not read: {', '.join(others)}",
+        effect="what they say is in no number",
+    )
+    finding = Finding(
+        code="imported_without_intervals",
+        severity="info",
+        message="one number for all axes, without interval; files of this kind are often inflated by hand",
+        effect="what is written from it is no surer, and inflated as it was",
+    )
+    topic = values.get("rostopic", "").strip("\"'")
+    return ReadBack(
+        model=NoiseModel(channels=channels),
+        rate=rate,
+        findings=(finding, unread) if others else (finding,),
+        names={"topic": topic} if topic else {},
+    )
+
+
+def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:
+    if rate is None:
+        raise OptionError(
+            "a file of imu_utils: its gyr_n and acc_n are deviations of a sample, not densities; give --rate, the sampling"
+            " rate of that record in Hz, to divide by its root",
+            option="rate",
+        )
+    for path in values:
+        if len(path) > 1:
+            _understood(path)
+    channels: dict[str, dict[str, float]] = {}
+    walks: list[str] = []
+    for block, (sensor, prefix, si) in _IMU_UTILS.items():
+        size = _unit(block, values.get((block, "unit"), si), si) / math.sqrt(rate)
+        axes = [axis for axis in "xyz" if (block, f"{axis}-axis", f"{prefix}_n") in values]
+        for axis in axes:
+            key = (block, f"{axis}-axis", f"{prefix}_n")
+            channels[f"{sensor}_{axis}"] = {"random_walk": _positive(".".join(key), values[key]) * size}
+        average = (block, "avg-axis", f"{prefix}_n")
+        if not axes and average in values:
+            channels[sensor] = {"random_walk": _positive(".".join(average), values[average]) * size}
+        if any(path[0] == block and path[-1] == f"{prefix}_w" for path in values):
+            walks.append(f"{prefix}_w")
+    if not channels:
+        raise DataError("a result of imu_utils without gyr_n or acc_n of any axis")
+    findings = [
+        Finding(
+            code="deviation_as_density",
+            severity="warning",
+            message=f"gyr_n and acc_n of imu_utils are deviations of a sample: divided by sqrt({rate:g} Hz)",
+            effect=f"copied as densities they are {math.sqrt(rate):.3g} times too large",
+            size=math.sqrt(rate),
+        )
+    ]
+    if walks:
+        findings.append(
+            Finding(
+                code="minimum_as_walk",
+                severity="warning",
+                message=f"{' and '.join(walks)} of imu_utils left out: the minimum of the Allan deviation, no random walk",
+                effect="the model has no rate random walk; another unit, and a wrong number, if it is copied as one",
+                remedy="analyse the record itself, or choose what to write with --rate-random-walk",
+            )
+        )
+    return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=tuple(findings))
+
+
+def _positive(key: str, text: str) -> float:
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise DataError(f"{key}: {text[:80]!r} is no positive number")
+    return value
+
+
+def _understood(path: tuple[str, ...]) -> None:
+    """Raise `DataError` for a key of imu_utils' blocks that is not one of its own."""
+    block, name, *rest = path
+    known: Iterable[str] = _IMU_UTILS
+    if block in _IMU_UTILS:
+        prefix = _IMU_UTILS[block][1]
+        leaves = (f"{prefix}_n", f"{prefix}_w")
+        if path[1:] == ("unit",) or (name in _AXES and len(rest) == 1 and rest[0] in leaves):
+            return
+        known = ("unit", *_AXES) if name not in _AXES else leaves
+    wrong = next((key for key in path if key not in _IMU_UTILS and key not in _AXES), name)
+    hint = _nearly([wrong], known) or f"; there are {', '.join(known)}"
+    raise DataError(f"{'.'.join(path)} is not understood{hint}")
+
+
+def _unit(block: str, text: str, si: str) -> float:
+    """One unit of imu_utils in SI; raises `DataError` for one that is unknown or of another quantity."""
+    symbol = text.strip("\"' \t")
+    try:
+        unit = find(symbol)
+    except OptionError as error:
+        raise DataError(f"{block}.unit: {error}") from None
+    if unit.si != si:
+        raise DataError(
+            f"{block}.unit: {symbol!r} is no unit of {block}, whose numbers are in {si} or another of its kind"
+        )
+    return unit.factor
+
+
+def _nearly(keys: Iterable[str], known: Iterable[str]) -> str:
+    """``; is 'Gyr_n' gyr_n?`` of keys that are nearly known ones, or nothing."""
+    names = {name.lower(): name for name in known}
+    found = []
+    for key in dict.fromkeys(keys):
+        close = difflib.get_close_matches(key.lower()[:80], names, n=1, cutoff=0.75)
+        if close and key not in names.values():
+            found.append(f"; is {key[:80]!r} {names[close[0]]}?")
+    return "".join(found)
+
+
+def _values(text: str) -> dict[tuple[str, ...], str]:
+    """Scalars of the nested block mappings of a YAML file, by the keys that lead to them; lists are passed over.
+
+    That is all of YAML that these files use. As YAML has it, a scalar may stand behind a tab, on the next line, or go
+    on there: what is deeper than a key that has one belongs to it. Raises `DataError` for a key that comes twice.
+    """
+    values: dict[tuple[str, ...], str] = {}
+    above: list[tuple[int, str]] = []
+    last: tuple[str, ...] = ()  # the key to which deeper lines belong
+    depth, filled = 0, False
+    for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
+        content = re.sub(r"(?:^|\s)#.*", "", line).rstrip()
+        if not content.strip() or content.startswith(("%", "---", "...")):
+            continue
+        indent = len(content) - len(content.lstrip(" "))
+        match = _LINE.fullmatch(content)
+        if last and indent > depth and (filled or not (match or content.lstrip().startswith("-"))):
+            if not filled and last in values:
+                raise DataError(f"{'.'.join(last)} comes twice")
+            values[last] = f"{values[last]} {content.strip()}" if filled else content.strip()
+            filled = True
+        elif match is not None:
+            key = next(name for name in match.groups()[1:4] if name is not None)
+            while above and above[-1][0] >= indent:
+                above.pop()
+            last, depth = (*(name for _, name in above), key), indent
+            scalar = re.sub(r"^(?:[!&]\S*\s*)+", "", (match[5] or "").strip())  # without tag and anchor
+            filled = bool(scalar)
+            if not filled:
+                above.append((indent, key))
+            elif last in values:
+                raise DataError(f"{'.'.join(last)} comes twice")
+            else:
+                values[last] = scalar
+    return values

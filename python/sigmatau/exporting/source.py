@@ -1,0 +1,197 @@
+"""What is exported from: a model file, the JSON of an analysis, or another program's YAML; by its ending."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.read_back import read_yaml
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.record.record import stream_name
+from sigmatau.results import Finding, Printed
+
+__all__ = ["Source", "one_rate", "read_source", "source_of"]
+
+_SAME = 1e-3  # relative: two sensors of one unit, each with its own stamps
+_FILTER = "low_pass_filter"
+_LEAST = 32  # samples in the longest means whose differences are summed, at least
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """What a record has of the variance of a sample.
+
+    Attributes
+    ----------
+    variance : float
+        About the mean of so many seconds around it. [(rate unit)²]
+    time : float
+        [s]
+    """
+
+    variance: float
+    time: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source(Printed):
+    """What is exported from.
+
+    Attributes
+    ----------
+    model : NoiseModel
+    rates : mapping of str to float
+        Sampling rate by channel, where it is known. [Hz]
+    findings : tuple of Finding
+        What should be known of it.
+    corners : mapping of str to float
+        By channel, the corner of a low-pass filter that the analysis found in its spectrum. [Hz]
+    samples : mapping of str to Sample
+        By channel, the measured variance of a sample.
+    names : mapping of str to str
+        Names that the file has beside the numbers, such as a topic.
+    """
+
+    model: NoiseModel
+    rates: Mapping[str, float]
+    findings: tuple[Finding, ...] = ()
+    corners: Mapping[str, float] = field(default_factory=dict)
+    samples: Mapping[str, Sample] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of_model(cls, model: NoiseModel) -> Source:
+        """What a model knows by itself: the rate of the record, if it is of a fit."""
+        return cls(model=model, rates={name: channel.rate for name, channel in model.channels.items() if channel.rate})
+
+    @classmethod
+    def of_result(cls, content: Mapping[str, Any]) -> Source:
+        """What a result of `analyze` holds, as its ``to_dict`` or its JSON has it; raises `DataError` if it is none."""
+        plain = cls.of_model(NoiseModel.from_result(content))
+        corners, samples = {}, {}
+        try:
+            for finding in content.get("findings", ()):
+                if finding.get("code") == _FILTER and finding.get("channel") in plain.model.channels:
+                    corners[str(finding["channel"])] = float(finding["size"])
+            for name in plain.model.channels:
+                _check_rate(content["channels"][name]["sample_rate_hz"])
+                if (sample := _sample(content["channels"][name]["curve"])) is not None:
+                    samples[name] = sample
+        except (LookupError, TypeError, AttributeError, ValueError) as error:
+            raise DataError(f"not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
+        return replace(plain, corners=corners, samples=samples)
+
+    def of(self, channels: Iterable[str]) -> Source:
+        """The same of some of the channels."""
+        return replace(self, model=self.model.of(channels))
+
+    def __repr__(self) -> str:
+        return "\n".join([repr(self.model), *map(str, self.findings)])
+
+
+def source_of(given: object) -> Source:
+    """A `Source` of itself, of a model, or of an analysis; raises `OptionError` for anything else."""
+    if isinstance(given, Source):
+        return given
+    if isinstance(given, NoiseModel):
+        return Source.of_model(given)
+    make = getattr(given, "to_source", None)  # an Analysis, which is above this room
+    if callable(make) and not isinstance(given, type):
+        made: Source = make()
+        return made
+    more = ""
+    if isinstance(given, str | Path):
+        more = f": read it first, sigmatau.exporting.source.read_source({str(given)!r})"
+    elif hasattr(given, "streams"):
+        more = ": analyse it first, sigmatau.analyze(record)"
+    raise OptionError(f"`model` must be a NoiseModel or an Analysis, not {type(given).__name__}{more}", option="model")
+
+
+def read_source(path: str | Path, *, rate: float | None = None) -> Source:
+    """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML of Kalibr's kind or imu_utils'.
+
+    Parameters
+    ----------
+    path : str or Path
+    rate : float, optional
+        Sampling rate, in place of that which a YAML has, or lacks. [Hz]
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read or understood.
+    OptionError
+        If it needs a rate and none is given.
+    """
+    path = Path(path)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        try:
+            back = read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate)
+        except OSError as error:
+            raise DataError(f"{path}: {error.strerror or error}") from None
+        except OptionError as error:
+            raise OptionError(f"{path}: {error}", option=error.option) from None
+        except ValueError as error:  # of which a DataError and Unicode's are kinds
+            raise DataError(f"{path}: {error}") from None
+        rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
+        return Source(model=back.model, rates=rates, findings=back.findings, names=back.names)
+    model = NoiseModel.read(path)
+    if path.suffix.lower() != ".json":
+        return Source.of_model(model)
+    content = json.loads(path.read_text(encoding="utf-8-sig"))
+    try:
+        source = Source.of_result(content)
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from None
+    return source
+
+
+def _sample(curve: Mapping[str, Any]) -> Sample | None:
+    """The variance of a sample from an Allan curve, about means that reach to the bottom of the curve.
+
+    A record less its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
+    (Haar's decomposition), so that its variance is half the sum of their Allan variances. Whatever is in the samples is in
+    it: filtered noise, lines, quantization. None of a curve that lacks an octave, or ends before means of 32 samples.
+    """
+    pairs = zip(curve["m"], curve["adev"], strict=True)
+    adev = {m: float(sigma) for m, sigma in pairs if sigma is not None}
+    if 1 not in adev:
+        return None
+    lowest = max(min(adev, key=lambda m: adev[m]), _LEAST)
+    octaves = [2**k for k in range(int(lowest).bit_length())]
+    if not all(m in adev for m in octaves) or not octaves[-1] >= _LEAST:
+        return None
+    last = octaves[-1]
+    means = adev[last] ** 2 / 2  # their own variance, as far as it is that of white noise
+    time = 2 * last * float(curve["tau_s"][0])
+    return Sample(variance=sum(adev[m] ** 2 for m in octaves) / 2 + means, time=time)
+
+
+def _check_rate(value: object) -> None:
+    """Raise `ValueError` for what is no sampling rate."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise ValueError(f"sample_rate_hz {value!r}, which is no positive number,")
+
+
+def one_rate(rates: Mapping[str, float]) -> float | None:
+    """The sampling rate of gyros and accelerometers, None if it is not known.
+
+    Raises
+    ------
+    OptionError
+        If they differ: a filter has one.
+    """
+    found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
+    if not found:
+        return None
+    if max(found.values()) > (1 + _SAME) * min(found.values()):
+        listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in found.items())
+        raise OptionError(
+            f"the channels have several sampling rates ({listed}): give `rate`, the filter's", option="rate"
+        )
+    return next(iter(found.values()))

@@ -1,0 +1,126 @@
+"""Gazebo: a model in SDF with the noise of its IMU, and the parameters of the plugins of RotorS and PX4's SITL.
+
+A sensor of Gazebo takes a standard deviation a sample, N·√rate, and drives its bias with white noise of the density
+``dynamic_bias_stddev``², so that the bias has the standard deviation stddev·√(time/2). The plugins take the densities.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from xml.sax.saxutils import quoteattr
+
+from sigmatau.exporting.axes import noises
+from sigmatau.exporting.gauss_markov import Process, left_out, processes, refuse_horizon
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.text import comment, digits, number, plain_name, said
+from sigmatau.exporting.values import Number, Numbers
+from sigmatau.results import seconds
+
+__all__ = ["TARGET"]
+
+_SENSORS = (
+    ("gyro", "angular_velocity", "gyroscope", "rad/s"),
+    ("accel", "linear_acceleration", "accelerometer", "m/s^2"),
+)
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the file."""
+    found = {row[0]: (noises(numbers, row[0]), processes(numbers, row[0])) for row in _SENSORS}
+    refuse_horizon(numbers, "gazebo", [p for _, axes in found.values() for p in axes])
+    link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<sdf version="1.9">',
+        *(_comment("  ", sentence) for sentence in left_out(numbers)),
+        '  <model name="imu">',
+        f"    <link name={link}>",
+        '      <sensor name="imu" type="imu">',
+        f"        <update_rate>{digits(numbers.rate())}</update_rate>",
+        "        <imu>",
+    ]
+    for sensor, element, _, unit in _SENSORS:
+        noise, bias = found[sensor]
+        lines += [
+            f"          <{element}>",
+            _comment(
+                "            ", f"stddev: {unit} a sample, N*sqrt(rate), two-sided; {said(n.words for n in noise)}"
+            ),
+            _comment(
+                "            ",
+                f"dynamic bias: {unit}/s/sqrt(Hz), sigma*sqrt(2/time), and s; {said(b.words for b in bias)}",
+            ),
+            *(_axis(numbers.rate(), *row) for row in zip("xyz", noise, bias, strict=True)),
+            f"          </{element}>",
+        ]
+    lines += ["        </imu>", "      </sensor>", "    </link>", *_plugin(numbers, found), "  </model>", "</sdf>"]
+    return "\n".join(lines) + "\n"
+
+
+def _axis(rate: float, axis: str, noise: Number, bias: Process) -> str:
+    return (
+        f'            <{axis}><noise type="gaussian"><mean>0</mean><stddev>{digits(noise.value * math.sqrt(rate))}</stddev>'
+        f"<dynamic_bias_stddev>{digits(bias.density)}</dynamic_bias_stddev>"
+        f"<dynamic_bias_correlation_time>{digits(bias.time)}</dynamic_bias_correlation_time></noise></{axis}>"
+    )
+
+
+def _plugin(
+    numbers: Numbers, found: dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]
+) -> list[str]:
+    if numbers.choices.axes == "each":
+        return [
+            _comment("    ", "the plugins of RotorS and PX4 have one number for three axes: axes=worst writes them")
+        ]
+    filename = quoteattr(plain_name(numbers.name("plugin", "libgazebo_imu_plugin.so"), "plugin"))
+    lines = [
+        _comment(
+            "    ",
+            "for Gazebo classic with PX4's or RotorS' plugin, in place of the sensor; delete it for the new Gazebo",
+        ),
+        f'    <plugin name="imu_plugin" filename={filename}>',
+        f"      <linkName>{plain_name(numbers.name('link', 'imu_link'), 'link')}</linkName>",
+    ]
+    for sensor, _, word, unit in _SENSORS:
+        (noise, *_), (bias, *_) = found[sensor]
+        key = f"{sensor}_turn_on_bias"
+        turn_on = number(numbers.name(key, "0"), key)
+        lines += [
+            _comment("      ", f"{unit}/sqrt(Hz), N, two-sided; {noise.words}"),
+            f"      <{word}NoiseDensity>{digits(noise.value)}</{word}NoiseDensity>",
+            _comment("      ", f"{unit}/s/sqrt(Hz), sigma*sqrt(2/time); {bias.words}"),
+            f"      <{word}RandomWalk>{digits(bias.density)}</{word}RandomWalk>",
+            _comment(
+                "      ", f"s, correlation time {seconds(bias.time)} s of a standard deviation {bias.sigma:.4g} {unit}"
+            ),
+            f"      <{word}BiasCorrelationTime>{digits(bias.time)}</{word}BiasCorrelationTime>",
+            _comment("      ", f"{unit}; no Allan variance shows it: the option name sets it, {key}=VALUE"),
+            f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
+        ]
+    return [*lines, "    </plugin>"]
+
+
+def _comment(indent: str, words: str) -> str:
+    """An XML comment, in which two hyphens may not stand together: options are called what they are."""
+    text = re.sub(r"--(?=[a-z])", "option ", comment(words))
+    while "--" in text:
+        text = text.replace("--", "- -")
+    return f"{indent}<!-- {text} -->"
+
+
+TARGET = Target(
+    name="gazebo",
+    summary="Gazebo SDF: N*sqrt(rate), a Gauss-Markov bias, by axis; parameters of RotorS' and PX4's plugin",
+    ending=".sdf",
+    write=write,
+    needs_rate=True,
+    has_horizon=True,
+    per_axis=True,
+    names={
+        "link": "imu_link",
+        "plugin": "libgazebo_imu_plugin.so",
+        "gyro_turn_on_bias": "0",
+        "accel_turn_on_bias": "0",
+    },
+)

@@ -1,0 +1,97 @@
+"""GTSAM: a Python module that makes ``PreintegrationCombinedParams``, with the lines of C++ beside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.text import comment, digits, remark
+from sigmatau.exporting.values import Number, Numbers
+from sigmatau.units import STANDARD_GRAVITY
+
+__all__ = ["TARGET"]
+
+_AXES = "xyz"
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the module: densities as they are, squared in the open where the covariances are made."""
+    rows = [
+        ("ACCELEROMETER_NOISE", "accel", numbers.noise, numbers.noise_of, "N, m/s^2/sqrt(Hz)"),
+        ("GYROSCOPE_NOISE", "gyro", numbers.noise, numbers.noise_of, "N, rad/s/sqrt(Hz)"),
+        ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
+        ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
+    ]
+    lines = [*map(remark, numbers.left_out()), "# x, y, z"]
+    for name, sensor, one, of, unit in rows:
+        lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
+    gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))
+    integration = numbers.number("integration", "1.0e-8")
+    return _MODULE.format(numbers="\n".join(lines), gravity=digits(gravity), integration=digits(integration))
+
+
+def _axes(
+    numbers: Numbers, sensor: str, one: Callable[[str], Number], of: Callable[[str], Number], unit: str
+) -> list[str]:
+    """A line of each axis: one number for all of them, or, if each was chosen, its own where the model has that channel."""
+    if numbers.choices.axes != "each":
+        number = one(sensor)
+        first, *others = [f"    {digits(number.value)}," for _ in _AXES]
+        return [f"{first}  # {comment(f'{unit}; {number.words}')}", *others]
+    found = {name.removeprefix(f"{sensor}_"): of(name) for name in numbers.channels(sensor)}
+    worst = max(found.values(), key=lambda number: number.value)
+    lines = []
+    for axis in _AXES:
+        words = unit if axis in found else f"{unit}; {axis}: no channel of its own, the worst of the others"
+        used = found.get(axis, worst)
+        lines.append(f"    {digits(used.value)},  # {comment(f'{words}; {used.words}')}")
+    return lines
+
+
+_MODULE = '''\
+"""Noise parameters of an IMU for GTSAM: params() makes PreintegrationCombinedParams."""
+
+# Continuous-time densities; their squares are GTSAM's covariances. GTSAM divides the noise by dt and multiplies the walks
+# by dt itself: nothing here is multiplied by the sampling rate.
+{numbers}
+GRAVITY = {gravity}  # m/s^2; where you are, not the sensor's
+INTEGRATION = {integration}  # error of the integration itself, no noise of the sensor; GTSAM's default, 1, is too large
+
+
+def params(gravity=GRAVITY):
+    """PreintegrationCombinedParams with z up; use MakeSharedD for z down."""
+    import gtsam
+    import numpy as np
+
+    made = gtsam.PreintegrationCombinedParams.MakeSharedU(gravity)
+    made.setAccelerometerCovariance(np.diag(np.square(ACCELEROMETER_NOISE)))  # N^2, (m/s^2)^2/Hz
+    made.setGyroscopeCovariance(np.diag(np.square(GYROSCOPE_NOISE)))  # N^2, (rad/s)^2/Hz
+    made.setBiasAccCovariance(np.diag(np.square(ACCELEROMETER_WALK)))  # K^2, (m/s^3)^2/Hz
+    made.setBiasOmegaCovariance(np.diag(np.square(GYROSCOPE_WALK)))  # K^2, (rad/s^2)^2/Hz
+    made.setIntegrationCovariance(INTEGRATION * np.eye(3))  # no Allan number
+    # No Allan number either: what is not known of the bias at the start belongs in the prior of the first bias. Left alone
+    # it is 1 up to GTSAM 4.2 and swamps everything else; later versions ignore or lack it.
+    initial = getattr(made, "setBiasAccOmegaInit", None) or getattr(made, "setBiasAccOmegaInt", None)
+    if initial is not None:
+        initial(np.zeros((6, 6)))
+    return made
+
+
+# The same in C++, with Vector3 of the numbers above:
+#   auto p = gtsam::PreintegrationCombinedParams::MakeSharedU(gravity);
+#   p->accelerometerCovariance = accelerometer_noise.cwiseAbs2().asDiagonal();
+#   p->gyroscopeCovariance = gyroscope_noise.cwiseAbs2().asDiagonal();
+#   p->biasAccCovariance = accelerometer_walk.cwiseAbs2().asDiagonal();
+#   p->biasOmegaCovariance = gyroscope_walk.cwiseAbs2().asDiagonal();
+#   p->integrationCovariance = integration * gtsam::I_3x3;
+#   p->biasAccOmegaInt = gtsam::Z_6x6;  // where the version has it
+'''
+
+TARGET = Target(
+    name="gtsam",
+    summary="GTSAM PreintegrationCombinedParams, a Python module: covariances N^2 and K^2, continuous, an axis each",
+    ending=".py",
+    write=write,
+    per_axis=True,
+    names={"gravity": digits(STANDARD_GRAVITY), "integration": "1.0e-8"},
+)

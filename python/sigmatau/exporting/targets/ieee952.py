@@ -1,0 +1,141 @@
+"""IEEE Std 952: a sheet of all coefficients in the units of the standard, with intervals or upper limits, and in SI."""
+
+from __future__ import annotations
+
+from sigmatau.exporting.axes import refuse
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.text import comment, digits
+from sigmatau.exporting.values import Numbers
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.noise.terms import TERMS
+from sigmatau.results import interval_texts
+from sigmatau.units import STANDARD_GRAVITY, find
+
+__all__ = ["TARGET"]
+
+_HOUR = 3600.0
+
+# Units of the sheet: text and one such unit in SI, the standard's own first.
+_UNITS = {
+    "angular_rate": {
+        "quantization": (("arcsec", find("arcsec").factor), ("µrad", 1e-6)),
+        "random_walk": (("°/√h", find("deg/sqrt(h)").factor),),
+        "bias_instability": (("°/h", find("deg/h").factor),),
+        "rate_random_walk": (("(°/h)/√h", find("deg/h/sqrt(h)").factor),),
+        "rate_ramp": (("(°/h)/h", find("deg/h^2").factor),),
+    },
+    "acceleration": {
+        "quantization": (("m/s", 1.0),),
+        "random_walk": (("m/s/√h", find("m/s/sqrt(h)").factor),),
+        "bias_instability": (("µg", STANDARD_GRAVITY * 1e-6), ("m/s²", 1.0)),
+        "rate_random_walk": (("µg/√h", find("ug/sqrt(h)").factor), ("(m/s²)/√h", find("m/s^2/sqrt(h)").factor)),
+        "rate_ramp": (("µg/h", find("ug/h").factor), ("(m/s²)/h", 1 / _HOUR)),
+    },
+}
+
+
+_NO_INTERVAL, _UNKNOWN, _NOT_THERE = "no interval", "cannot be told", "not in the model"
+
+_FOOT = {
+    _NO_INTERVAL: "No interval: the value is of a model file or another program's, or of a fit that is not adequate.",
+    _UNKNOWN: "Cannot be told: the averaging times that would show it are left out of the fit, or it is not adequate.",
+    _NOT_THERE: "Not in the model: a model file does not say whether it was looked for.",
+}
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the sheet: a block a channel, a row a term."""
+    refuse(
+        numbers,
+        "ieee952",
+        "the sheet states what was found",
+        "walk",
+        "noise",
+        "walk_factor",
+        "noise_factor",
+    )
+    blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is SI, to all digits."]
+    for name, model in numbers.model.channels.items():
+        rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)
+        widths = [max(len(row[column]) for row in rows) for column in range(4)]
+        lines = [f"{comment(name)} [{comment(model.unit)}]"]
+        for row in rows:
+            cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+            lines.append(f"  {'  '.join([*cells, row[4]])}".rstrip())
+        blocks.append("\n".join(lines))
+    text = "\n\n".join(blocks)
+    foot = [line for words, line in _FOOT.items() if words in text]
+    return "\n".join([text, *([""] if foot else []), *foot]) + "\n"
+
+
+def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]]:
+    """Letter, name, value with unit, interval, SI; a further unit on a row of its own."""
+    letter, label = TERMS[term].symbols[0], TERMS[term].label(model.quantity)
+    si = model.unit_of(term)
+    units = _UNITS.get(model.quantity, {}).get(term, ((si, 1.0),))
+    if term in model:
+        value = model[term]
+        low, high = model.intervals.get(term, (None, None))
+        rows = []
+        for text, size in units:
+            bounds = (None, None) if low is None or high is None else (low / size, high / size)
+            shown, interval = interval_texts(value / size, *bounds)
+            if bounds[0] is None:
+                shown = f"{value / size:.6g}"
+            percent = (
+                f"{interval} ({100 * model.level:g} %)"
+                if interval
+                else _NO_INTERVAL
+                if model.adequate
+                else NOT_ADEQUATE
+            )
+            rows.append((letter, label, f"{shown} {text}", percent, f"{digits(value)} {si}"))
+        return rows
+    if term in model.limits:
+        limit, percent = model.limits[term], f"not seen ({100 * model.level:g} %)"
+        return [
+            (letter, label, f"below {limit / size:.2g} {text}", percent, f"below {digits(limit)} {si}")
+            for text, size in units
+        ]
+    if model.duration or not model.adequate:  # of a fit
+        return [(letter, label, _UNKNOWN, "" if model.adequate else "no adequate model", "")]
+    return [(letter, label, _NOT_THERE, "", "")]
+
+
+def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
+    """Gauss-Markov processes with the standard's q_c, sinusoids and the bandwidth."""
+    units = _UNITS.get(model.quantity, {}).get("bias_instability", ((model.unit, 1.0),))
+    text, size = units[0]
+    rows = []
+    for k, process in enumerate(model.gauss_markov, 1):
+        drive = process.sigma * (2 / process.time) ** 0.5
+        rows += [
+            (
+                f"σ{k}",
+                "Gauss-Markov",
+                f"{process.sigma / size:.6g} {text}",
+                "",
+                f"{digits(process.sigma)} {model.unit}",
+            ),
+            (f"Tc{k}", "correlation time", f"{process.time:.6g} s", "", f"{digits(process.time)} s"),
+            (f"qc{k}", "driving noise", f"{drive:.6g} {model.unit}/√s", "", f"{digits(drive)} {model.unit}/sqrt(s)"),
+        ]
+    for k, line in enumerate(model.sinusoid, 1):
+        rows += [
+            (f"Ω{k}", "sinusoid", f"{line.amplitude / size:.6g} {text}", "", f"{digits(line.amplitude)} {model.unit}"),
+            (f"f{k}", "its frequency", f"{line.frequency:.6g} Hz", "", f"{digits(line.frequency)} Hz"),
+        ]
+    if model.bandwidth is not None:
+        corner = model.bandwidth.corner
+        rows.append(("fc", f"bandwidth, order {model.bandwidth.order}", f"{corner:.6g} Hz", "", f"{digits(corner)} Hz"))
+    return rows
+
+
+TARGET = Target(
+    name="ieee952",
+    summary="a sheet of Q, N, B, K, R of every channel in the units of IEEE Std 952, with intervals",
+    ending=".txt",
+    write=write,
+    every_axis=True,
+)

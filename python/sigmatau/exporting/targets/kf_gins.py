@@ -1,0 +1,76 @@
+"""KF-GINS: the block ``imunoise`` of its configuration.
+
+Its biases are first-order Gauss-Markov processes with one correlation time for all, driven by 2σ²/corrtime; its code
+converts from the units of the file itself.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sigmatau.exporting.axes import noises
+from sigmatau.exporting.gauss_markov import Process, left_out, processes, refuse_horizon
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.text import digits, number, remark, said, vector
+from sigmatau.exporting.values import Numbers
+from sigmatau.results import seconds
+from sigmatau.units import find
+
+__all__ = ["TARGET"]
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the block; vectors are forward, right, down."""
+    noise = {sensor: noises(numbers, sensor) for sensor in ("gyro", "accel")}
+    biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
+    refuse_horizon(numbers, "kf-gins", [p for axes in biases.values() for p in axes])
+    time = _time(numbers, [p for axes in biases.values() for p in axes])
+    shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
+    lines = [
+        "# KF-GINS converts these units itself. Axes forward, right, down: those of the IMU file, not of the data sheet.",
+        *map(remark, left_out(numbers)),
+        "imunoise:",
+    ]
+    for key, sensor, unit in (("arw", "gyro", "deg/sqrt(h)"), ("vrw", "accel", "m/s/sqrt(h)")):
+        size = find(unit).factor
+        words = said(n.words for n in noise[sensor])
+        lines.append(f"  {key}: {vector(n.value / size for n in noise[sensor])}  # {unit}; {words}")
+    for key, sensor, unit in (("gbstd", "gyro", "deg/h"), ("abstd", "accel", "mGal")):
+        size = find(unit).factor
+        words = said(p.words for p in shared[sensor])
+        lines.append(
+            f"  {key}: {vector(p.sigma / size for p in shared[sensor])}  # {unit}, standard deviation; {words}"
+        )
+    for key in ("gsstd", "asstd"):
+        ppm = number(numbers.name(key, "300"), key)
+        given = "given" if key in numbers.choices.names else f"that of KF-GINS' sample, --name {key}=PPM"
+        lines.append(f"  {key}: {vector([ppm] * 3)}  # ppm; a scale factor, which no static record shows: {given}")
+    lines.append(f"  corrtime: {digits(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
+    return "\n".join(lines) + "\n"
+
+
+def _time(numbers: Numbers, processes: list[Process]) -> float:
+    """The one correlation time. [s]"""
+    if "corrtime" in numbers.choices.names:
+        return 3600 * number(numbers.choices.names["corrtime"], "corrtime", least=1e-6, most=1e6)
+    times = [p.time for p in processes]
+    if min(times) == max(times):
+        return times[0]
+    return math.exp(sum(map(math.log, times)) / len(times))
+
+
+def _of_time(numbers: Numbers) -> str:
+    if "corrtime" in numbers.choices.names:
+        return "as it was given"
+    return "one for all: mean of the logarithms of those of the processes, --name corrtime=HOURS"
+
+
+TARGET = Target(
+    name="kf-gins",
+    summary="KF-GINS imunoise: N, each bias as a Gauss-Markov process with one correlation time, by axis",
+    ending=".yaml",
+    write=write,
+    has_horizon=True,
+    per_axis=True,
+    names={"gsstd": "300", "asstd": "300", "corrtime": ""},
+)

@@ -1,0 +1,201 @@
+"""ROS: the covariances of ``sensor_msgs/Imu``, row by row, as YAML.
+
+They are those of one sample. Where the source is of a record it is what that has, see `Source.samples`; of a model what the
+model makes: white noise of density N² that nothing has filtered has N²·rate; behind a bandwidth a sample has less, and
+samples are correlated, which the message cannot say. All zeros means unknown, −1 that there is no such data.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from sigmatau.errors import DataError
+from sigmatau.exporting.axes import by_axis, refuse
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.text import said, vector
+from sigmatau.exporting.values import Number, Numbers
+from sigmatau.model.channel import ChannelModel
+from sigmatau.record.record import stream_name
+from sigmatau.results import Finding, seconds
+from sigmatau.statespace.state_space import state_space
+
+__all__ = ["TARGET"]
+
+_FIELDS = (
+    ("gyro", "angular_velocity_covariance", "(rad/s)^2"),
+    ("accel", "linear_acceleration_covariance", "(m/s^2)^2"),
+)
+_ABSENT = [-1.0, *[0.0] * 8]
+_INDEPENDENT = "takes samples for independent"
+_SAME = 1e-3  # relative, of sampling rates
+_ALIKE = 1.2  # times N²·rate, up to which the samples of a record are taken for independent
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the file, with the keys of the message."""
+    refuse(numbers, "ros", "the message has the noise of a sample alone, no bias", "walk", "walk_factor")
+    if not any(numbers.has(sensor) for sensor, _, _ in _FIELDS):
+        raise DataError("the model has neither gyros nor accelerometers, which sensor_msgs/Imu is of")
+    lines = [
+        "# sensor_msgs/Imu: covariance of one sample, row by row. [0] = -1: there is no such data.",
+        "# Of a sample about a bias that stands still: bias instability, rate random walk and ramp are no part of it.",
+        f"orientation_covariance: {vector(_ABSENT)}  # of an attitude that was estimated, which no noise model has",
+    ]
+    for sensor, field, unit in _FIELDS:
+        if not numbers.has(sensor):
+            lines.append(f"{field}: {vector(_ABSENT)}  # the model has none")
+            continue
+        found = by_axis(numbers, sensor, functools.partial(_variance, sensor=sensor))
+        matrix = np.diag([variance.value for variance in found])
+        together = ""
+        if numbers.choices.axes == "each" and _shared(numbers, sensor):
+            names = [f"{sensor}_{axis}" for axis in "xyz"]
+            for term, of in (("random_walk", _white), ("quantization", _quantization)):
+                deviation = np.sqrt([of(numbers, name) for name in names])
+                matrix += (numbers.model.of(names).correlation_matrix(term) - np.eye(3)) * np.outer(
+                    deviation, deviation
+                )
+        elif _shared(numbers, sensor):
+            together = "; axes that share noise are taken for independent, --axes each writes what they share"
+        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {said(v.words for v in found)}{together}")
+    return "\n".join(lines) + "\n"
+
+
+def _variance(numbers: Numbers, *, sensor: str) -> Number:
+    """Variance of a sample by the user's choice of axis, and what it is."""
+    found = {name: _of_channel(numbers, name) for name in numbers.channels(sensor)}
+    if len(found) == 1:
+        return next(iter(found.values()))
+    if numbers.choices.axes == "mean":
+        words = " | ".join(variance.words for variance in found.values())
+        value = sum(variance.value for variance in found.values()) / len(found)
+        white = (
+            f"; in the mean N^2*rate = {numbers.noise(sensor).value ** 2 * numbers.rate():.4g}"
+            if _INDEPENDENT in words
+            else ""
+        )
+        return Number(value=value, words=f"mean of {', '.join(found)} ({words}){white}")
+    worst = max(found.values(), key=lambda variance: variance.value)
+    return Number(value=worst.value, words=f"worst of {len(found)} axes, {worst.words}")
+
+
+def _of_channel(numbers: Numbers, name: str) -> Number:
+    """Variance of a sample of one channel: measured, where the source is of a record, else that of the model."""
+    measured = _measured(numbers, name)
+    model = numbers.model.channels[name]
+    if measured is None:
+        return Number(
+            value=_modelled(numbers, name), words=f"{name}: {_parts(numbers, name)}{_filtered(numbers, name)}"
+        )
+    value = numbers.choices.noise_factor**2 * measured
+    words = f"{name}: measured, about the mean of {seconds(numbers.source.samples[name].time)} s"
+    if numbers.choices.noise_factor != 1:
+        words += f", {measured!r} times {numbers.choices.noise_factor:g}^2"
+    if "random_walk" in model:
+        independent = numbers.noise_of(name).value ** 2 * numbers.rate()
+        words += f"; N^2*rate = {independent:.4g} is what a filter needs that {_INDEPENDENT}"
+        _correlated(numbers, name, value, independent)
+    return Number(value=value, words=words + numbers.doubt(name))
+
+
+def _measured(numbers: Numbers, name: str) -> float | None:
+    """The variance of a sample as the record has it; None if that is not known, of another rate, or a noise was chosen."""
+    chosen = stream_name(name) in numbers.choices.noise and "random_walk" not in numbers.model.channels[name]
+    sample, rate = numbers.source.samples.get(name), numbers.source.rates.get(name, 0.0)
+    if chosen or sample is None or abs(numbers.rate() - rate) > _SAME * rate:
+        return None
+    return sample.variance
+
+
+def _parts(numbers: Numbers, name: str) -> str:
+    """What makes the variance that the model has."""
+    model = numbers.model.channels[name]
+    noise = numbers.noise_of(name)
+    parts = "N^2*rate" if model.bandwidth is None else "variance behind the bandwidth"
+    parts += " + 2*(Q*rate)^2" if "quantization" in model else ""
+    parts += " + sigma^2 of its Gauss-Markov noise" if model.gauss_markov else ""
+    parts += " + amplitude^2/2 of its sinusoids" if model.sinusoid else ""
+    if model.bandwidth is not None:
+        independent = noise.value**2 * numbers.rate()
+        parts += f" of {model.bandwidth.corner:g} Hz: samples are correlated, and N^2*rate = {independent:.4g} is what"
+        parts += f" a filter needs that {_INDEPENDENT}"
+    return f"{parts}; {noise.words}"
+
+
+def _correlated(numbers: Numbers, name: str, value: float, independent: float) -> None:
+    """A finding where the variance of a sample is not what independent samples of the same random walk would have."""
+    if 1 / _ALIKE <= value / independent <= _ALIKE:
+        return
+    corner = numbers.source.corners.get(name)
+    why = f", behind a low-pass filter of {corner:.3g} Hz" if corner is not None and value < independent else ""
+    numbers.find(
+        Finding(
+            code="correlated_samples",
+            severity="warning",
+            channel=name,
+            message=f"the variance of a sample is {value / independent:.3g} of N^2*rate: samples are not independent{why}",
+            effect="a filter that takes each sample for new noise is wrong by that factor",
+            remedy=f"give such a filter N^2*rate = {independent:.4g}",
+        )
+    )
+
+
+def _filtered(numbers: Numbers, name: str) -> str:
+    """What the analysis says of a filter that the model has not, where the record's own variance is not known."""
+    model, corner = numbers.model.channels[name], numbers.source.corners.get(name)
+    if corner is None or model.bandwidth is not None:
+        return ""
+    numbers.find(
+        Finding(
+            code="low_pass_filter",
+            severity="warning",
+            channel=name,
+            message=f"a low-pass filter of {corner:.3g} Hz was found, and N^2*rate is the variance of samples without one",
+            effect="the variance of a sample is smaller",
+            remedy="right for a filter that takes samples for independent; for the variance itself give the channel its"
+            " bandwidth in a model file",
+        )
+    )
+    return f"; as without the low-pass filter of {corner:.3g} Hz that was found"
+
+
+def _shared(numbers: Numbers, sensor: str) -> bool:
+    """Whether axes of a sensor share noise that is in a sample."""
+    pairs = (pair for term in ("random_walk", "quantization") for pair in numbers.model.correlation.get(term, {}))
+    return any(set(pair) <= set(numbers.channels(sensor)) for pair in pairs)
+
+
+def _quantization(numbers: Numbers, name: str) -> float:
+    """Variance of the quantization in one sample, the difference of two errors of the angle over the interval."""
+    q = numbers.choices.noise_factor * numbers.model.channels[name].get("quantization", 0.0)
+    return 2 * (q * numbers.rate()) ** 2
+
+
+def _white(numbers: Numbers, name: str) -> float:
+    """Variance of the random walk in one sample."""
+    model = numbers.model.channels[name]
+    noise = numbers.noise_of(name).value  # observed or chosen, with its factor
+    alone = ChannelModel(
+        terms={"random_walk": noise}, bandwidth=model.bandwidth, quantity=model.quantity, unit=model.unit
+    )
+    system = state_space(alone, dt=1 / numbers.rate())
+    return float((system.H @ system.P0 @ system.H.T + system.R)[0, 0])
+
+
+def _modelled(numbers: Numbers, name: str) -> float:
+    """Variance of a sample by the model, about a bias that stands still: slow noise is that of the bias."""
+    model, square = numbers.model.channels[name], numbers.choices.noise_factor**2
+    more = sum(g.sigma**2 for g in model.gauss_markov) + sum(line.amplitude**2 / 2 for line in model.sinusoid)
+    return _white(numbers, name) + _quantization(numbers, name) + square * more
+
+
+TARGET = Target(
+    name="ros",
+    summary="ROS sensor_msgs/Imu covariances of one sample, as measured, or N^2*rate of a model, by axis",
+    ending=".yaml",
+    write=write,
+    needs_rate=True,
+    per_axis=True,
+)

@@ -1,0 +1,257 @@
+"""State space: the matrices of each channel for any filter, as JSON, ``.npz`` or ``.mat``.
+
+x' = F·x + G·w, cov w = Qd; y = H·x + v, var v = R; cov x₀ = P0, every dt; flicker noise as a few Gauss-Markov states.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.axes import refuse
+from sigmatau.exporting.target import Target
+from sigmatau.exporting.values import Numbers
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.processes import GaussMarkov
+from sigmatau.record.record import stream_name
+from sigmatau.statespace.state_space import Output, StateSpace, state_space
+
+__all__ = ["MATRICES", "TARGET"]
+
+MATRICES = ("F", "G", "H", "Qd", "R", "P0")
+
+_ABOUT = "x' = F x + G w, cov w = Qd; y = H x + v, var v = R; cov x0 = P0; every dt_s seconds"
+
+
+def write(numbers: Numbers) -> str:
+    """The text of the JSON, a row of a matrix on a line; numbers read back to the same bits."""
+    systems = []
+    for name, content in _content(numbers).items():
+        keys = ",\n".join(f"    {json.dumps(key)}: {_json(value)}" for key, value in content.items())
+        systems.append(f"  {json.dumps(name)}: {{\n{keys}\n  }}")
+    about = json.dumps(f"{_ABOUT}; SI")
+    return f'{{\n "about": {about},\n "systems": {{\n' + ",\n".join(systems) + "\n }\n}\n"
+
+
+def write_npz(numbers: Numbers) -> bytes:
+    """Arrays ``gyro_x.F`` … and ``gyro_x.states``; nothing in it is pickled."""
+    arrays: dict[str, Any] = {}
+    for name, content in _content(numbers).items():
+        if "/" in name or "\\" in name:
+            raise DataError(f"channel {name!r}: a name with a slash is a path in an archive; write JSON")
+        arrays |= {f"{name}.{key}": value for key, value in content.items()}
+    buffer = io.BytesIO()
+    np.savez(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()
+
+
+def write_mat(numbers: Numbers) -> bytes:
+    """A structure a channel, with the matrices in it; version 5, which MATLAB, Octave and SciPy read."""
+    from scipy.io import savemat
+
+    structures: dict[str, dict[str, Any]] = {}
+    for name, content in _content(numbers).items():
+        if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= 31):
+            raise DataError(f"channel {name!r} cannot name a variable of MATLAB: up to 31 letters, digits and _")
+        # Names become a cell array, as MATLAB has lists of strings.
+        structures[name] = {
+            key: np.array(value.tolist(), dtype=object)
+            if isinstance(value, np.ndarray) and value.dtype.kind == "U"
+            else value
+            for key, value in content.items()
+        }
+    buffer: Any = io.BytesIO()
+    savemat(buffer, structures, long_field_names=True)
+    return bytes(buffer.getvalue())
+
+
+def _json(value: object) -> str:
+    if not isinstance(value, np.ndarray):
+        return json.dumps(value, allow_nan=False)
+    if value.ndim < 2:
+        return json.dumps(value.tolist())
+    return "[" + ",\n      ".join(json.dumps(row, allow_nan=False) for row in value.tolist()) + "]"
+
+
+def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
+    """What is written of each system: of each channel, or ``joint`` of all of them."""
+    form = numbers.name("form", "channels")
+    if form not in ("channels", "joint"):
+        raise OptionError(f"`name` form={form!r}: want channels or joint", option="name")
+    systems = _systems(numbers)
+    if form == "channels":
+        return {name: _plain(system) | _noted(numbers, [name]) for name, system in systems.items()}
+    return {"joint": _joint(numbers, systems) | _noted(numbers, list(systems))}
+
+
+def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
+    """What should be known of the coefficients of a system."""
+    doubted = [name for name in channels if not numbers.model.channels[name].adequate]
+    return {"note": f"{', '.join(doubted)}: {NOT_ADEQUATE}"} if doubted else {}
+
+
+def _systems(numbers: Numbers) -> dict[str, StateSpace]:
+    choices = numbers.choices
+    dt = choices.step if choices.step is not None else 1 / _rate(numbers)
+    models = numbers.model.channels.values()
+    if (
+        not any(set(model) - {"quantization", "random_walk"} or model.gauss_markov for model in models)
+        and not choices.walk
+    ):
+        refuse(numbers, "state-space", "the model has no slow noise, which it multiplies", "walk_factor")
+    if not any("bias_instability" in model for model in numbers.model.channels.values()):
+        refuse(numbers, "state-space", "the model has no flicker noise, whose states it is for", "horizon")
+    output = numbers.name("output", "rate")
+    if output not in get_args(Output):
+        raise OptionError(f"`name` output={output!r}: want rate, increments or integrated", option="name")
+    return {
+        name: state_space(_chosen(numbers, name), dt=dt, output=cast(Output, output), tau_max=choices.horizon)
+        for name in numbers.model.channels
+    }
+
+
+def _rate(numbers: Numbers) -> float:
+    """One over the step: the rate of every channel that is written; raises `OptionError` if it is not known. [Hz]"""
+    rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
+    if numbers.choices.rate is not None or (rates and max(rates.values()) <= (1 + 1e-3) * min(rates.values())):
+        return numbers.rate()
+    of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
+    more = f"; the channels have several rates ({of_record})" if rates else ""
+    raise OptionError(f"the step of the filter is needed: give `step` in seconds, or `rate` in Hz{more}", option="step")
+
+
+def _chosen(numbers: Numbers, name: str) -> ChannelModel:
+    """The model of a channel with the walks that were chosen for it, and both factors."""
+    model, choices = numbers.model.channels[name], numbers.choices
+    sensor = stream_name(name)
+    terms: dict[str, float] = {}
+    for term, value in model.terms.items():
+        slow = term in ("bias_instability", "rate_random_walk", "rate_ramp")
+        terms[term] = (choices.walk_factor if slow else choices.noise_factor) * value
+    if sensor in choices.walk and "rate_random_walk" not in model:
+        if choices.walk[sensor] == "horizon":
+            raise OptionError(
+                "a state space has the flicker noise itself, so that no walk has to stand for it: leave `walk` out, or give"
+                " upper-limit or a value",
+                option="rate_random_walk",
+            )
+        terms["rate_random_walk"] = numbers.walk_of(name).value
+    if sensor in choices.noise and "random_walk" not in model:
+        terms["random_walk"] = numbers.noise_of(name).value
+    processes = tuple(GaussMarkov(sigma=choices.walk_factor * g.sigma, time=g.time) for g in model.gauss_markov)
+    return replace(model, terms=terms, gauss_markov=processes)
+
+
+def _unit_of_y(system: StateSpace) -> str:
+    return system.unit if system.output == "rate" else f"({system.unit})*s"
+
+
+def _plain(system: StateSpace) -> dict[str, Any]:
+    return {
+        **{key: getattr(system, key) for key in MATRICES},
+        "states": np.array(system.states, dtype=np.str_),
+        "inputs": np.array(system.inputs, dtype=np.str_),
+        "dt_s": system.dt,
+        "output": system.output,
+        "unit_of_y": _unit_of_y(system),
+        **_of_flicker([system]),
+    }
+
+
+def _of_flicker(systems: Sequence[StateSpace]) -> dict[str, float]:
+    """How well the poles stand for flicker noise, and up to which averaging time."""
+    times = [system.tau_max for system in systems if system.tau_max is not None]
+    return {"flicker_error": max(s.flicker_error for s in systems), "tau_max_s": max(times)} if times else {}
+
+
+_TERMS = {
+    "filter": "random_walk",
+    "flicker": "bias_instability",
+    "angle_error": "quantization",
+    "angle_error_before": "quantization",
+    "bias": "rate_random_walk",
+}
+
+
+def _term(name: str) -> str:
+    """The term that a state or an input is of."""
+    kind = re.sub(r"_\d+$", "", name)
+    return _TERMS.get(kind, kind)
+
+
+def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any]:
+    """All channels in one system, with the covariance of the noise that they share.
+
+    Two channels with the same step and the same term have the same dynamics of it, so that ρ·(c_b/c_a) times the
+    covariance of the one is the covariance of both.
+    """
+    names = list(systems)
+    every = list(systems.values())
+    blocks = {key: _diagonal([getattr(system, key) for system in every]) for key in MATRICES}
+    starts = {key: np.cumsum([0, *(getattr(s, key).shape[0] for s in every)]) for key in ("Qd", "R", "P0")}
+    chosen = {name: _chosen(numbers, name) for name in names}
+    for term, pairs in numbers.model.correlation.items():
+        for (first, second), rho in pairs.items():
+            a, b = names.index(first), names.index(second)
+            share = rho * chosen[second][term] / chosen[first][term]
+            measured = "quantization" if every[a].output == "integrated" else "random_walk"
+            of = {
+                "Qd": [_term(name) == term for name in every[a].inputs],
+                "P0": [_term(name) == term for name in every[a].states],
+                "R": [term == measured],
+            }
+            to = {
+                "Qd": [_term(name) == term for name in every[b].inputs],
+                "P0": [_term(name) == term for name in every[b].states],
+                "R": [term == measured],
+            }
+            for key, start in starts.items():
+                rows = start[a] + np.flatnonzero(of[key])
+                columns = start[b] + np.flatnonzero(to[key])
+                if not rows.size:
+                    continue
+                shared = share * blocks[key][np.ix_(rows, rows)]
+                blocks[key][np.ix_(rows, columns)] = shared
+                blocks[key][np.ix_(columns, rows)] = shared.T
+    return {
+        **blocks,
+        "states": np.array([f"{n}.{state}" for n, s in systems.items() for state in s.states], dtype=np.str_),
+        "inputs": np.array([f"{n}.{name}" for n, s in systems.items() for name in s.inputs], dtype=np.str_),
+        "measurements": np.array(names, dtype=np.str_),
+        "dt_s": every[0].dt,
+        "output": every[0].output,
+        "unit_of_y": np.array([_unit_of_y(system) for system in every], dtype=np.str_),
+        **_of_flicker(every),
+    }
+
+
+def _diagonal(blocks: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    rows, columns = zip(*(block.shape for block in blocks), strict=True)
+    result = np.zeros((sum(rows), sum(columns)))
+    row = column = 0
+    for block in blocks:
+        result[row : row + block.shape[0], column : column + block.shape[1]] = block
+        row, column = row + block.shape[0], column + block.shape[1]
+    return result
+
+
+TARGET = Target(
+    name="state-space",
+    summary="F, G, H, Qd, R, P0 of every channel for any filter: JSON, .npz or .mat by the ending",
+    ending=".json",
+    write=write,
+    has_step=True,
+    has_horizon=True,
+    every_axis=True,
+    binary={".npz": write_npz, ".mat": write_mat},
+    names={"output": "rate", "form": "channels"},
+)

@@ -1,0 +1,182 @@
+"""Components of a record in which samples are missing.
+
+The expected variances are exact for the mask (`sigmatau.estimators.gaps`). Of their covariance the exact sums would go
+over all pairs
+of pairs of clusters. Instead each process is taken to be as without gaps but for its size at each averaging time, which is
+that of its expected variance; quantization noise as two, of which one telescopes and the other, what the lost samples leave
+of it, is white. Where clusters are short, fewer pairs then make the variances larger as if the record were so much shorter.
+Where they are long, a gap changes from one size to the next which pairs there are, and the covariance is computed from the
+sums of a few hundred blocks of samples, which see the gaps (`sigmatau._native.kernels.masked_covariance`). Each matrix
+is the covariance of something that can be, so that their sum is positive definite whatever is missing.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native import kernels
+from sigmatau.estimators.gaps import Gaps
+from sigmatau.fitting.components import LINEAR, Components, components, pairs_of_terms, with_sinusoid
+from sigmatau.fitting.heavy_loss import MUCH, white_covariance
+
+__all__ = ["components_with_gaps"]
+
+Floats = NDArray[np.float64]
+
+_BLOCKS = 256
+"""Blocks of a record, at least, and fewer than twice as many."""
+
+_LEAST_BLOCKS = 8
+"""Blocks of a cluster, at least, for blocks to see where it begins."""
+
+_RIDGE = 1e-9
+_QUANTIZATION, _WHITE = LINEAR.index("quantization"), LINEAR.index("random_walk")
+
+
+@functools.lru_cache(maxsize=32)
+def components_with_gaps(
+    n: int,
+    m: tuple[int, ...],
+    gaps: Gaps | None,
+    *,
+    correlation_time: float | None = None,
+    frequency: float | None = None,
+) -> Components:
+    """The components of a record, see `sigmatau.fitting.components.components`; with no gaps, just those.
+
+    Every cluster size must have a pair. A sinusoid is as it would be without gaps.
+    """
+    if gaps is None:
+        return components(n, m, correlation_time=correlation_time, frequency=frequency)
+    if frequency is not None:
+        return with_sinusoid(components_with_gaps(n, m, gaps), frequency)
+    return _with_gaps(components(n, m, correlation_time=correlation_time), gaps, correlation_time)
+
+
+def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> Components:
+    """What gaps leave of the components of a whole record.
+
+    Parameters
+    ----------
+    full : Components
+        Without the ramp, if there is one, and without a sinusoid.
+    gaps : Gaps
+    correlation_time : float or None
+        Of the Gauss-Markov process, if there is one. [samples]
+    """
+    e = gaps.expected(full.m)
+    sizes = full.m.astype(float)
+    scales = e.avar / full.design[:, : len(LINEAR)]
+    design = e.avar
+    if correlation_time is not None:
+        ratio = gaps.gauss_markov_ratio(correlation_time, full.m)
+        scales = np.column_stack([scales, ratio])
+        design = np.column_stack([design, ratio * full.design[:, -1]])
+    # By term, the processes that it is made of, and their sizes over those without gaps.
+    left_white = np.maximum(e.avar[:, _QUANTIZATION] - e.telescoping * full.design[:, _QUANTIZATION], 0) * sizes
+    terms = range(len(full.names))
+    made_of = [[(p, scales[:, p])] for p in terms]
+    made_of[_QUANTIZATION] = [(_QUANTIZATION, e.telescoping), (_WHITE, left_white)]
+    roots = [[(p, np.sqrt(np.outer(s, s))) for p, s in parts] for parts in made_of]
+    tensors, slopes = _of_processes(full, gaps, e.n_pairs, correlation_time)
+    noise = [
+        (1 if p == q else 2) * sum(rp * rq * tensors[min(a, b), max(a, b)] for a, rp in roots[p] for b, rq in roots[q])
+        for p, q in pairs_of_terms(len(full.names))
+    ]
+    nearer = sizes / np.sqrt(e.square_distance)
+    slopes = [np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) for p in terms]
+    # Without gaps the mean difference is that of the two ends of the record. Lost samples and the ends of an outage leave
+    # their marks on it: at short times as much as they leave of white noise, at long times the blocks have it.
+    short = _first_long(full)
+    more = np.zeros(len(sizes))
+    more[:short] = np.maximum(gaps.white_slopes(full.m[:short]) - np.diag(slopes[_WHITE])[:short], 0)
+    for p in terms:
+        slopes[p] = slopes[p] + np.diag(more * design[:, p] / design[:, _WHITE])
+    return replace(
+        full,
+        design=design,
+        noise=np.array(noise),
+        slopes=np.array(slopes),
+        squares=e.square_distance,
+        gaps=gaps,
+        powers=np.array([full.gains * sum(s[:, None] * full.spectra[a] for a, s in made_of[p]) for p in terms]),
+    )
+
+
+def _of_processes(
+    full: Components, gaps: Gaps, n_pairs: NDArray[np.int64], correlation_time: float | None
+) -> tuple[dict[tuple[int, int], Floats], list[Floats]]:
+    """Γ of pairs of processes as large as those of a whole record, and the covariances of the ramps."""
+    shorter = np.sqrt((full.n + 1 - 2 * full.m) / n_pairs)
+    fewer = np.outer(shorter, shorter)
+    alike = _of_white(full, gaps, fewer) if gaps.missing > MUCH * full.n else fewer
+    tensors = {
+        (p, q): alike * full.noise[k] * (1.0 if p == q else 0.5)
+        for k, (p, q) in enumerate(pairs_of_terms(len(full.names)))
+    }
+    slopes = [fewer * slope for slope in full.slopes]
+    first = _first_long(full)
+    if first == len(full.m):
+        return tensors, slopes
+    times = () if correlation_time is None else (correlation_time,)
+    avar, noise, ramps = kernels.masked_covariance(
+        gaps.there, full.m[first:], block=_block(full.n), correlation_times=times
+    )
+    # In units of the variance that a whole record would have.
+    size = [np.sqrt(full.design[first:, p + 1] / avar[p]) for p in range(len(avar))]
+    scale = [np.outer(s, s) for s in size]
+    for (a, b), found in zip(pairs_of_terms(len(avar)), noise, strict=True):
+        tensors[a + 1, b + 1] = _joined(tensors[a + 1, b + 1], scale[a] * scale[b] * found)
+    near = np.sqrt(gaps.expected(full.m[first:]).square_distance) / full.m[first:]
+    for a, found in enumerate(ramps):
+        slopes[a + 1] = _joined(slopes[a + 1], scale[a] * np.outer(near, near) * found)
+    return tensors, slopes
+
+
+def _of_white(full: Components, gaps: Gaps, fewer: Floats) -> Floats:
+    """Covariances over those of a whole record, where much is missing: at short times as white noise has it.
+
+    Beside the size of the variances, which comes in by itself.
+    """
+    short = _first_long(full)
+    whole = pairs_of_terms(len(full.names)).index((_WHITE, _WHITE))
+    scale = gaps.expected(full.m[:short]).avar[:, _WHITE] / full.design[:short, _WHITE]
+    exact = white_covariance(gaps.there, full.m[:short])
+    alike = fewer.copy()
+    alike[:short, :short] = exact / (full.noise[whole, :short, :short] * np.outer(scale, scale))
+    root = np.sqrt(np.diag(alike)[:short] / np.diag(fewer)[:short])
+    alike[:short, short:] *= root[:, None]
+    alike[short:, :short] *= root
+    return alike
+
+
+def _block(n: int) -> int:
+    """Samples of a block of a record of n samples."""
+    return 1 << max((n // _BLOCKS).bit_length() - 1, 0)
+
+
+def _first_long(full: Components) -> int:
+    """Index of the first cluster size that blocks can tell something of."""
+    return int(np.searchsorted(full.m, _LEAST_BLOCKS * _block(full.n)))
+
+
+def _joined(whole: Floats, long: Floats) -> Floats:
+    """A covariance whose last rows and columns are replaced: what they share with the others goes with them.
+
+    The last variables are taken to be linear functions of what they were, so that the result is a covariance again.
+    """
+    first = len(whole) - len(long)
+    if first == 0:
+        return long
+    before, now = whole[first:, first:], long
+    try:
+        factors = [np.linalg.cholesky(matrix + _RIDGE * np.diag(np.diag(matrix))) for matrix in (before, now)]
+        shared = np.linalg.solve(factors[0], whole[first:, :first])
+        cross = factors[1] @ shared
+    except np.linalg.LinAlgError:
+        cross = np.sqrt(np.diag(now) / np.diag(before))[:, None] * whole[first:, :first]
+    return np.block([[whole[:first, :first], cross.T], [cross, now]])

@@ -1,0 +1,380 @@
+"""The noise of one channel as a fit states it: coefficients with intervals, limits for what was not seen, and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+from sigmatau.estimators.gaps import Gaps
+from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.masked_components import components_with_gaps
+from sigmatau.noise import terms
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import Printed, duration_text, interval_texts, seconds, two_digits
+from sigmatau.units import find
+
+__all__ = ["FittedTerm", "GaussMarkov", "Interval", "NoiseFit", "Sinusoid", "Verdict"]
+
+_MOST_EXACT = 100
+
+Verdict = Literal["adequate", "descriptive", "too_short"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """A value and, where the model is adequate, its interval. [unit]"""
+
+    value: float
+    low: float | None
+    high: float | None
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedTerm:
+    """One of the five terms in a fit.
+
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    unit : str
+        SI.
+    observed : bool or None
+        Whether the record shows the term; None if the verdict is ``"descriptive"``, which judges none.
+    value : float or None
+        The coefficient if it was observed, or describes the curve; a ramp has a sign. [unit]
+    low, high : float or None
+        Its interval; None where the model is not adequate. [unit]
+    upper_limit : float or None
+        If it was not observed, what it is below; of a ramp, in magnitude. [unit]
+    level : float
+        Probability of the interval, or of the limit.
+    p_value : float or None
+        Probability of as much without the term, all others given; None if it was not tested.
+    shows_in, shows : float or None
+        If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases.
+    """
+
+    term: str
+    unit: str
+    observed: bool | None
+    level: float
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    upper_limit: float | None = None
+    p_value: float | None = None
+    shows_in: float | None = None
+    shows: float | None = None
+
+    def to(self, unit: str) -> float:
+        """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
+
+        Raises
+        ------
+        ValueError
+            If the term was not observed.
+        OptionError
+            For a unit that does not fit.
+        """
+        if self.value is None:
+            raise ValueError(f"{self.term} was not observed; it has an upper limit, not a value")
+        return self.value / find(unit, si=self.unit).factor
+
+    def to_dict(self) -> dict[str, Any]:
+        known = {
+            "value": self.value,
+            "low": self.low,
+            "high": self.high,
+            "upper_limit": self.upper_limit,
+            "p_value": self.p_value,
+            "record_at_least_s": self.shows_in,
+            "record_shows": self.shows,
+        }
+        kept = {key: value for key, value in known.items() if value is not None}
+        return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GaussMarkov:
+    """A first-order Gauss-Markov process: standard deviation and correlation time."""
+
+    sigma: Interval
+    time: Interval
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sinusoid:
+    """A line in the spectrum: amplitude and frequency."""
+
+    amplitude: Interval
+    frequency: Interval
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class NoiseFit(Mapping[str, FittedTerm], Printed):
+    """The five terms of one channel, fitted: a mapping from term to `FittedTerm`; none if the record is too short.
+
+    Attributes
+    ----------
+    channel, quantity, rate_unit : str
+    n : int
+        Samples in the record.
+    tau0 : float
+        Sample interval. [s]
+    terms : mapping of str to FittedTerm
+    gauss_markov : tuple of GaussMarkov
+    sinusoid : tuple of Sinusoid
+    model : mapping of str to float
+        The coefficients that together describe the curve: those observed and, where the record cannot tell which of
+        several is there, those too. [SI]
+    verdict : {"adequate", "descriptive", "too_short"}
+        Whether the model describes the curve from tau_min to tau_max; if not, values have no intervals.
+    reason : str
+        Why tau_min is where it is, why the model is not adequate, why there is no fit.
+    unclear : tuple of str
+        Terms of which at least one is there, though none was observed with the others given.
+    tau_min, tau_max : float or None
+        Averaging times used. [s]
+    p_value : float or None
+        Probability of a larger misfit, if the model is right.
+    covariance : tuple of (tuple of str, ndarray)
+        Names and covariance of the observed coefficients, and of those that cannot be told from each other. [SI]
+    level : float
+        Of the intervals and limits.
+    method : str
+    gaps : Gaps or None
+        What is missing of the record; `avar` and `degrees_of_freedom` are for such records.
+    """
+
+    channel: str
+    quantity: str
+    rate_unit: str
+    n: int
+    tau0: float
+    terms: Mapping[str, FittedTerm]
+    gauss_markov: tuple[GaussMarkov, ...] = ()
+    sinusoid: tuple[Sinusoid, ...] = ()
+    model: Mapping[str, float]
+    verdict: Verdict
+    reason: str = ""
+    unclear: tuple[str, ...] = ()
+    tau_min: float | None = None
+    tau_max: float | None = None
+    p_value: float | None = None
+    covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
+    level: float = 0.95
+    method: str = "gls"
+    gaps: Gaps | None = None
+
+    def __getitem__(self, term: str) -> FittedTerm:
+        try:
+            return self.terms[term]
+        except KeyError:
+            raise KeyError(f"no coefficient {term!r}; fitted: {', '.join(self.terms) or 'none'}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.terms)
+
+    def __len__(self) -> int:
+        return len(self.terms)
+
+    @property
+    def observed(self) -> dict[str, float]:
+        """Coefficients of the terms that were observed, by name; none if there is no adequate model. [SI]"""
+        return {name: term.value for name, term in self.terms.items() if term.observed and term.value is not None}
+
+    def avar(self, *, m: ArrayLike) -> NDArray[np.float64]:
+        """Allan variance that the fitted model is expected to show at cluster sizes `m` of this record. [(rate unit)²]"""
+        sizes = np.atleast_1d(np.asarray(m))
+        total = np.zeros(sizes.shape)
+        for name, value in self.model.items():
+            ratio = 1.0 if self.gaps is None else self.gaps.ratio(name, sizes)
+            total += ratio * terms.avar(name, value, m=sizes, tau0=self.tau0)
+        for process in self.gauss_markov:
+            sigma, time = process.sigma.value, process.time.value
+            ratio = 1.0 if self.gaps is None else self.gaps.gauss_markov_ratio(time / self.tau0, sizes)
+            total += ratio * kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
+        for line in self.sinusoid:
+            total += kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
+        return total
+
+    def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
+        """Of the overlapped Allan variances at cluster sizes `m` for the fitted model; None if it has no noise.
+
+        Exact up to 100 sizes; of more, the rest is interpolated between 100.
+        """
+        sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
+        theta = {name: self.model.get(name, 0.0) ** 2 * self.tau0 ** (power_of_interval(name) - 2) for name in LINEAR}
+        process = self.gauss_markov[0] if self.gauss_markov else None
+        line = self.sinusoid[0] if self.sinusoid else None
+        if process is not None:
+            theta["gauss_markov"] = process.sigma.value**2
+        if line is not None:
+            theta["sinusoid"] = line.amplitude.value**2
+        if not any(theta.values()):
+            return None
+        grid = np.unique(sizes)
+        if len(grid) > _MOST_EXACT:
+            grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
+        parts = components_with_gaps(
+            self.n,
+            tuple(int(size) for size in grid),
+            self.gaps,
+            correlation_time=None if process is None else process.time.value / self.tau0,
+            frequency=None if line is None else line.frequency.value * self.tau0,
+        )
+        edf = parts.degrees_of_freedom(
+            np.array([theta[name] for name in parts.names]), ramp=self.model.get("rate_ramp", 0.0) * self.tau0
+        )
+        return np.asarray(np.exp(np.interp(np.log(sizes), np.log(grid), np.log(edf))))
+
+    def texts(self, term: str) -> list[tuple[str, str, str]]:
+        """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``."""
+        t = self[term]
+        result = []
+        for text, factor in display_units(term, self.quantity, self.rate_unit):
+            if t.value is None:
+                limit = "" if t.upper_limit is None else f"below {two_digits(t.upper_limit / factor)}"
+                result.append((limit, "", text))
+            else:
+                low = None if t.low is None else t.low / factor
+                high = None if t.high is None else t.high / factor
+                result.append((*interval_texts(t.value / factor, low, high), text))
+        return result
+
+    def why_not(self, term: str) -> str:
+        """For a term that was not observed: in what record, and which would show it."""
+        t = self[term]
+        if t.p_value is None:
+            return "cannot be told: the short times that would show it are left out"
+        if t.p_value < 1 - t.level:
+            return "cannot be told from a rate ramp"
+        text = f"not seen in {duration_text(self.n * self.tau0)}"
+        if t.shows_in is not None and t.shows is not None:
+            factor = display_units(term, self.quantity, self.rate_unit)[0][1]
+            text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
+        return text
+
+    def doubted(self, reason: str) -> NoiseFit:
+        """The same values without intervals or limits, because of a fault of the samples that no covariance knows.
+
+        Parameters
+        ----------
+        reason : str
+            What makes them doubtful, in words.
+        """
+
+        def bare(value: Interval) -> Interval:
+            return replace(value, low=None, high=None)
+
+        terms_ = {
+            name: replace(
+                term, observed=None, low=None, high=None, upper_limit=None, p_value=None, shows_in=None, shows=None
+            )
+            for name, term in self.terms.items()
+        }
+        return replace(
+            self,
+            terms=terms_,
+            gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
+            sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
+            verdict="descriptive" if self.verdict == "adequate" else self.verdict,
+            reason=reason if self.verdict == "adequate" else "; ".join(filter(None, [self.reason, reason])),
+            unclear=(),
+            covariance=((), np.empty((0, 0))),
+        )
+
+    def headline(self) -> str:
+        """Method, averaging times and verdict in a line."""
+        if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
+            return f"no fit: {self.reason}"
+        if self.verdict == "descriptive":
+            return "no adequate model: values without intervals"
+        times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
+        return f"generalised least squares, {times}, p = {self.p_value:.2g}"
+
+    def notes(self) -> list[str]:
+        """Gauss-Markov processes and sinusoids in words, and what the record cannot tell apart."""
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
+        texts = []
+        for process in self.gauss_markov:
+            sigma = _in_words(process.sigma, factor, unit)
+            texts.append(f"Gauss-Markov process of {sigma}, correlation time {_in_words(process.time, 1.0, 's')}")
+        for line in self.sinusoid:
+            amplitude = _in_words(line.amplitude, factor, unit)
+            texts.append(f"sinusoid of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
+        if len(self.unclear) == 1:
+            label = TERMS[self.unclear[0]].label(self.quantity)
+            texts.append(f"{label}: not seen beside the others, but the curve is not followed without it")
+        elif self.unclear:
+            either = " or ".join(TERMS[name].label(self.quantity) for name in self.unclear)
+            texts.append(f"{either}: at least one is there, the record cannot tell which")
+        return texts
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, no NaN: the ``fit`` of the JSON form."""
+        names, matrix = self.covariance
+        return {
+            "method": self.method,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "tau_min_s": self.tau_min,
+            "tau_max_s": self.tau_max,
+            "p_value": self.p_value,
+            "terms": {
+                **{name: self._term_to_dict(name) for name in self.terms},
+                "gauss_markov": [process.to_dict() for process in self.gauss_markov],
+                "sinusoid": [line.to_dict() for line in self.sinusoid],
+            },
+            "model": dict(self.model),
+            "unclear": list(self.unclear),
+            "covariance": {"terms": list(names), "matrix": matrix.tolist()},
+        }
+
+    def _term_to_dict(self, name: str) -> dict[str, Any]:
+        term = self.terms[name]
+        reason = {"reason": self.why_not(name)} if term.observed is False else {}
+        return {**term.to_dict(), **reason}
+
+    def __repr__(self) -> str:
+        rows = []
+        for name, term in self.terms.items():
+            label = TERMS[name].label(self.quantity)
+            value, interval, unit = self.texts(name)[0]
+            if term.value is not None:
+                rows.append((label, value, interval, unit))
+            elif self.verdict == "adequate":
+                limit = f"{value} {unit}: " if value else ""
+                rows.append((label, limit + self.why_not(name), "", ""))
+        widths = [max((len(row[k]) for row in rows if row[3] or k == 0), default=0) for k in range(3)]
+        lines = [f"{self.channel}   {self.headline()}"]
+        for label, value, interval, unit in rows:
+            if unit:
+                value, interval = value.ljust(widths[1]), interval.ljust(widths[2])
+            lines.append(f"  {label.ljust(widths[0])}   {'  '.join(c for c in (value, interval, unit) if c)}".rstrip())
+        if self.reason and self.verdict != "too_short":
+            lines.append(f"  {self.reason}")
+        return "\n".join([*lines, *(f"  {text}" for text in self.notes())])
+
+
+def _in_words(interval: Interval, factor: float, unit: str) -> str:
+    low = None if interval.low is None else interval.low / factor
+    high = None if interval.high is None else interval.high / factor
+    value, text = interval_texts(interval.value / factor, low, high)
+    return " ".join(part for part in (value, text, unit) if part)

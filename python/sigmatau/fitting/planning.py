@@ -1,0 +1,366 @@
+"""How long to record: what a record of a given length shows, from the other terms alone, before anything is recorded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import OptionError
+from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
+from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.inference import detectable as least_theta
+from sigmatau.fitting.ramp import least_ramp
+from sigmatau.fitting.statement import coefficient, half_octaves
+from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
+from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.results import Printed, duration_text, two_digits
+
+__all__ = ["LONGEST_RECORD", "Plan", "detectable", "needed_samples", "plan", "relative_error"]
+
+LONGEST_RECORD = 10**13
+"""Samples; longer ones are not looked at."""
+
+_SHORTEST = 64
+_HALF, _MOST = 0.5, 0.9
+_KNOWN = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan(Printed):
+    """What a record shows of one term, and how long one must be to show a given value.
+
+    Attributes
+    ----------
+    channel, quantity, rate_unit, term, unit : str
+        The unit is that of the values, SI.
+    others : mapping of str to float
+        The noise beside the term. [SI]
+    tau0 : float
+        Sample interval. [s]
+    duration : float or None
+        Length of the record asked about. [s]
+    half, most : float or None
+        The least value that is found in half, and in nine of ten, of such records; None if no value is. [unit]
+    value : float or None
+        The value asked about. [unit]
+    half_in, most_in : float or None
+        Length of the records of which half, and nine of ten, show that value; None if none does. [s]
+    error : float or None
+        Relative standard error of the value in a record of that duration.
+    level : float
+        Of the test.
+    gauss_markov : tuple of GaussMarkov
+        The process beside the term, if there is one.
+    """
+
+    channel: str
+    quantity: str
+    rate_unit: str
+    term: str
+    unit: str
+    others: Mapping[str, float]
+    tau0: float
+    duration: float | None
+    half: float | None
+    most: float | None
+    value: float | None
+    half_in: float | None
+    most_in: float | None
+    error: float | None = None
+    level: float = 0.95
+    gauss_markov: tuple[GaussMarkov, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return {
+            "channel": self.channel,
+            "term": self.term,
+            "unit": self.unit,
+            "others": dict(self.others),
+            "gauss_markov": [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov],
+            "sample_rate_hz": 1 / self.tau0,
+            "record_s": self.duration,
+            "found_in_half": self.half,
+            "found_in_nine_of_ten": self.most,
+            "value": self.value,
+            "half_find_it_in_s": self.half_in,
+            "nine_of_ten_find_it_in_s": self.most_in,
+            "relative_error": self.error,
+            "level": self.level,
+        }
+
+    def __repr__(self) -> str:
+        label = TERMS[self.term].label(self.quantity)
+        text, factor = display_units(self.term, self.quantity, self.rate_unit)[0]
+        beside = []
+        for name, value in self.others.items():
+            unit, size = display_units(name, self.quantity, self.rate_unit)[0]
+            beside.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
+        unit, size = display_units("bias_instability", self.quantity, self.rate_unit)[0]
+        beside += [f"Gauss-Markov {g.sigma / size:.4g} {unit} over {g.time:.4g} s" for g in self.gauss_markov]
+        lines = [f"{self.channel}: {label} beside {', '.join(beside)}; {1 / self.tau0:.6g} Hz"]
+        absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]
+        if absent:
+            names = ", ".join(TERMS[name].label(self.quantity) for name in absent)
+            lines.append(f"  taken to be absent: {names}")
+        if self.duration is not None:
+            head = f"  a record of {duration_text(self.duration)} shows"
+            if self.half is None or self.most is None:
+                lines.append(f"{head} none, however large")
+            else:
+                half, most = two_digits(self.half / factor), two_digits(self.most / factor)
+                lines.append(f"{head} {half} {text} in half, {most} {text} in nine of ten cases")
+        if self.value is not None:
+            head = f"  {self.value / factor:.4g} {text} shows"
+            if self.half_in is None or self.most_in is None:
+                lines.append(f"{head} in no record of up to {duration_text(LONGEST_RECORD * self.tau0)}")
+            else:
+                half, most = duration_text(self.half_in), duration_text(self.most_in)
+                lines.append(f"{head} in half of the records of {half}, in nine of ten of {most}")
+            if self.error is not None and self.duration is not None:
+                what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
+                how = f"determines {what} to ± {two_digits(100 * self.error)} %, one standard error"
+                how = how if self.error < _KNOWN else f"does not determine {what}: the error is more than half of it"
+                lines.append(f"  a record of {duration_text(self.duration)} {how}")
+        return "\n".join(lines)
+
+
+def detectable(
+    others: Mapping[str, float],
+    term: str,
+    *,
+    n: int,
+    tau0: float,
+    tau_min: float = 0.0,
+    power: float = 0.5,
+    level: float = 0.95,
+) -> float:
+    """The least coefficient that a record shows with a given probability.
+
+    Parameters
+    ----------
+    others : mapping of str to float, or ChannelModel
+        The noise beside it, keys of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov process. [SI]
+    term : str
+        What is sought; its own entry in `others` does not count.
+    n : int
+        Samples in the record.
+    tau0 : float
+        Sample interval. [s]
+    tau_min : float
+        Shortest averaging time that can be used, as after a filter. [s]
+    power : float
+        Probability that it is found.
+    level : float
+        The test's: an absent term is found in 1 − level of all records.
+
+    Returns
+    -------
+    float
+        In SI; inf if no value is found with that probability.
+
+    Raises
+    ------
+    OptionError
+        For an unknown term, no noise beside it, too short a record; for a model with a sinusoid, a bandwidth or several
+        Gauss-Markov processes, which are not counted.
+
+    Notes
+    -----
+    The variance of a Gauss-Markov process is as free in the fit as the other coefficients, its time is known.
+    """
+    if term not in TERMS:
+        raise OptionError(f"unknown term {term!r}; terms: {', '.join(TERMS)}", option="term")
+    unknown = sorted(set(others) - set(TERMS))
+    if unknown:
+        raise OptionError(f"unknown term {unknown[0]!r}; terms: {', '.join(TERMS)}", option="model")
+    if not (math.isfinite(tau0) and tau0 > 0):
+        raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="rate")
+    theta = _theta(others, tau0)
+    if term in LINEAR:
+        theta[LINEAR.index(term)] = 0.0
+    if not theta.any():
+        raise OptionError(f"nothing beside {term}: any value shows; give the other terms", option="model")
+    parts = _parts(n, tau_min / tau0, _times(others, tau0))
+    scale = float(np.median(parts.design @ theta))
+    theta /= scale
+    if term == "rate_ramp":
+        return least_ramp(Gls(parts, parts.design @ theta), theta, level=level, power=power) * math.sqrt(scale) / tau0
+    found = least_theta(Gls(parts, parts.design @ theta), LINEAR.index(term), theta, level=level, power=power)
+    return coefficient(found * scale, term, tau0) if math.isfinite(found) else math.inf
+
+
+def needed_samples(
+    others: Mapping[str, float],
+    term: str,
+    value: float,
+    *,
+    tau0: float,
+    tau_min: float = 0.0,
+    power: float = 0.5,
+    level: float = 0.95,
+) -> float:
+    """Samples of the shortest record that shows `value` with a probability; inf if none of up to `LONGEST_RECORD` does.
+
+    Parameters and errors are those of `detectable`.
+    """
+    if not (math.isfinite(value) and value != 0):
+        raise OptionError(f"the value must be a number other than 0, not {value!r}", option="value")
+
+    def shows(n: int) -> bool:
+        least = detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+        return least <= abs(value)
+
+    low = round(_SHORTEST * max(tau_min / tau0, 1))
+    if shows(low):
+        return float(low)
+    high = 4 * low
+    while not shows(high):
+        low, high = high, 4 * high
+        if high > LONGEST_RECORD:
+            return math.inf
+    # To two digits: the longest time of the grid grows in steps, and the least value with it.
+    while high / low > 1.02:
+        middle = round(math.sqrt(low * high))
+        low, high = (low, middle) if shows(middle) else (middle, high)
+    return float(high)
+
+
+def relative_error(
+    others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
+) -> float:
+    """Standard error of a coefficient over the coefficient, all terms free; parameters as in `detectable`.
+
+    By the covariance of the Allan variances; above a half it is an order of magnitude.
+    """
+    theta = _theta(others, tau0)
+    k = LINEAR.index(term)
+    theta[k] = _theta({term: value}, tau0)[k]
+    parts = _parts(n, tau_min / tau0, _times(others, tau0))
+    theta /= float(np.median(parts.design @ theta))
+    gls = Gls(parts, parts.design @ theta)
+    return float(np.sqrt(gls.covariance_of_theta(theta, gls.candidates)[k, k]) / (2 * theta[k]))
+
+
+def plan(
+    others: Mapping[str, float],
+    term: str,
+    *,
+    channel: str,
+    quantity: str,
+    rate_unit: str,
+    rate: float,
+    tau_min: float = 0.0,
+    duration: float | None = None,
+    value: float | None = None,
+) -> Plan:
+    """What a record of `duration` shows of a term, and how long a record must be to show `value`.
+
+    Parameters
+    ----------
+    others : mapping of str to float, or ChannelModel
+        The noise of the channel, see `detectable`; the term's own entry does not count. [SI]
+    term : str
+    channel, quantity, rate_unit : str
+        For the units of the answer.
+    rate : float
+        Sampling rate. [Hz]
+    tau_min : float
+        Shortest averaging time that can be used. [s]
+    duration : float, optional
+        [s]
+    value : float, optional
+        [SI]
+
+    Raises
+    ------
+    OptionError
+        As `detectable`; if neither a duration nor a value is given.
+    """
+    if duration is None and value is None:
+        raise OptionError("give the length of a record, a value, or both", option="hours")
+    if not (math.isfinite(rate) and rate > 0):
+        raise OptionError(f"the rate must be a positive number of hertz, not {rate!r}", option="rate")
+    tau0 = 1 / rate
+    half = most = half_in = most_in = None
+    if duration is not None:
+        if not (math.isfinite(duration) and duration > 0):
+            raise OptionError(f"the length must be a positive number of seconds, not {duration!r}", option="hours")
+        n = round(duration * rate)
+        half, most = (
+            _finite(detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+        )
+    if value is not None:
+        samples = [
+            _finite(needed_samples(others, term, value, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+        ]
+        half_in, most_in = (None if n is None else n * tau0 for n in samples)
+    error = None
+    if duration is not None and value is not None and term != "rate_ramp":
+        error = relative_error(others, term, value, n=round(duration * rate), tau0=tau0, tau_min=tau_min)
+    return Plan(
+        channel=channel,
+        quantity=quantity,
+        rate_unit=rate_unit,
+        term=term,
+        unit=coefficient_unit(term, quantity, rate_unit),
+        others={name: others[name] for name in TERMS if others.get(name) and name not in (term, "rate_ramp")},
+        tau0=tau0,
+        duration=duration,
+        half=half,
+        most=most,
+        value=value,
+        half_in=half_in,
+        most_in=most_in,
+        error=error,
+        gauss_markov=_processes(others),
+    )
+
+
+def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
+    """The Gauss-Markov process of a model, if it has one; refuses what cannot be counted."""
+    if not isinstance(noise, ChannelModel):
+        return ()
+    parts = {
+        "a sinusoid": bool(noise.sinusoid),
+        "a bandwidth": noise.bandwidth is not None,
+        "several Gauss-Markov processes": len(noise.gauss_markov) > 1,
+    }
+    if any(parts.values()):
+        what = " and ".join(name for name, there in parts.items() if there)
+        raise OptionError(
+            f"the model has {what}, which planning does not count; leave it out with dataclasses.replace",
+            option="model",
+        )
+    return noise.gauss_markov
+
+
+def _times(noise: Mapping[str, float], tau0: float) -> tuple[float, ...]:
+    """Correlation times. [samples]"""
+    return tuple(process.time / tau0 for process in _processes(noise))
+
+
+def _theta(noise: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
+    """Squared coefficients in samples, and the variance of a Gauss-Markov process after them."""
+    linear = [noise.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
+    return np.array(linear + [process.sigma**2 for process in _processes(noise)])
+
+
+def _parts(n: int, smallest: float, times: tuple[float, ...]) -> Components:
+    if n > LONGEST_RECORD:
+        raise OptionError(f"a record of {n:g} samples is too long", option="hours")
+    sizes = half_octaves(max(math.ceil(smallest * (1 - 1e-9)), 1), n // LONGEST_SHARE)
+    if len(sizes) < LEAST_TIMES:
+        raise OptionError(f"a record of {n} samples is too short to fit a model to", option="hours")
+    return components(n, sizes, correlation_time=times[0] if times else None)
+
+
+def _finite(x: float) -> float | None:
+    return x if math.isfinite(x) else None

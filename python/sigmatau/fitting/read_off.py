@@ -1,0 +1,391 @@
+"""Reading coefficients off the curve: the paper's method, with its rules written down.
+
+Where a stretch of the log-log curve has the slope of a noise term, a line of that slope is laid through it and read at the
+term's averaging time; the error is the paper's eq. (26) at the longest averaging time of the stretch. It is what the eye
+does on a plot, made repeatable. It is biased where two terms meet, and its errors are those of the paper, not statistics:
+``docs/theory/read-off.md`` shows how large both are.
+
+References
+----------
+.. [1] N. El-Sheimy, H. Hou, X. Niu, "Analysis and modeling of inertial sensors using Allan variance,"
+   IEEE Trans. Instrum. Meas., vol. 57, no. 1, 2008, :doi:`10.1109/TIM.2007.908635`, Section IV.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
+from sigmatau.results import Printed, seconds, value_error_text
+from sigmatau.units import find
+
+__all__ = ["GAIN", "LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
+
+LARGEST_ERROR = 0.35
+"""Averaging times with a larger error by eq. (26) are not used: those beyond a fifth of the record."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """When a stretch of the curve counts as a region of a term.
+
+    Attributes
+    ----------
+    tolerance : float
+        Its slope may differ by this much from the term's.
+    slope_error : float
+        Eq. (26) must determine its slope to this much, one standard error.
+    span : float
+        Longest over shortest averaging time, at least.
+    """
+
+    tolerance: float = 0.1
+    slope_error: float = 0.1
+    span: float = 4.0
+
+
+# Set by Monte Carlo so that in none of 20 cases an absent term is reported in more than 5 % of the records:
+# studies/read_off.py, results in docs/study/read-off.md. The plateau is judged more strictly, because the valley between a
+# random walk and a rate random walk looks like one; the rising terms less, because little else rises.
+RULES: Mapping[str, Rule] = {
+    "quantization": Rule(),
+    "random_walk": Rule(),
+    "bias_instability": Rule(tolerance=0.06, slope_error=0.06),
+    "rate_random_walk": Rule(tolerance=0.15),
+    "rate_ramp": Rule(slope_error=0.2),
+}
+
+# A bend away from the line that five terms cannot make (their sum is convex in the log-log plot) must exceed the noise.
+_BEND = 0.1
+_SIGMAS = 2.5
+_PER_OCTAVE = 8
+_FLOOR = 0.02
+_ALIKE = 1 - 1e-9  # cosine of two columns that are one, but for rounding
+
+GAIN = 6.0
+"""What a region's term must add to a fit of all the other terms, in squared errors by δ (at least 2 %) an octave."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coefficient:
+    """One coefficient, read off.
+
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    value, error : float
+        Coefficient and its error by eq. (26), one standard error. [unit]
+    unit : str
+        SI.
+    tau_min, tau_max : float
+        The region. [s]
+    slope : float
+        Fitted slope of the region, free.
+    percentage : float
+        error / value.
+    """
+
+    term: str
+    value: float
+    error: float
+    unit: str
+    tau_min: float
+    tau_max: float
+    slope: float
+    percentage: float
+
+    def to(self, unit: str) -> float:
+        """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
+        return self.value / find(unit, si=self.unit).factor
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "value": self.value,
+            "error": self.error,
+            "unit": self.unit,
+            "tau_s": [self.tau_min, self.tau_max],
+            "slope": self.slope,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refusal:
+    """A stretch that has the slope of a term and is not that term."""
+
+    term: str
+    tau_min: float
+    tau_max: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOff(Mapping[str, Coefficient], Printed):
+    """Coefficients of one channel, read off: a mapping from term to `Coefficient`; terms without a region are absent."""
+
+    channel: str
+    quantity: str
+    rate_unit: str
+    coefficients: Mapping[str, Coefficient]
+    refused: tuple[Refusal, ...] = ()
+
+    def __getitem__(self, term: str) -> Coefficient:
+        try:
+            return self.coefficients[term]
+        except KeyError:
+            found = ", ".join(self.coefficients) or "none"
+            raise KeyError(f"no coefficient {term!r} was read off {self.channel}; read: {found}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.coefficients)
+
+    def __len__(self) -> int:
+        return len(self.coefficients)
+
+    def texts(self, term: str) -> list[tuple[str, str]]:
+        """A coefficient in each of the field's units: ``[("0.973 ± 0.074", "arcsec")]``."""
+        c = self[term]
+        return [
+            (value_error_text(c.value / factor, c.error / factor), text)
+            for text, factor in display_units(term, self.quantity, self.rate_unit)
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {term: c.to_dict() for term, c in self.coefficients.items()}
+
+    def __repr__(self) -> str:
+        lines = [f"{self.channel}: read off" + ("" if self.coefficients else ", no region of any term")]
+        for term, c in self.coefficients.items():
+            texts = " = ".join(f"{value} {unit}" for value, unit in self.texts(term))
+            lines.append(
+                f"  {TERMS[term].label(self.quantity):24} {texts}   (τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s)"
+            )
+        lines += [
+            f"  not {TERMS[r.term].label(self.quantity)} (τ {seconds(r.tau_min)} … {seconds(r.tau_max)} s): {r.reason}"
+            for r in self.refused
+        ]
+        return "\n".join(lines)
+
+
+def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> ReadOff:
+    """Read the coefficients of the five terms off an Allan deviation curve.
+
+    For each term the longest region of the curve is sought in which
+
+    - the line fitted through it has the term's slope within the rule's tolerance, and eq. (26) determines that slope to
+      the rule's slope error;
+    - the slope over one octave is, everywhere in it, the term's within the tolerance and twice its error;
+    - every point lies on the line of the term's slope, to the tolerance in log σ and 2.5 times its error;
+    - the slopes of its two halves differ by no more than twice the tolerance and once the error of that difference;
+    - the longest averaging time is at least `span` times the shortest, and eq. (26) gives at most 35 %.
+
+    A flat or rising region below which the curve bends down again, or a falling one of slope −1 that begins with a bend
+    down, is refused with the reason: five terms cannot make such a curve; a filter, a line or correlated noise can. So is a
+    region that the other terms together make as well, such as the crossing of two.
+
+    Parameters
+    ----------
+    curve : DeviationCurve
+    rules : mapping of str to Rule
+        By term; terms that it lacks are not sought.
+
+    A grid of more than 8 averaging times an octave is thinned to 8.
+
+    Returns
+    -------
+    ReadOff
+
+    Notes
+    -----
+    The line is fitted by least squares in log σ with the weights 1/(δ² + (tolerance/5)²), δ by eq. (26): the first part is
+    the noise, the second keeps the shortest, most exact points from deciding alone while neighbouring terms bend them.
+
+    Where samples are missing, clusters that are not full show more of a term than full ones do, each term differently (see
+    `sigmatau.estimators.gaps`). What is sought of a term is then sought on the curve over that factor: its region is a
+    line again.
+    """
+    whole = _Points.of(curve)
+    gaps = {} if curve.gaps is None else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
+    coefficients, refused = {}, []
+    for name, rule in rules.items():
+        term = TERMS[name]
+        points = whole.without(name, gaps)
+        found = points.longest(term.slope, rule)
+        if found is None:
+            continue
+        i, j, slope = found
+        height = points.height(i, j, term.slope, rule.tolerance)
+        region = (float(points.tau[i]), float(points.tau[j]))
+        reason = points.bend(i, j, height, term) or points.explained(i, j, term)
+        if reason is not None:
+            refused.append(Refusal(term=name, tau_min=region[0], tau_max=region[1], reason=reason))
+            continue
+        at = 0.0 if term.read_at is None else term.slope * math.log(term.read_at)
+        value = math.exp(height + at) / term.level
+        delta = float(points.delta[j])
+        coefficients[name] = Coefficient(
+            term=name,
+            value=value,
+            error=value * delta,
+            unit=coefficient_unit(name, curve.quantity, curve.unit),
+            tau_min=region[0],
+            tau_max=region[1],
+            slope=slope,
+            percentage=delta,
+        )
+    return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
+
+
+@dataclass(frozen=True, slots=True)
+class _Points:
+    """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included.
+
+    `ratios` are the variances of each term over those without gaps, over that of the term that is sought; empty where there
+    are none.
+    """
+
+    m: NDArray[np.int64]
+    tau0: float
+    tau: NDArray[np.float64]
+    lt: NDArray[np.float64]
+    ls: NDArray[np.float64]
+    delta: NDArray[np.float64]
+    ratios: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, curve: DeviationCurve) -> _Points:
+        usable = (curve.error <= LARGEST_ERROR) & (curve.avar > 0)
+        tau, delta = curve.tau[usable], curve.error[usable]
+        lt, ls = np.log(tau), np.log(curve.adev[usable])
+        # Neighbours on a dense grid say the same thing again; the search is over all pairs.
+        bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
+        kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
+        return cls(curve.m[usable][kept], curve.tau0, tau[kept], lt[kept], ls[kept], delta[kept])
+
+    def without(self, term: str, gaps: Mapping[str, NDArray[np.float64]]) -> _Points:
+        """As they would be without gaps, were all of the curve of one term."""
+        if not gaps:
+            return self
+        own = gaps[term]
+        ratios = {name: ratio / own for name, ratio in gaps.items()}
+        return replace(self, ls=self.ls - np.log(own) / 2, ratios=ratios)
+
+    def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Slope over about an octave round each point, and its standard error by eq. (26)."""
+        n = len(self.lt)
+        slope, error = np.full(n, np.nan), np.full(n, np.inf)
+        half = 0.5 * math.log(2) * 1.01
+        for k in range(n):
+            i = int(np.searchsorted(self.lt, self.lt[k] - half))
+            j = int(np.searchsorted(self.lt, self.lt[k] + half, side="right")) - 1
+            i, j = (max(k - 1, 0), min(k + 1, n - 1)) if j - i < 1 else (i, j)
+            if j > i:
+                slope[k] = (self.ls[j] - self.ls[i]) / (self.lt[j] - self.lt[i])
+                error[k] = math.hypot(self.delta[i], self.delta[j]) / (self.lt[j] - self.lt[i])
+        return slope, error
+
+    def longest(self, slope: float, rule: Rule) -> tuple[int, int, float] | None:
+        """The longest region of a slope: first and last point and fitted slope; of equals, the one at shorter τ."""
+        octave_slope, octave_error = self.octave_slopes()
+        near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
+        best: tuple[int, int, float] | None = None
+        longest = math.log(rule.span) - 1e-9
+        for i in range(len(self.lt)):
+            for j in range(i, len(self.lt)):
+                if not near[j]:
+                    break
+                length = self.lt[j] - self.lt[i]
+                if length <= longest + (1e-9 if best else 0):
+                    continue
+                if math.hypot(self.delta[i], self.delta[j]) / length > rule.slope_error:
+                    continue
+                weights = 1 / np.sqrt(self.delta[i : j + 1] ** 2 + (rule.tolerance / 5) ** 2)
+                fitted = float(np.polyfit(self.lt[i : j + 1], self.ls[i : j + 1], 1, w=weights)[0])
+                if (
+                    abs(fitted - slope) <= rule.tolerance
+                    and self.straight(i, j, rule.tolerance)
+                    and self.on_line(i, j, slope, rule.tolerance)
+                ):
+                    best, longest = (i, j, fitted), length
+        return best
+
+    def straight(self, i: int, j: int, tolerance: float) -> bool:
+        """Whether the slopes of the two halves agree."""
+        lt, ls, delta = self.lt, self.ls, self.delta
+        k = int(np.argmin(np.abs(lt[i : j + 1] - (lt[i] + lt[j]) / 2))) + i
+        if not i < k < j:
+            return True
+        first, second = lt[k] - lt[i], lt[j] - lt[k]
+        change = (ls[j] - ls[k]) / second - (ls[k] - ls[i]) / first
+        error = math.hypot(delta[i] / first, delta[k] * (1 / first + 1 / second), delta[j] / second)
+        return bool(abs(change) <= 2 * tolerance + error)
+
+    def height(self, i: int, j: int, slope: float, tolerance: float) -> float:
+        """Log σ at τ = 1 s of the line of the given slope, fitted to the points."""
+        weights = 1 / (self.delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
+        return float(np.average(self.ls[i : j + 1] - slope * self.lt[i : j + 1], weights=weights))
+
+    def on_line(self, i: int, j: int, slope: float, tolerance: float) -> bool:
+        """Whether every point lies on the line, but for its noise and the tolerance in log σ."""
+        off = self.ls[i : j + 1] - slope * self.lt[i : j + 1] - self.height(i, j, slope, tolerance)
+        return bool((np.abs(off) <= tolerance + _SIGMAS * self.delta[i : j + 1]).all())
+
+    def bend(self, i: int, j: int, height: float, term: Term) -> str | None:
+        """Why the region is not the term's, if the curve lies below the region's line before or after it."""
+        if term.name == "random_walk":
+            return None  # a filter before it and anything after it leave white noise white
+        below = height + term.slope * self.lt - self.ls > _SIGMAS * self.delta + _BEND
+        if below[:i].any():
+            return "the curve rises into it (a filter, a line, correlated noise)"
+        if below[j + 1 :].any():
+            return "the curve falls below it later (a filter, a line, correlated noise)"
+        return None
+
+    def explained(self, i: int, j: int, term: Term) -> str | None:
+        """Why the region is not the term's, if the other terms together make it as well: the crossing of two lines.
+
+        Over the region and a factor of 8 on either side the variances are fitted by all terms and by all but this one,
+        with weights from δ; the term must lower the misfit by more than `GAIN` for each octave's worth of points.
+        """
+        near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
+        m, variance = self.m[near], np.exp(2 * self.ls[near])
+        weight = 1 / (2 * variance * np.hypot(self.delta[near], _FLOOR))
+        columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
+        columns = {
+            name: column * self.ratios[name][near] if self.ratios else column for name, column in columns.items()
+        }
+        own = columns[term.name]
+        # Where no two samples in a row are there, quantization noise is a random walk: then it is no reason against one.
+        alike = {n for n, c in columns.items() if n != term.name and self.ratios and _cosine(c, own) > _ALIKE}
+        columns = {name: column for name, column in columns.items() if name not in alike}
+        others = [column for name, column in columns.items() if name != term.name]
+        per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
+        gain = (_misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)) / per_octave
+        return None if gain > GAIN else "other terms together make the same"
+
+
+def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(one @ other) / float(np.linalg.norm(one) * np.linalg.norm(other))
+
+
+def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:
+    """Least sum of squares of ``target`` less a combination of the columns with no negative coefficient.
+
+    With five columns the best of all subsets whose plain solution is positive is found at once.
+    """
+    design = np.stack([column / np.linalg.norm(column) for column in columns], axis=1)
+    best = float(target @ target)
+    for subset in range(1, 1 << len(columns)):
+        part = design[:, [k for k in range(len(columns)) if subset >> k & 1]]
+        solution = np.linalg.lstsq(part, target)[0]
+        if (solution >= 0).all():
+            rest = target - part @ solution
+            best = min(best, float(rest @ rest))
+    return best

@@ -1,0 +1,116 @@
+"""Results as aligned text, as the command line prints them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sigmatau.estimators.deviation import Deviation
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.read_off import ReadOff
+from sigmatau.noise.terms import TERMS
+from sigmatau.results import seconds
+
+__all__ = ["deviation_table", "fit_table", "read_off_table"]
+
+_LEGEND = (
+    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
+    "no confidence interval, and blind to the bias where terms meet. A term not listed has no stretch of its slope here.",
+)
+
+
+_COLUMNS = 5
+
+_FIT_LEGEND = (
+    "Fitted: generalised least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
+    '"below": 95 % limit of a term that was not seen; "would show": in nine of ten cases, if nothing else is there that was',
+    "not seen. p: how often chance makes a larger misfit if the model is right; with p < 0.002 a model is not adequate.",
+    "Read off: lines laid by the slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line also reads what other terms",
+    "add there, and its ± is a rule of thumb: that is why the two differ.",
+)
+
+
+def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) -> str:
+    """The fitted coefficients as aligned text, in the field's units, with the paper's reading beside each."""
+    rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "", "read off")]
+    notes: dict[str, str] = {}
+    plateau = False
+    for channel, fitted in fits.items():
+        read = read_offs[channel]
+        rows.append((channel, fitted.headline().replace("generalised least squares,", "adequate:")))
+        for name in fitted:
+            term = TERMS[name]
+            reading = read.texts(name)[0] if name in read else None
+            texts = fitted.texts(name)
+            if fitted[name].value is not None:
+                for k, (value, interval, unit) in enumerate(texts):
+                    label = term.label(fitted.quantity) if k == 0 else "  ="
+                    rows.append((f"  {label}", value, interval, unit, reading[0] if reading and k == 0 else ""))
+                if term.look_alikes:
+                    notes.setdefault(term.look_alikes, term.label(fitted.quantity))
+                plateau = plateau or name == "bias_instability"
+            elif fitted.verdict == "adequate":
+                value, _, unit = texts[0]
+                text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
+                also = f"; read off {reading[0]}" if reading else ""
+                rows.append((f"  {term.label(fitted.quantity)}", text + also))
+        rows += [("  " + text,) for text in fitted.notes()]
+    full = [row for row in rows if len(row) == _COLUMNS]
+    widths = [max(len(row[k]) for row in full) for k in range(_COLUMNS)]
+    labels = max(len(row[0]) for row in rows if len(row) > 1)
+    widths[0] = labels
+    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=False)).rstrip() for row in rows]
+    lines += ["", *_FIT_LEGEND]
+    if plateau:
+        lines.append("Bias instability: the flat part of the curve, which most data sheets state, lies at 0.664 of it.")
+    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+    return "\n".join(lines)
+
+
+def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
+    """The coefficients as aligned text, channel by channel, in the paper's form and the field's units."""
+    rows: list[tuple[str, str, str, str]] = []
+    notes: dict[str, str] = {}
+    for channel, result in read_off.items():
+        if not result and not result.refused:
+            rows.append((channel, "no region of any term", "", ""))
+        first = channel
+        for name, c in result.items():
+            texts = result.texts(name)
+            region = f"τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s"
+            for k, (value, unit) in enumerate(texts):
+                label = TERMS[name].label(result.quantity) if k == 0 else "  ="
+                rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
+                first = ""
+            if TERMS[name].look_alikes:
+                notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(result.quantity))
+        for refusal in result.refused:
+            label = f"no {TERMS[refusal.term].label(result.quantity)}"
+            rows.append(
+                (first, label, "", f"τ {seconds(refusal.tau_min)} … {seconds(refusal.tau_max)} s: {refusal.reason}")
+            )
+            first = ""
+    widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
+    lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
+    lines += ["", *_LEGEND]
+    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+    return "\n".join(lines)
+
+
+def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:
+    """Deviations channel by channel in SI; with a `noise`, their 95 % intervals for it."""
+    lines: list[str] = []
+    for channel, curve in deviations.items():
+        lines.append(f"{channel}: {curve.label} [{curve.unit}], {curve.n} samples at {1 / curve.tau0:.6g} Hz")
+        rows = [(f"{tau:.6g} s", f"{value:.5g}") for tau, value in zip(curve.tau, curve.deviation, strict=True)]
+        texts = [f"{terms} terms" for terms in curve.n_terms]
+        if noise is not None:
+            low, high = curve.interval(noise=noise)
+            texts = [f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True)]
+        lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
+    if noise is not None:
+        shown = noise if isinstance(noise, str) else ", ".join(noise)
+        lines += [
+            "",
+            f"[ ]: 95 % by χ² with the degrees of freedom of {shown.replace('_', ' ')}, if that is the noise.",
+        ]
+    return "\n".join(lines)

@@ -1,0 +1,228 @@
+"""From which averaging time on, with or without a ramp, and with which sixth term the model fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.estimators.gaps import Gaps
+from sigmatau.fitting import sixth_term
+from sigmatau.fitting.components import LINEAR, Components
+from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.masked_components import components_with_gaps
+from sigmatau.fitting.ramp import Ramp, estimate_ramp
+from sigmatau.fitting.sixth_term import Extension
+from sigmatau.results import two_digits
+
+__all__ = [
+    "LARGEST_START",
+    "LEAST_P",
+    "LEAST_P_EXTENDED",
+    "LEAST_P_LATER",
+    "LEAST_TIMES",
+    "LONGEST_SHARE",
+    "Attempt",
+    "Data",
+    "best_attempt",
+]
+
+Floats = NDArray[np.float64]
+
+LONGEST_SHARE = 3
+"""Averaging times up to the record over this are used; beyond, a variance has hardly two degrees of freedom."""
+
+LEAST_TIMES = 8
+"""So many averaging times are needed: four terms, and as many to judge the fit by."""
+
+LEAST_P = 0.002
+"""With all averaging times, a misfit as large as chance makes in fewer cases than this is not adequate."""
+
+LEAST_P_LATER = 0.01
+"""The same once shorter times were left out, when something is known to be wrong with them."""
+
+LEAST_P_EXTENDED = 0.05
+"""The same with a sixth term, which was chosen among hundreds because it fits best."""
+
+_HOPELESS_P = 1e-4
+"""A sixth term is tried if the five fit worse than this: one of hundreds of frequencies always fits a little better."""
+
+LARGEST_START = 128
+"""The shortest averaging time used may be so many samples: an internal low-pass filter of any use is over by then."""
+
+QUANTIZATION = LINEAR.index("quantization")
+_FAILURES = (FloatingPointError, np.linalg.LinAlgError)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Data:
+    """What is fitted, in samples and in a unit that makes numbers near 1.
+
+    Attributes
+    ----------
+    n : int
+    m : tuple of int, n_tau
+    avar, ramps : ndarray, shape (n_tau,)
+        Allan variances, and the ramps per sample that the mean differences show.
+    candidates : tuple of int
+        Indices in `LINEAR` of the terms that may be there.
+    with_ramp : bool
+        Whether a ramp may be there.
+    first : int or None
+        The averaging time to begin with, if that was asked for.
+    gaps : Gaps or None
+        What is missing.
+    """
+
+    n: int
+    m: tuple[int, ...]
+    avar: Floats
+    ramps: Floats
+    candidates: tuple[int, ...]
+    with_ramp: bool
+    first: int | None = None
+    gaps: Gaps | None = None
+
+    def parts(self, extra: Extension | None = None) -> Components:
+        """Components at all averaging times."""
+        return components_with_gaps(self.n, self.m, self.gaps, **({} if extra is None else extra.arguments()))
+
+    def gls(self, first: int, extra: Extension | None = None) -> Gls:
+        """The problem from one averaging time on."""
+        parts = self.parts(extra).from_index(first)
+        also = tuple(range(len(LINEAR), len(parts.names)))
+        return Gls(parts, self.avar[first:], (*self.candidates, *also))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """The best θ from one averaging time on, and how well it fits.
+
+    Attributes
+    ----------
+    first : int
+        Index of that averaging time.
+    gls : Gls
+        The problem; without the ramp if there is one.
+    theta : ndarray
+    p_value : float
+        Of the misfit.
+    ramp : Ramp or None
+    still : tuple of Gls and ndarray, or None
+        The problem without the ramp, significant or not, and its θ.
+    extra : Extension or None
+    """
+
+    first: int
+    gls: Gls
+    theta: Floats
+    p_value: float
+    ramp: Ramp | None
+    still: tuple[Gls, Floats] | None
+    extra: Extension | None = None
+
+    def expected(self, data: Data) -> Floats:
+        """Allan variances of the model at all averaging times, those left out too."""
+        slope = 0.0 if self.ramp is None else self.ramp.used
+        parts = data.parts(self.extra)
+        return np.asarray(parts.design @ self.theta + 0.5 * slope**2 * parts.squares)
+
+    def reason(self, data: Data) -> str:
+        """Why the shortest averaging times were left out, if they were."""
+        if self.first == 0 or data.first is not None:
+            return ""
+        ratios = np.sqrt(data.avar / self.expected(data))[: self.first]
+        worst = int(np.argmax(np.abs(np.log(ratios))))
+        ratio = float(ratios[worst])
+        size = f"{data.m[worst]} samples" if data.m[worst] > 1 else "1 sample"
+        off = f"σ at {size} is {two_digits(100 * abs(ratio - 1))} % {'below' if ratio < 1 else 'above'} the model"
+        why = "as after a low-pass filter" if ratio < 1 else "something else rules there"
+        return f"{off}; shorter times left out, {why}"
+
+
+def best_attempt(data: Data, *, level: float) -> tuple[Attempt | None, Attempt | None]:
+    """The attempt to be stated, and the nearest one if there is none."""
+    starts = [k for k, m in enumerate(data.m) if m <= LARGEST_START and len(data.m) - k >= LEAST_TIMES]
+    if data.first is not None or not starts:
+        starts = [data.first or 0]
+    five, nearest = _five_terms(data, starts, level)
+    if five is not None and five.first == starts[0]:
+        return five, five
+    at_once = _attempt(data, starts[0], level)
+    if at_once is not None and at_once.p_value > _HOPELESS_P:
+        return five, nearest
+    extended = _extended(data, starts, five, level)
+    return (extended if extended is not None else five), nearest
+
+
+def _attempt(data: Data, first: int, level: float, extra: Extension | None = None) -> Attempt | None:
+    """The fit from one averaging time on; None if there is none."""
+    attempt = _with_candidates(data, first, level, extra)
+    if attempt is None or first == 0:
+        return attempt
+    # At the times left out, no term may make much more than was measured there. Quantization noise, which rises towards
+    # them most, would then stand for something else; white and red noise may be filtered there.
+    phase = attempt.theta[QUANTIZATION] * data.parts().design[:first, QUANTIZATION]
+    if np.any(phase > data.avar[:first]):
+        others = tuple(p for p in data.candidates if p != QUANTIZATION)
+        return _with_candidates(replace(data, candidates=others), first, level, extra) if others else None
+    return attempt
+
+
+def _with_candidates(data: Data, first: int, level: float, extra: Extension | None) -> Attempt | None:
+    try:
+        gls = data.gls(first, extra)
+        theta = gls.fit()
+        tangent = None if extra is None else theta[-1] * extra.tangent(gls.parts.m, data.gaps)
+        gls = Gls(gls.parts, gls.avar, gls.candidates, tangent)
+        if not data.with_ramp:
+            return Attempt(first, gls, theta, gls.p_value(theta), None, None, extra)
+        ramp, still, theta_still = estimate_ramp(gls, theta, data.ramps[first:], level=level)
+        if ramp.used:
+            gls, theta = still, theta_still
+        return Attempt(first, gls, theta, gls.p_value(theta), ramp, (still, theta_still), extra)
+    except _FAILURES:
+        return None
+
+
+def _five_terms(data: Data, starts: Sequence[int], level: float) -> tuple[Attempt | None, Attempt | None]:
+    """The attempt from the shortest averaging time that leaves an acceptable misfit, and the one with the least."""
+    nearest: Attempt | None = None
+    for first in starts:
+        attempt = _attempt(data, first, level)
+        if attempt is None:
+            continue
+        if attempt.p_value > (LEAST_P if first == starts[0] else LEAST_P_LATER):
+            return (attempt if first == starts[0] else _settled(data, attempt, level)), attempt
+        if nearest is None or attempt.p_value > nearest.p_value:
+            nearest = attempt
+    return None, nearest
+
+
+def _settled(data: Data, found: Attempt, level: float) -> Attempt:
+    """An octave on: what was just too small to be noticed there is half as large here."""
+    later = next((k for k, m in enumerate(data.m) if m >= 2 * data.m[found.first]), None)
+    if later is None or len(data.m) - later < LEAST_TIMES:
+        return found
+    attempt = _attempt(data, later, level)
+    return attempt if attempt is not None and attempt.p_value > LEAST_P_LATER else found
+
+
+def _extended(data: Data, starts: Sequence[int], five: Attempt | None, level: float) -> Attempt | None:
+    """A sixth term, if with it the fit reaches to much shorter averaging times than without."""
+    limit = data.m[five.first] / sixth_term.GAIN_IN_REACH if five is not None else data.m[starts[-1]]
+    for first in starts:
+        if data.m[first] > limit:
+            return None
+        best: Attempt | None = None
+        for candidate in sixth_term.candidates(data.gls(first)):
+            attempt = _attempt(data, first, level, candidate)
+            if attempt is None or attempt.p_value <= LEAST_P_EXTENDED or attempt.theta[-1] <= 0:
+                continue
+            if best is None or attempt.p_value > best.p_value:
+                best = attempt
+        if best is not None:
+            return best
+    return None

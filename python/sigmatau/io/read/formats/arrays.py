@@ -1,0 +1,294 @@
+"""Arrays of a file into columns and tables: what .npy, MATLAB, HDF5 and data frames have in common.
+
+A container holds arrays under names, in groups. An array of shape (n,) is a column, one of shape (n, k) is k of them; arrays
+of one group and one length are a table.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.names import recognise
+from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.record.record import MIN_SAMPLES
+from sigmatau.results import Finding
+
+__all__ = ["WIDEST", "Leaf", "gather", "parts", "pick", "real_columns", "squeezed"]
+
+WIDEST = 64
+"""An array of more columns than this is no table of a sensor."""
+
+_AXES = frozenset("xyzXYZ")
+_NAMED = 8
+_UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leaf:
+    """An array of a container, not loaded yet.
+
+    Attributes
+    ----------
+    group : tuple of str
+        Names of the groups, or structs, that it is in, from the top.
+    name : str
+    shape : tuple of int
+        ``(n,)`` or ``(n, k)``.
+    load : callable
+        Gives the array in that shape; raises `DataError` and no other.
+    unit : str or None
+        As the file spells it.
+    rate : float or None
+        Sampling rate, if the format states one. [Hz]
+    fill : float or None
+        The number that stands for a missing sample.
+    scale : tuple of float
+        Factor and offset, in that order, that make the value of what is stored.
+    """
+
+    group: tuple[str, ...]
+    name: str
+    shape: tuple[int, ...]
+    load: Callable[[], NDArray[Any]]
+    unit: str | None = None
+    rate: float | None = None
+    fill: float | None = None
+    scale: tuple[float, float] = (1.0, 0.0)
+
+    def values(self) -> tuple[NDArray[Any], int]:
+        """The array with NaN for missing samples, scaled; and how many are missing."""
+        array = self.load()
+        gone = None if self.fill is None else array == self.fill
+        missing = 0 if gone is None else int(np.count_nonzero(gone))
+        if missing:
+            array = array.astype(np.float64)
+            array[gone] = np.nan
+        factor, offset = self.scale
+        return (array if self.scale == (1.0, 0.0) else array * factor + offset), missing
+
+
+def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """The columns that an array of shape (n, *shape) makes, with their names and indices."""
+    if len(shape) == 0 or shape == (1,):
+        yield name, (0,) * len(shape)
+    elif len(shape) == 1:
+        endings: Sequence[str] = "xyz" if shape[0] == 3 else [str(k + 1) for k in range(shape[0])]
+        stated = _UNIT.fullmatch(name)  # what stands in brackets stays at the end
+        stem, unit = stated.groups() if stated else (name, "")
+        for k, ending in enumerate(endings):
+            yield f"{stem}_{ending}{unit}", (k,)
+
+
+def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
+    """One column of an array, as `parts` numbers it."""
+    return array[:, part[0]] if part else array
+
+
+def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, ...], bool] | None:
+    """The shape (n,) or (n, k) that an array is read in, and whether that is its transpose; None if it is no columns.
+
+    Parameters
+    ----------
+    shape : sequence of int
+    lying : bool
+        Whether the format has rows for vectors, as MATLAB does: then (k, n) with few k and many n is (n, k).
+    """
+    if len(shape) == 1:
+        return (int(shape[0]),), False
+    if len(shape) != 2:
+        return None
+    n, k = int(shape[0]), int(shape[1])
+    if k == 1:
+        return (n,), False
+    if n == 1 and lying:
+        return (k,), True
+    if lying and n <= WIDEST < k:
+        return (k, n), True
+    return ((n, k), False) if 0 < k <= WIDEST else None
+
+
+def real_columns(
+    raw: Mapping[int, NDArray[Any]], labels: Mapping[int, str], exact: int | None
+) -> dict[int, NDArray[Any]]:
+    """Columns that are found to be real numbers; raises `DataError`, or `NonFiniteError` for an infinity."""
+    checked: dict[int, NDArray[Any]] = {}
+    for index, array in raw.items():
+        if array.dtype.kind not in "iuf":
+            raise DataError(f"column {labels[index]} holds {array.dtype}, not real numbers")
+        # The kernels take the byte order of the machine, and no half or extended floats.
+        plain = array if array.dtype.kind in "iu" or array.dtype.itemsize in (4, 8) else array.astype(np.float64)
+        plain = plain if plain.dtype.isnative else plain.astype(plain.dtype.newbyteorder("="))
+        plain = plain if plain.flags.aligned else plain.copy()
+        refuse_infinite(plain, labels[index])
+        checked[index] = plain
+    if exact is not None:
+        checked[exact] = whole_stamps(checked[exact])
+    return checked
+
+
+def gather(
+    leaves: Sequence[Leaf],
+    *,
+    kind: str,
+    root: str,
+    separator: str,
+    notes: tuple[str, ...] = (),
+    findings: tuple[Finding, ...] = (),
+    rate_source: str = "",
+) -> tuple[Table, ...]:
+    """The tables that arrays make: those of one group and one length together.
+
+    Parameters
+    ----------
+    leaves : sequence of Leaf
+        Of real numbers only.
+    kind : str
+        The format.
+    root : str
+        What the names of topics begin with; it is the name of what is in no group.
+    separator : str
+        Between the names of groups.
+    notes, findings
+        Of the file; every table gets them.
+    rate_source : str
+        Where the rates of the leaves are from, in words.
+
+    Raises
+    ------
+    DataError
+        If nothing is left that is long enough.
+    """
+    long = [leaf for leaf in leaves if leaf.shape[0] >= MIN_SAMPLES]
+    left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]
+    if not long:
+        held = _names([f"{separator.join((*leaf.group, leaf.name))} {leaf.shape}" for leaf in left_out])
+        lost = "".join(f" ({finding.message})" for finding in findings)
+        raise DataError(f"has no array of at least {MIN_SAMPLES} numbers{f', only {held}' if held else ''}{lost}")
+    if left_out:
+        short = _names([separator.join((*leaf.group, leaf.name)) for leaf in left_out])
+        notes = (*notes, f"arrays of fewer than {MIN_SAMPLES} rows are no columns: {short}")
+    by_home: dict[tuple[tuple[str, ...], int], list[Leaf]] = {}
+    present = {(leaf.group, leaf.shape[0]) for leaf in long}
+    for leaf in long:
+        by_home.setdefault((_home(leaf, present), leaf.shape[0]), []).append(leaf)
+    groups = [group for group, _ in by_home]
+    tables = []
+    for (group, rows), members in by_home.items():
+        # Arrays of several lengths in one group are told apart by the first of each length.
+        last = (members[0].name,) if groups.count(group) > 1 or (not group and not root) else ()
+        topic = root + separator.join((*group, *last)) if len(by_home) > 1 or group or root else ""
+        table = _table(kind, topic, group, rows, members, separator, notes, findings)
+        if groups.count(group) > 1:
+            others = [leaf for (home, _), held in by_home.items() if home == group for leaf in held]
+            table = replace(table, findings=(*findings, *_unequal(table, others)))
+        rates = {leaf.rate for leaf in members}
+        if len(rates) == 1 and None not in rates:
+            table = replace(table, rate=rates.pop(), rate_source=rate_source)
+        tables.append(table)
+    return tuple(tables)
+
+
+def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
+    """Sensors of which one axis has another length than the others: they would be read without it, and without a word."""
+    held = {match[0] for match in recognise(table.columns) if match is not None}
+    named = [leaf for leaf in leaves if len(leaf.shape) == 1]
+    found = recognise([Column(name=f"{leaf.group[-1]}_{leaf.name}" if _is_axis(leaf) else leaf.name) for leaf in named])
+    for sensor in ("gyro", "accel"):
+        axes = [f"{sensor}_{axis}" for axis in "xyz"]
+        lengths = {
+            match[0]: (x.name, x.shape[0]) for x, match in zip(named, found, strict=True) if match and match[0] in axes
+        }
+        if held & set(axes) and len({rows for _, rows in lengths.values()}) > 1:
+            listed = ", ".join(f"{name} {rows}" for name, rows in lengths.values())
+            yield Finding(
+                code="unequal_lengths",
+                severity="error",
+                message=f"the axes of one sensor have unequal numbers of samples: {listed}",
+                effect="only those of one length are read together; the rest of the shorter ones is missing",
+            )
+
+
+def _is_axis(leaf: Leaf) -> bool:
+    return leaf.name in _AXES and len(leaf.shape) == 1 and bool(leaf.group)
+
+
+def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
+    """The group whose table an array joins: the highest above it that holds arrays of its length.
+
+    So one vector of time serves the sensors in the groups below it.
+    """
+    for depth in range(len(leaf.group)):
+        if (leaf.group[:depth], leaf.shape[0]) in present:
+            return leaf.group[:depth]
+    return leaf.group
+
+
+def _table(
+    kind: str,
+    topic: str,
+    group: tuple[str, ...],
+    rows: int,
+    members: Sequence[Leaf],
+    separator: str,
+    notes: tuple[str, ...],
+    findings: tuple[Finding, ...],
+) -> Table:
+    columns: list[Column] = []
+    sources: list[tuple[Leaf, tuple[int, ...]]] = []
+    for leaf in members:
+        path = [*leaf.group[len(group) :], leaf.name]
+        if _is_axis(leaf):
+            path = [*path[:-2], f"{leaf.group[-1]}_{leaf.name}"]  # group gyro, array x
+        for label, part in parts(separator.join(path), leaf.shape[1:]):
+            columns.append(Column(name=label, unit=leaf.unit))
+            sources.append((leaf, part))
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        by_leaf: dict[int, list[int]] = {}
+        for index in wanted:
+            by_leaf.setdefault(id(sources[index][0]), []).append(index)
+        raw: dict[int, NDArray[Any]] = {}
+        findings: list[Finding] = []
+        for indices in by_leaf.values():
+            leaf = sources[indices[0]][0]
+            array, missing = leaf.values()
+            if missing:
+                findings.append(
+                    Finding(
+                        code="missing_samples",
+                        severity="error",
+                        message=f"{missing} numbers of {leaf.name} are {leaf.fill:g}, which the file says means missing",
+                        effect="they are left out as NaN",
+                    )
+                )
+            if array.shape != leaf.shape:
+                raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
+            whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
+            for index in indices:  # a view holds the whole array in memory: only if all of it is wanted
+                column = pick(array, sources[index][1])
+                raw[index] = column if whole else column.copy()
+        return Loaded(
+            columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact), findings=tuple(findings)
+        )
+
+    return Table(
+        format=kind,
+        columns=tuple(columns),
+        notes=notes,
+        load=load,
+        where=lambda row: f"row {row}",
+        topic=topic,
+        rows=rows,
+        findings=findings,
+    )
+
+
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (f", … {len(names)} in all" if len(names) > _NAMED else "")

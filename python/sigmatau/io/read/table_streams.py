@@ -1,0 +1,203 @@
+"""What one table gives to a record: streams on their grids, and what was noticed on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau import units
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.names import unit_of
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.preallocated_rows import without_unwritten
+from sigmatau.io.read.resolve import SI, Resolved, resolve
+from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.temperature import temperature_stream
+from sigmatau.io.read.time import disorder
+from sigmatau.io.read.time.jitter import scattered
+from sigmatau.io.read.time.placement import missing_in, mostly_missing, own_rows, with_missing
+from sigmatau.io.read.time.timing import Timing, timed
+from sigmatau.io.read.unused_columns import not_read
+from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
+from sigmatau.record.streams import Stream
+from sigmatau.results import Finding
+
+__all__ = ["Part", "find_rate", "part"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """What one table gives to a record."""
+
+    topic: str
+    streams: tuple[Stream, ...]
+    rows: int
+    conversions: tuple[str, ...]
+    ignored: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+
+def part(table: Table, options: Options) -> Part:
+    """What one table gives; raises as `assemble` does."""
+    resolved = resolve(table, options)
+    choice = resolved[0]
+    loaded, choice = _loaded(table, choice)
+    raw, unwritten = without_unwritten(loaded.columns, choice.time, [table.label(i) for i in range(len(table.columns))])
+    loaded = replace(loaded, columns=raw, findings=(*loaded.findings, *unwritten))
+    try:
+        return _made(table, options, (choice, *resolved[1:]), loaded)
+    except (OptionError, RecordTooShortError):
+        raise
+    except DataError as error:
+        # Damage that is known of began where the stamps say so, if that is before it was found out.
+        shorter = disorder.cut(loaded, choice, table, error, least=MIN_SAMPLES + 1)
+        try:
+            return _made(table, options, (choice, *resolved[1:]), shorter)
+        except DataError:
+            raise disorder.of_damaged(error, table, loaded.findings) from None
+
+
+def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
+    """The streams of columns that are loaded."""
+    choice, unit, notes, overruled = resolved
+    raw = loaded.columns
+    indices = list(choice.channels.values())
+    rows = len(raw[indices[0]])
+    need = MIN_SAMPLES + (options.input == "accumulated")
+    if rows < need:
+        broken = "".join(f" ({finding.message})" for finding in (*table.findings, *loaded.findings))
+        raise RecordTooShortError(
+            f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
+        )
+    by_stream: dict[str, dict[str, int]] = {}
+    for channel, index in choice.channels.items():
+        by_stream.setdefault(stream_name(channel), {})[channel] = index
+    sensors = {name: list(columns.values()) for name, columns in by_stream.items()}
+    warmth = () if choice.temperature is None else (choice.temperature.index,)
+    missing = with_missing(raw, [*indices, *warmth])
+    own = own_rows(raw, sensors, missing) if missing else {}
+    empty = mostly_missing(
+        raw, by_stream, missing, own, table.where, table.label, timed=choice.time is not None
+    )  # one bad channel must not cost the log
+    if empty:
+        choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in empty})
+        by_stream = {name: {c: i for c, i in of.items() if c not in empty} for name, of in by_stream.items()}
+        by_stream = {name: of for name, of in by_stream.items() if of}
+        indices = list(choice.channels.values())
+    if choice.time is None:
+        own = {}
+    rows_of: dict[int, NDArray[np.int64]] = {}
+    streams: list[Stream] = []
+    shared: Timing | None = None
+    times: list[Timing] = []
+    for name, columns in by_stream.items():
+        if name in own:
+            timing = timed(table, choice, raw, unit.get("time"), options, name, own[name])
+        else:
+            shared = shared or timed(table, choice, raw, unit.get("time"), options)
+            timing = shared
+        if not any(timing is other for other in times):
+            times.append(timing)
+        if timing.rows is not None:
+            rows_of |= dict.fromkeys(columns.values(), timing.rows)
+        streams.append(
+            make_stream(
+                name,
+                {channel: timing.laid(raw[index]) for channel, index in columns.items()},
+                rate=timing.rate,
+                unit=unit,
+                kind=options.input,
+                scale=options.scale,
+                offset=options.offset,
+                grid_source=timing.source,
+                start=timing.start,
+                jitter=timing.jitter,
+                finite=timing.places is None and not missing.intersection(columns.values()),
+            )
+        )
+    said = missing_in(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
+    said = (*said, *scattered(streams, times))
+    if choice.temperature is not None:
+        index = choice.temperature.index
+        shared = shared or timed(table, choice, raw, unit.get("time"), options)
+        warm, noted = temperature_stream(table.label(index), choice.temperature, raw, shared, missing=index in missing)
+        streams += warm
+        notes = [*notes, noted]
+    used = {*indices, choice.time, *(warmth if streams[-1].quantity == "temperature" else ())}
+    return Part(
+        topic=table.topic,
+        streams=tuple(streams),
+        rows=rows,
+        conversions=(
+            *table.notes,
+            *choice.notes,
+            *_named(table, choice),
+            *notes,
+            *_conversions(unit, options),
+            *dict.fromkeys(note for timing in times for note in timing.notes),
+        ),
+        ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
+        findings=(
+            *table.findings,
+            *loaded.findings,
+            *overruled,
+            *empty.values(),
+            *(finding for timing in times for finding in timing.findings),
+            *said,
+            *not_read(table, choice, options, used),
+        ),
+    )
+
+
+def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
+    """The columns, with that of the temperature if it can be read."""
+    wanted = {*choice.channels.values(), *(() if choice.time is None else (choice.time,))}
+    if choice.temperature is not None and choice.temperature.index not in wanted:
+        try:
+            return table.load(sorted({*wanted, choice.temperature.index}), choice.time), choice
+        except DataError:  # it must not cost the log
+            name = table.label(choice.temperature.index)
+            choice = replace(choice, temperature=None, notes=(*choice.notes, f"column {name} cannot be read"))
+    return table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
+
+
+def find_rate(
+    table: Table, choice: Choice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
+) -> tuple[float, str, bool]:
+    """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
+    raw = {} if choice.time is None else {choice.time: stamps_raw}
+    timing = timed(table, replace(choice, channels={}), raw, spelled, options)
+    return timing.rate, timing.source, timing.counted
+
+
+def _named(table: Table, choice: Choice) -> list[str]:
+    """Channels that bear another name in the file."""
+    return [
+        f"{channel} from column {table.label(index)}"
+        for channel, index in choice.channels.items()
+        if unit_of(table.columns[index])[0] != channel
+    ]
+
+
+def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
+    done = []
+    for channel, spelled in unit.items():
+        if channel == "time":
+            continue
+        stream = stream_name(channel)
+        scale = options.scale.get(channel, options.scale.get(stream, 1.0))
+        offset = options.offset.get(channel, options.offset.get(stream, 0.0))
+        if scale != 1 or offset != 0:
+            done.append(f"{channel}: (raw - {offset:g}) * {scale:g} {spelled}".replace("- -", "+ "))
+        si = SI.get(stream)
+        if si is not None and units.find(spelled).symbol not in (si, units.integral(si)):
+            done.append(f"{channel}: {spelled} to {units.find(spelled).si}")
+    if options.input == "increments":
+        done.append("increments divided by the sample interval")
+    if options.input == "accumulated":
+        done.append("accumulated values differenced and divided by the sample interval")
+    return done

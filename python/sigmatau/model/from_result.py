@@ -1,0 +1,144 @@
+"""Noise models from results of `analyze`, as they stand in its JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov, Sinusoid, real
+from sigmatau.noise.terms import TERMS
+
+__all__ = ["channel_of_fit", "channels_of_result", "models_of", "results_by_channel"]
+
+_WITH_MODEL = ("adequate", "descriptive")
+"""Verdicts of a fit that has coefficients."""
+
+
+def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:
+    """The models of the channels that have one, or of those that are named; raises `DataError`."""
+    found = results_by_channel(content)
+    named = list(found) if channels is None else list(channels)
+    for name in named:
+        if name not in found:
+            raise DataError(f"no channel {name!r}; channels: {', '.join(found)}")
+    models, without = models_of({name: found[name] for name in named})
+    if without and channels is not None:
+        raise DataError(f"channel {without[0]!r} has no model: its fit is {found[without[0]]['fit'].get('verdict')!r}")
+    if not models:
+        raise DataError("no channel of this result has a model")
+    return models
+
+
+def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
+    """What a result has of each channel, whatever that is; raises `DataError` if it has none."""
+    channels = content.get("channels") if isinstance(content, Mapping) else None
+    if not isinstance(channels, Mapping) or not channels:
+        raise DataError("this is no result of sigmatau analyze: it has no channels")
+    return {str(name): channel for name, channel in channels.items()}
+
+
+def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
+    """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel.
+
+    Parameters
+    ----------
+    channels : mapping of str to mapping
+        As a result has them. What is needed: ``fit``, ``quantity``, ``curve.unit``.
+    """
+    models, without = {}, []
+    for name, channel in channels.items():
+        try:
+            fit, quantity, unit = channel["fit"], channel["quantity"], channel["curve"]["unit"]
+            if not (isinstance(quantity, str) and isinstance(unit, str)):
+                raise TypeError(f"quantity {quantity!r}, unit {unit!r}")
+            if fit["model"] or fit["terms"]["gauss_markov"] or fit["terms"]["sinusoid"]:
+                models[name] = channel_of_fit(
+                    fit, quantity=quantity, unit=unit, duration=_duration(channel), rate=_rate(channel)
+                )
+            else:
+                without.append(name)
+        except DataError as error:
+            raise DataError(f"channel {name!r}: {error}") from None
+        except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
+            raise DataError(
+                f"channel {name!r}: not a result of sigmatau analyze with a fit ({error!r} is missing or wrong)"
+            ) from None
+    return models, without
+
+
+def channel_of_fit(
+    fit: Mapping[str, Any], *, quantity: str, unit: str, duration: float = 0.0, rate: float = 0.0
+) -> ChannelModel:
+    """The model of one channel from a fit's ``to_dict``; `duration` of its record in s, its sampling rate in Hz."""
+    terms = fit["terms"]
+    five = {name: terms[name] for name in TERMS if name in terms}
+    model = {term: _number(term, value) for term, value in fit["model"].items() if term in TERMS}
+    if fit.get("verdict") not in _WITH_MODEL:
+        raise DataError(
+            f"the verdict of its fit is {fit.get('verdict')!r}; one with a model is {' or '.join(_WITH_MODEL)}"
+        )
+    names, matrix = _covariance(fit.get("covariance") or {})
+    return ChannelModel(
+        terms=model,
+        gauss_markov=tuple(
+            GaussMarkov(sigma=g["sigma"]["value"], time=g["time"]["value"]) for g in terms["gauss_markov"]
+        ),
+        sinusoid=tuple(
+            Sinusoid(amplitude=s["amplitude"]["value"], frequency=s["frequency"]["value"]) for s in terms["sinusoid"]
+        ),
+        quantity=quantity,
+        unit=unit,
+        intervals={
+            name: (_number("low", term["low"]), _number("high", term["high"]))
+            for name, term in five.items()
+            if term.get("low") is not None and term.get("high") is not None and name in model
+        },
+        limits={
+            name: _number("upper_limit", term["upper_limit"]) for name, term in five.items() if "upper_limit" in term
+        },
+        covariance=(names, matrix),
+        level=[*(_level(term["level"]) for term in five.values()), 0.95][0],
+        tau_min=_number("tau_min_s", fit.get("tau_min_s")),
+        duration=duration,
+        rate=rate,
+        adequate=fit["verdict"] == "adequate",
+    )
+
+
+def _number(name: str, value: object) -> float:
+    """A finite number, 0 for None; NaN, text and True, which Python would take as 1, are none."""
+    number = 0.0 if value is None else real(value)
+    if not math.isfinite(number):
+        raise DataError(f"{name} must be a number, not {value!r:.80}")
+    return number
+
+
+def _level(value: object) -> float:
+    if not 0 < real(value) < 1:
+        raise DataError(f"the level of an interval must be between 0 and 1, not {value!r:.80}")
+    return real(value)
+
+
+def _rate(channel: Mapping[str, Any]) -> float:
+    """Sampling rate in Hz; 0 if the result does not say."""
+    return max(_number("sample_rate_hz", channel.get("sample_rate_hz")), 0.0)
+
+
+def _duration(channel: Mapping[str, Any]) -> float:
+    """Length of the record in s; 0 if the result does not say."""
+    rate = _rate(channel)
+    return _number("samples", channel.get("samples")) / rate if rate > 0 else 0.0
+
+
+def _covariance(content: Mapping[str, Any]) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    names = tuple(content.get("terms", ()))
+    if not all(isinstance(name, str) for name in names):
+        raise DataError(f"the terms of its covariance must be names, not {names!r:.80}")
+    matrix = np.asarray(content.get("matrix", ()), dtype=np.float64)
+    return names, matrix.reshape(len(names), len(names))

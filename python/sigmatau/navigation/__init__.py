@@ -1,0 +1,1 @@
+"""Error growth of unaided inertial navigation at rest."""

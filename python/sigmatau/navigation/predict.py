@@ -1,0 +1,371 @@
+"""How far free inertial navigation at rest goes astray, from the noise of its sensors, and through which term."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.processes import real, sampling_rate
+from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, mechanisations, source
+from sigmatau.navigation.prediction import PredictedError, Prediction
+from sigmatau.record.record import stream_name
+
+__all__ = ["predict"]
+
+Floats = NDArray[np.float64]
+
+_STEPS = 1e12
+
+
+def predict(
+    model: NoiseModel,
+    *,
+    after: ArrayLike,
+    calibration: float | None = None,
+    rate: float,
+    earth: Earth = "round",
+    turn_on: Mapping[str, float] | None = None,
+    flicker_error: float = 0.01,
+    level: float = 0.95,
+) -> Prediction:
+    """Errors of free inertial navigation at rest, from the noise of the sensors.
+
+    Heading of gyro_z, roll and pitch of gyro_x and gyro_y, velocity and position of each accelerometer; those of a level
+    accelerometer with the tilt that the gyro across it makes, if the model has it. Axes x, y level, z up. Angles alone of
+    gyros alone.
+
+    Parameters
+    ----------
+    model : NoiseModel
+    after : array_like, shape (n_times,)
+        Times since the start, rounded to whole steps. [s]
+    calibration : float, optional
+        Length of time at rest before the start; the mean of each rate over it is subtracted from then on. Of level
+        accelerometers that is levelling, of gyros their bias. Default: no calibration; the state at the start is known,
+        walks and flicker noise begin at 0. [s]
+    rate : float
+        Steps a second, the sampling rate. [Hz]
+    earth : {"round", "flat"}
+        Schuler's feedback of the velocity into the tilt, and gravity falling with height; or not.
+    turn_on : mapping of str to float, optional
+        Without a calibration: standard deviations of constant biases, by channel. [rad/s, m/s²]
+    flicker_error : float
+        What the Allan deviation of flicker noise may be off by, relative.
+    level : float
+        Probability of the intervals, which are as sure as the coefficients (`ChannelModel.covariance`).
+
+    Returns
+    -------
+    Prediction
+        Terms that the record did not show count as 0, and stand with their limits in `PredictedError.at_most`; so do those
+        of which at least one is there and the record cannot tell which, whose errors are in the interval too.
+
+    Raises
+    ------
+    OptionError
+        For what is no `NoiseModel`, times that are not positive, an unknown Earth, a turn-on bias of a channel that is not
+        there or no inertial sensor, or both a turn-on bias and a calibration, which takes it away.
+    DataError
+        For a model with neither a gyro nor an accelerometer.
+
+    Notes
+    -----
+    The covariance of sensor states, subtracted means and errors is propagated exactly for sampled noise; see
+    `sigmatau.navigation.error_covariance`. Of flicker noise at the start nothing else but increments is defined: with a
+    calibration
+    only these count. Without one all that it is made of, of every correlation time, is known at the start and begins at 0,
+    so that the angle error is 0.664·B·t: the least that can be. A record of `simulate` has its first sample of flicker
+    noise at 0, which knows less, and errors that are larger: by `Prediction.flicker_in_records`.
+    """
+    if not isinstance(model, NoiseModel):
+        raise OptionError(
+            "`model` must be a NoiseModel, whose channels have names like gyro_z: NoiseModel(channels={'gyro_z': …});"
+            f" not {type(model).__name__}",
+            option="model",
+        )
+    steps = _steps(after, rate)
+    average = 0 if calibration is None else _whole("calibration", calibration, rate)
+    if earth not in ("round", "flat"):
+        raise OptionError(f"`earth` must be 'round' or 'flat', not {earth!r}", option="earth")
+    if not 0 < real(level) < 1:
+        raise OptionError(f"`level` must lie between 0 and 1, not {level!r}", option="level")
+    turn_on = _checked({} if turn_on is None else turn_on, model, calibration)
+    dt = 1 / rate
+    found: dict[str, PredictedError] = {}
+    as_known: dict[tuple[str, str], None] = {}
+    not_seen: dict[tuple[str, str], None] = {}
+    undecided: dict[tuple[str, str], None] = {}
+    ratios: list[Floats] = []
+    recorded = min((one.duration for one in model.values() if one.duration), default=0.0)
+    reached = 0.0
+    for equations in mechanisations(tuple(model.channels), earth=earth):
+        sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
+        made: dict[tuple[str, str], Source] = {}
+        limited: dict[tuple[str, str], tuple[Floats, Floats]] = {}
+        for k, channel in enumerate(equations.inputs):
+            gains = np.eye(len(equations.inputs))[k]
+            longest = (average + int(steps[-1])) * dt
+            parts = {
+                name: source(part, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
+                for name, part in model[channel].parts().items()
+            }
+            for name, limit in _limited(model[channel]).items():
+                made_of = source(limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
+                limited[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
+                reached = max(reached, made_of.flicker_error)
+            if turn_on.get(channel):
+                parts["turn_on"] = Source.constant(turn_on[channel])
+            for name, part in parts.items():
+                made[channel, name] = part
+                sources[channel, name] = part.errors(equations, gains, dt=dt, calibration=average, steps=steps)
+                reached = max(reached, part.flicker_error)
+            if not average and "bias_instability" in parts:
+                flicker = source(
+                    model[channel].parts()["bias_instability"],
+                    dt=dt,
+                    tau_max=longest,
+                    flicker_error=flicker_error,
+                    calibrated=True,
+                )
+                rows = list(equations.rows.values())
+                here = sources[channel, "bias_instability"][1][:, rows]
+                ratios.append(_as_simulated(flicker, equations, gains, dt, steps)[:, rows] / here)
+        for key, variance in _correlated(model, equations, made, sources, dt, average, steps).items():
+            sources[key] = np.zeros_like(variance), variance
+        for name, row in equations.rows.items():
+            error, known = _error(
+                name,
+                model,
+                {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()},
+                {key: (m[:, row], v[:, row]) for key, (m, v) in limited.items()},
+                steps * dt,
+                level,
+            )
+            found[name] = replace(error, tilt_without=equations.without)
+            as_known |= dict.fromkeys(known)
+        not_seen |= dict.fromkeys(key for key in limited if key not in sources)
+        undecided |= dict.fromkeys(key for key in limited if key in sources)
+    if not found:
+        raise DataError("a prediction needs gyros (gyro_x …) or accelerometers (accel_x …), and the model has none")
+    return Prediction(
+        errors={name: found[name] for name in sorted(found, key=_order)},
+        after=steps * dt,
+        calibration=None if calibration is None else average * dt,
+        rate=rate,
+        earth=earth,
+        turn_on=turn_on,
+        level=level,
+        flicker_error=reached,
+        flicker_in_records=_range(ratios),
+        as_known=tuple(as_known),
+        not_seen=tuple(not_seen),
+        undecided=tuple(undecided),
+        duration=recorded or None,
+        limit_level=min((model[channel].level for channel, _ in (*not_seen, *undecided)), default=0.95),
+    )
+
+
+def _as_simulated(flicker: Source, equations: Mechanisation, gains: Floats, dt: float, steps: Floats) -> Floats:
+    """Variance by flicker noise whose first sample is 0, as in simulated records: what one sample before is subtracted."""
+    _, variance = flicker.errors(equations, gains, dt=dt, calibration=1, steps=np.maximum(steps - 1, 1))
+    return np.asarray(np.where(steps[:, None] > 1, variance, 0.0))
+
+
+def _range(ratios: Sequence[Floats]) -> tuple[float, float] | None:
+    """Least and largest root of finite ratios."""
+    found = np.concatenate([ratio.ravel() for ratio in ratios]) if ratios else np.empty(0)
+    found = np.sqrt(found[np.isfinite(found)])
+    return (float(found.min()), float(found.max())) if found.size else None
+
+
+def _steps(after: ArrayLike, rate: float) -> Floats:
+    sampling_rate(rate)
+    given = np.atleast_1d(np.asarray(after))
+    times = given.astype(np.float64) if given.dtype.kind in "iuf" else np.empty(0)
+    if times.ndim != 1 or not times.size:
+        raise OptionError(f"`after` must be one or more times in s, not {after!r}", option="after")
+    return np.unique([_whole("after", float(time), rate) for time in times])
+
+
+def _whole(option: str, time: float, rate: float) -> int:
+    """A time in whole steps."""
+    if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _STEPS):
+        raise OptionError(
+            f"`{option}` must be {1 / rate:g} s, a step, to {_STEPS / rate:g} s, not {time!r}", option=option
+        )
+    return max(round(time * rate), 1)
+
+
+def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float | None) -> dict[str, float]:
+    if not isinstance(turn_on, Mapping):
+        raise OptionError(
+            f"`turn_on` must be a mapping from channel to standard deviation, {{'gyro_z': 5e-5}}, not {turn_on!r}",
+            option="turn_on",
+        )
+    for name, value in turn_on.items():
+        if name not in model.channels:
+            raise OptionError(
+                f"`turn_on`: no channel {name!r}; channels: {', '.join(model.channels)}", option="turn_on"
+            )
+        if stream_name(name) not in ("gyro", "accel"):
+            raise OptionError(
+                f"`turn_on`: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
+                option="turn_on",
+            )
+        if not (math.isfinite(real(value)) and value >= 0):
+            raise OptionError(
+                f"`turn_on` of {name} must be a standard deviation in SI, not {value!r}", option="turn_on"
+            )
+    if turn_on and calibration is not None:
+        raise OptionError("`turn_on`: a calibration takes a constant bias away; give one of the two", option="turn_on")
+    return dict(turn_on)
+
+
+def _correlated(
+    model: NoiseModel,
+    equations: Mechanisation,
+    made: Mapping[tuple[str, str], Source],
+    sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    dt: float,
+    average: int,
+    steps: Floats,
+) -> dict[tuple[str, str], Floats]:
+    """What the correlation of a term between a gyro and the accelerometer across it adds to the variance."""
+    if len(equations.inputs) < 2:
+        return {}
+    first, second = equations.inputs
+    found = {}
+    for term, pairs in model.correlation.items():
+        correlation = pairs.get((first, second), pairs.get((second, first), 0.0))
+        if correlation:
+            ratio = model.channels[second][term] / model.channels[first][term]
+            gains = np.array([1.0, ratio])
+            _, both = made[first, term].errors(equations, gains, dt=dt, calibration=average, steps=steps)
+            apart = sources[first, term][1] + sources[second, term][1]
+            found[f"{first} with {second}", term] = correlation * (both - apart)
+    return found
+
+
+def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
+    """Each term that was not seen, at its limit, as a model of its own.
+
+    A term without an interval that is in the model nevertheless is one of several of which the record shows that one is
+    there, but not which: it may be as small as nothing, and as large as its limit.
+    """
+    return {
+        term: ChannelModel(terms={term: limit}, quantity=model.quantity, unit=model.unit)
+        for term, limit in model.limits.items()
+        if limit and term not in model.intervals
+    }
+
+
+def _square(
+    parts: Mapping[tuple[str, str], tuple[Floats, Floats]], more: Sequence[tuple[Floats, Floats]] = ()
+) -> Floats:
+    """Mean square of the sum of all parts; the means of `more`, of unknown sign, the way that adds to its size."""
+    variance = np.asarray(sum(v for _, v in (*parts.values(), *more)))
+    mean = np.abs(np.asarray(sum(m for m, _ in parts.values()))) + np.asarray(sum(np.abs(m) for m, _ in more))
+    return np.asarray(np.maximum(variance, 0.0) + mean**2)
+
+
+def _known(model: NoiseModel, channel: str) -> tuple[tuple[str, ...], Floats]:
+    """Terms of a channel whose errors are known, with their covariance; those with an interval alone as independent."""
+    from statistics import NormalDist
+
+    if channel not in model:
+        return (), np.empty((0, 0))
+    one = model[channel]
+    names, covariance = one.covariance
+    alone = [term for term in one.intervals if term not in names and term in one]
+    total = np.zeros((len(names) + len(alone),) * 2)
+    total[: len(names), : len(names)] = covariance
+    to_sd = 1 / (2 * NormalDist().inv_cdf(0.5 + one.level / 2))
+    for k, term in enumerate(alone, len(names)):
+        low, high = one.intervals[term]
+        total[k, k] = ((high - low) * to_sd) ** 2
+    return (*names, *alone), total
+
+
+def _error(
+    name: str,
+    model: NoiseModel,
+    sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    limited: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    after: Floats,
+    level: float,
+) -> tuple[PredictedError, list[tuple[str, str]]]:
+    """One error of its sources, and which of them have no known error of their own."""
+    from statistics import NormalDist
+
+    variance = np.asarray(sum(v for _, v in sources.values()))
+    mean = np.asarray(sum(m for m, _ in sources.values()))
+    square = np.maximum(variance, 0.0) + mean**2
+    of_parts = {key: v + m * mean for key, (m, v) in sources.items()}
+    shares = {
+        key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in of_parts.items()
+    }
+    # The second is without what is undecided, which at its limit is as large as it can be.
+    spread, of_seen, as_known, beside = np.zeros_like(square), np.zeros_like(square), [], []
+    any_known = False
+    for channel in dict.fromkeys(channel for channel, _ in sources):
+        names, covariance = _known(model, channel)
+        parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources]
+        without = [key for key in sources if key[0] == channel and key[1] not in names and np.any(of_parts[key])]
+        as_known += [key for key in without if key not in limited]
+        beside += [key for key in without if key in limited]
+        any_known |= bool(parts or beside)
+        for kept in (parts, [(k, term) for k, term in parts if (channel, term) not in limited]):
+            if not kept:
+                continue
+            # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
+            gradient = np.array([2 * of_parts[channel, term] / model.channels[channel][term] for _, term in kept])
+            index = [k for k, _ in kept]
+            added = np.einsum("pt,pq,qt->t", gradient, covariance[np.ix_(index, index)], gradient)
+            spread, of_seen = (spread + added, of_seen) if kept is parts else (spread, of_seen + added)
+    z = NormalDist().inv_cdf(0.5 + level / 2)
+    rms = np.sqrt(square)
+    low = high = None
+    size = rms
+    if any_known:
+        wide = np.exp(z * np.sqrt(np.maximum(spread, 0)) / (2 * square))
+        # Undecided terms without an error of their own: from none of them to all at their limits.
+        least = _square({key: part for key, part in sources.items() if key not in beside})
+        most = _square({key: limited.get(key, part) if key in beside else part for key, part in sources.items()})
+        low, high = np.sqrt(np.minimum(square, least)) / wide, np.sqrt(np.maximum(square, most)) * wide
+        size = high
+    at_most = None
+    if limited:
+        seen = {key: part for key, part in sources.items() if key not in limited}
+        undecided = [part for key, part in limited.items() if key in sources]
+        if undecided:
+            most = _square(seen, undecided)
+            size = np.maximum(size, np.sqrt(most) * np.exp(z * np.sqrt(np.maximum(of_seen, 0)) / (2 * most)))
+        not_seen = [part for key, part in limited.items() if key not in sources]
+        drift = np.asarray(sum(np.abs(m) for m, _ in not_seen))
+        more = np.asarray(sum(v for _, v in not_seen))
+        at_most = np.sqrt(size**2 + more + drift**2 + 2 * np.abs(mean) * drift)
+    error = PredictedError(
+        name=name,
+        unit="m/s" if name.startswith("velocity") else "m" if name.startswith("position") else "rad",
+        after=np.array(after),
+        rms=rms,
+        std=np.sqrt(np.maximum(variance, 0.0)),
+        mean=mean,
+        low=low,
+        high=high,
+        shares=shares,
+        at_most=at_most,
+    )
+    return error, as_known if any_known else []
+
+
+def _order(name: str) -> tuple[int, str]:
+    kind = 0 if name == "heading" else 2 if name.startswith("velocity") else 3 if name.startswith("position") else 1
+    return kind, name

@@ -1,0 +1,334 @@
+"""Predicted navigation errors: what they are, and how they print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
+from sigmatau.noise.terms import TERMS
+from sigmatau.record.record import stream_name
+from sigmatau.results import Printed, duration_text, interval_texts
+from sigmatau.units import find
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
+
+__all__ = ["PredictedError", "Prediction"]
+
+Floats = NDArray[np.float64]
+
+_DISPLAY = {"rad": ("deg", math.pi / 180)}
+_OTHER = {"gauss_markov": "Gauss-Markov process", "sinusoid": "sinusoid", "turn_on": "turn-on bias"}
+_SHOWN = 0.01
+"""The least share that is printed."""
+
+_QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
+_LARGE = {"roll": 0.2, "pitch": 0.2, "velocity": 1000.0, "position": EARTH_RADIUS / 100}
+"""Errors beyond which the equations, of small tilts near the start, do not hold. [rad, m/s, m]"""
+
+_BIASES = {"gyro": "deg/h", "accel": "mg"}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class PredictedError(Printed):
+    """One error against time.
+
+    Attributes
+    ----------
+    name : str
+        ``"heading"``, ``"roll"``, ``"pitch"``, ``"velocity_x"``, ``"position_x"`` …
+    unit : str
+        SI: rad, m/s, m.
+    after : ndarray, shape (n_times,)
+        [s]
+    rms : ndarray, shape (n_times,)
+        √(std² + mean²). [unit]
+    std, mean : ndarray, shape (n_times,)
+        What noise makes, and what ramps make, with its sign. [unit]
+    low, high : ndarray or None, shape (n_times,)
+        Interval of `rms`, as sure as the coefficients are; None if that of none is known. [unit]
+    shares : mapping of (str, str) to ndarray, shape (n_times,)
+        Parts of rms², by channel and term; they add up to 1. One of correlated noise may be negative.
+    at_most : ndarray or None, shape (n_times,)
+        With the terms that were not seen, and those that the record cannot tell from each other, at their limits, the
+        others at the upper end of the interval; None if the model has no limits. [unit]
+    tilt_without : str
+        The gyro whose tilt is left out because the model has it not; empty otherwise.
+    """
+
+    name: str
+    unit: str
+    after: Floats
+    rms: Floats
+    std: Floats
+    mean: Floats
+    low: Floats | None
+    high: Floats | None
+    shares: Mapping[tuple[str, str], Floats]
+    at_most: Floats | None = None
+    tilt_without: str = ""
+
+    def __post_init__(self) -> None:
+        for array in (
+            self.after,
+            self.rms,
+            self.std,
+            self.mean,
+            self.low,
+            self.high,
+            self.at_most,
+            *self.shares.values(),
+        ):
+            if array is not None:
+                array.setflags(write=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns in SI."""
+        shares: dict[str, dict[str, list[float]]] = {}
+        for (channel, part), share in self.shares.items():
+            shares.setdefault(channel, {})[part] = share.tolist()
+        content: dict[str, Any] = {
+            "unit": self.unit,
+            "rms": self.rms.tolist(),
+            "std": self.std.tolist(),
+            "mean": self.mean.tolist(),
+            "shares": shares,
+        }
+        if self.low is not None and self.high is not None:
+            content |= {"low": self.low.tolist(), "high": self.high.tolist()}
+        if self.at_most is not None:
+            content["at_most"] = self.at_most.tolist()
+        if self.tilt_without:
+            content["tilt_without"] = self.tilt_without
+        return content
+
+    @property
+    def large(self) -> NDArray[np.bool_]:
+        """Where the error is larger than the equations hold for; shape (n_times,)."""
+        return self.rms > _LARGE.get(self.name.partition("_")[0], math.inf)
+
+    def rows(self, *, duration: float | None = None) -> list[tuple[str, ...]]:
+        """Time, rms, interval, unit, upper limit, shares, mean and remarks of each time, as they are printed.
+
+        `duration` is the length of the record that the model comes from, beyond which a time is marked. [s]
+        """
+        unit, factor = _DISPLAY.get(self.unit, (self.unit, 1.0))
+        rows: list[tuple[str, ...]] = []
+        for k, after in enumerate(self.after.tolist()):
+            edges = (None, None) if self.low is None or self.high is None else (self.low[k], self.high[k])
+            value, interval = interval_texts(
+                self.rms[k] / factor, *(None if edge is None else float(edge) / factor for edge in edges)
+            )
+            made_of = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
+            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in made_of if abs(s) >= _SHOWN]
+            if self.mean[k]:
+                parts.append(f"mean {self.mean[k] / factor:+.3g} {unit}")
+            if self.tilt_without:
+                parts.append(f"tilt left out: no {self.tilt_without}")
+            if duration is not None and after > duration:
+                parts.append(f"beyond the record of {duration_text(duration)}")
+            if self.large[k]:
+                parts.append("too large for these equations")
+            limit = "" if self.at_most is None else f"at most {self.at_most[k] / factor:.3g}"
+            rows.append((duration_text(after), value, interval, unit, limit, ", ".join(parts)))
+        return rows
+
+    def __repr__(self) -> str:
+        return "\n".join(_table([("", "after", "rms", "", "", "", ""), *_named(self)]))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Prediction(Mapping[str, PredictedError], Printed):
+    """Errors of free inertial navigation at rest: a mapping from error to `PredictedError`.
+
+    Attributes
+    ----------
+    errors : mapping of str to PredictedError
+    after : ndarray, shape (n_times,)
+        [s]
+    calibration : float or None
+        Length of time before the start whose mean rates are subtracted. [s]
+    rate : float
+        [Hz]
+    earth : {"round", "flat"}
+    turn_on : mapping of str to float
+        Standard deviations of constant biases, by channel. [unit of the rate]
+    level : float
+        Probability of the intervals.
+    flicker_error : float
+        Largest relative error of the Allan deviation of the flicker noise.
+    flicker_in_records : tuple of float or None
+        Without a calibration: least and largest of what flicker noise makes of these errors in a record of `simulate`, whose
+        first sample of it is 0, over what it makes here, where all that it is made of is known at the start.
+    as_known : tuple of (str, str)
+        Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
+    not_seen : tuple of (str, str)
+        Channels and terms that the record did not show: 0 in `rms`, at their limits in `at_most`.
+    undecided : tuple of (str, str)
+        Channels and terms of which the record shows that one at least is there, but not which.
+    duration : float or None
+        Length of the shortest record that the model comes from, None if it comes from none. [s]
+    limit_level : float
+        Probability of the limits in `at_most`.
+    """
+
+    errors: Mapping[str, PredictedError]
+    after: Floats
+    calibration: float | None
+    rate: float
+    earth: Earth
+    turn_on: Mapping[str, float] = field(default_factory=dict)
+    level: float = 0.95
+    flicker_error: float = 0.0
+    flicker_in_records: tuple[float, float] | None = None
+    as_known: tuple[tuple[str, str], ...] = ()
+    not_seen: tuple[tuple[str, str], ...] = ()
+    undecided: tuple[tuple[str, str], ...] = ()
+    duration: float | None = None
+    limit_level: float = 0.95
+
+    def __getitem__(self, error: str) -> PredictedError:
+        try:
+            return self.errors[error]
+        except KeyError:
+            raise KeyError(f"no error {error!r}; predicted: {', '.join(self.errors)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.errors)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns in SI, by error."""
+        return {
+            "after_s": self.after.tolist(),
+            "calibration_s": self.calibration,
+            "rate_hz": self.rate,
+            "earth": self.earth,
+            "turn_on": dict(self.turn_on),
+            "level": self.level,
+            "flicker_in_records": None if self.flicker_in_records is None else list(self.flicker_in_records),
+            "as_known": [list(key) for key in self.as_known],
+            "not_seen": [list(key) for key in self.not_seen],
+            "undecided": [list(key) for key in self.undecided],
+            "record_s": self.duration,
+            "errors": {name: error.to_dict() for name, error in self.errors.items()},
+        }
+
+    def plot(self, *, marked: ArrayLike | None = None) -> Figure:
+        """Draw the errors against time, a panel for angles, velocities and positions each.
+
+        Parameters
+        ----------
+        marked : array_like, optional
+            Which times, nearest to these, have a dot. [s] Default: all.
+        """
+        from sigmatau.plot.model import draw_prediction
+
+        return draw_prediction(self, marked=self.after if marked is None else np.atleast_1d(np.asarray(marked, float)))
+
+    def notes(self) -> list[str]:
+        """What the numbers rest on."""
+        if self.calibration is not None:
+            lines = [
+                f"The mean rates of the {duration_text(self.calibration)} before the start are subtracted, those of level"
+                " accelerometers by levelling;",
+                "roll and pitch are without what levelling leaves, an accelerometer's bias over g.",
+            ]
+        else:
+            lines = ["The state at the start is taken as known: walks and flicker noise begin at 0."]
+            lines.append(
+                "Biases at turn-on: "
+                + ", ".join(_bias(name, value) for name, value in self.turn_on.items())
+                + " (standard deviations)."
+                if self.turn_on
+                else "A bias at turn-on, which no record at rest shows, is not in it: give it (--turn-on, `turn_on`),"
+                " or calibrate."
+            )
+        if self.flicker_in_records is not None:
+            least, largest = (f"{ratio:.2g}" for ratio in self.flicker_in_records)
+            lines += [
+                "From a known state flicker noise makes the least that it can. In simulated records its first sample"
+                " alone is 0,",
+                f"and what it makes of these errors is {least if least == largest else f'{least} to {largest}'} times as"
+                " large; with a"
+                " calibration there is no such difference.",
+            ]
+        if self.earth == "flat":
+            lines.append("Flat Earth: without Schuler's feedback.")
+        if self.flicker_error:
+            lines.append(f"Flicker noise: Allan deviation within {100 * self.flicker_error:.2g} %.")
+        if any(error.low is not None for error in self.errors.values()):
+            known = ", ".join(_label(*key) for key in self.as_known)
+            lines.append(
+                f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients"
+                + (f"; taken as known: {known}." if known else ".")
+            )
+        if self.not_seen:
+            lines.append(
+                "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + ";"
+            )
+        if self.undecided:
+            lines.append(
+                "The record shows that one at least is there, not which, and the rms has what fits best: "
+                + ", ".join(_label(*key) for key in self.undecided)
+                + ";"
+            )
+        if self.not_seen or self.undecided:
+            lines.append(f"at most: with each of them at its {100 * self.limit_level:g} % limit.")
+        if self.duration is not None and self.after[-1] > self.duration:
+            lines.append(
+                f"Beyond the {duration_text(self.duration)} of the record nothing was measured of the noise: what is slower"
+                " can be larger than this, and no interval says by how much."
+            )
+        upwards = self.errors.get("position_z")
+        growth = math.sqrt(EARTH_RADIUS / (2 * GRAVITY))
+        if upwards is not None and self.earth == "round" and self.after[-1] > growth:
+            lines.append(
+                f"Height alone is unstable: without an aid an error upwards grows e-fold every {duration_text(growth)}."
+            )
+        if any(error.large.any() for error in self.errors.values()):
+            lines.append(
+                "Too large for these equations: they are of tilts below 0.2 rad, speeds below 1 km/s and 64 km."
+            )
+        return lines
+
+    def __repr__(self) -> str:
+        head = f"error of free inertial navigation at rest, steps of {1 / self.rate:g} s"
+        rows: list[tuple[str, ...]] = [("", "after", "rms", "", "", "", "of the mean square")]
+        for error in self.errors.values():
+            rows += _named(error, duration=self.duration)
+        return "\n".join([head, *_table(rows), *self.notes()])
+
+
+def _label(channel: str, part: str) -> str:
+    """A part of a channel, as `analyze` calls it; of two correlated channels of different kinds, by its common name."""
+    quantity = _QUANTITIES.get(stream_name(channel), "signal") if " " not in channel else "signal"
+    return f"{channel} {TERMS[part].label(quantity) if part in TERMS else _OTHER[part]}"
+
+
+def _bias(channel: str, value: float) -> str:
+    unit = find(_BIASES[stream_name(channel)])
+    return f"{channel} {value / unit.factor:.3g} {unit.text}"
+
+
+def _named(error: PredictedError, *, duration: float | None = None) -> list[tuple[str, ...]]:
+    return [(error.name if k == 0 else "", *row) for k, row in enumerate(error.rows(duration=duration))]
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    shown = [k for k in range(len(rows[0])) if k == len(rows[0]) - 1 or any(row[k] for row in rows)]
+    rows = [tuple(row[k] for k in shown) for row in rows]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
+    return [
+        ("  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[-1]])).rstrip()
+        for row in rows
+    ]

@@ -1,0 +1,1 @@
+"""The five noise terms, and how sure a deviation is."""

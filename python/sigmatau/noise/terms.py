@@ -1,0 +1,321 @@
+"""The five noise terms: their names, slopes, read-off points, units and expected variances.
+
+The names are the field's (IEEE Std 952, 1293), the letters are not public: the paper's Q for the random walk is the N of the
+standards. The formulas live in the Rust core and are called from here.
+
+References
+----------
+.. [1] N. El-Sheimy, H. Hou, X. Niu, "Analysis and modeling of inertial sensors using Allan variance,"
+   IEEE Trans. Instrum. Meas., vol. 57, no. 1, 2008, :doi:`10.1109/TIM.2007.908635`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+from sigmatau._native.arguments import whole_sizes
+from sigmatau.units import find
+
+__all__ = ["BIAS_LEVEL", "TERMS", "Term", "aliasing_inflation", "avar", "coefficient_unit", "display_units", "psd"]
+
+BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
+"""Height of the flicker plateau over the bias instability, √(2 ln 2/π) = 0.664 (eq. 19 for T much longer than 1/f₀)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Term:
+    """One noise term.
+
+    Attributes
+    ----------
+    name : str
+        Key in results and model files.
+    symbols : tuple of str
+        The letter of IEEE Std 952 and the paper's.
+    slope : float
+        Slope of its σ(τ) in a log-log plot.
+    read_at : float or None
+        The τ at which a line of that slope equals the coefficient; None for the plateau. [s]
+    level : float
+        σ(read_at) over the coefficient.
+    labels : mapping
+        What it is called on a gyro, an accelerometer and any other signal.
+    look_alikes : str
+        Other processes with the same slope, which an Allan variance cannot tell apart; empty if none.
+    """
+
+    name: str
+    symbols: tuple[str, str]
+    slope: float
+    read_at: float | None
+    level: float
+    labels: Mapping[str, str]
+    look_alikes: str = ""
+
+    def label(self, quantity: str) -> str:
+        """Name on this kind of sensor, e.g. ``"angle random walk"``."""
+        return self.labels.get(quantity, self.labels["signal"])
+
+
+TERMS: Mapping[str, Term] = {
+    term.name: term
+    for term in (
+        Term(
+            name="quantization",
+            symbols=("Q", "Qz"),
+            slope=-1.0,
+            read_at=math.sqrt(3),
+            level=1.0,
+            labels={"signal": "quantization"},
+            look_alikes="flicker or white noise of the angle (velocity) itself",
+        ),
+        Term(
+            name="random_walk",
+            symbols=("N", "Q"),
+            slope=-0.5,
+            read_at=1.0,
+            level=1.0,
+            labels={
+                "angular_rate": "angle random walk",
+                "acceleration": "velocity random walk",
+                "signal": "random walk",
+            },
+        ),
+        Term(
+            name="bias_instability",
+            symbols=("B", "B"),
+            slope=0.0,
+            read_at=None,
+            level=BIAS_LEVEL,
+            labels={"signal": "bias instability"},
+            look_alikes="a valley between a random walk and a rate random walk, or a Gauss-Markov hump",
+        ),
+        Term(
+            name="rate_random_walk",
+            symbols=("K", "K"),
+            slope=0.5,
+            read_at=3.0,
+            level=1.0,
+            labels={"acceleration": "acceleration random walk", "signal": "rate random walk"},
+            look_alikes="a Gauss-Markov process with a long correlation time",
+        ),
+        Term(
+            name="rate_ramp",
+            symbols=("R", "R"),
+            slope=1.0,
+            read_at=math.sqrt(2),
+            level=1.0,
+            labels={"acceleration": "acceleration ramp", "signal": "rate ramp"},
+            look_alikes="flicker acceleration noise (PSD ~ 1/f³), or a slow change of temperature",
+        ),
+    )
+}
+
+# Coefficient units in SI, and as printed: the table's own first, others behind an equals sign.
+_TIMES = {
+    "quantization": "*s",
+    "random_walk": "*sqrt(s)",
+    "bias_instability": "",
+    "rate_random_walk": "/sqrt(s)",
+    "rate_ramp": "/s",
+}
+_SI_UNITS: Mapping[str, Mapping[str, str]] = {
+    "angular_rate": {
+        "quantization": "rad",
+        "random_walk": "rad/sqrt(s)",
+        "bias_instability": "rad/s",
+        "rate_random_walk": "rad/s/sqrt(s)",
+        "rate_ramp": "rad/s^2",
+    },
+    "acceleration": {
+        "quantization": "m/s",
+        "random_walk": "m/s/sqrt(s)",
+        "bias_instability": "m/s^2",
+        "rate_random_walk": "m/s^2/sqrt(s)",
+        "rate_ramp": "m/s^3",
+    },
+}
+_DISPLAY_UNITS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "angular_rate": {
+        "quantization": ("arcsec",),
+        "random_walk": ("deg/sqrt(h)",),
+        "bias_instability": ("deg/h",),
+        "rate_random_walk": ("deg/h/sqrt(h)",),
+        "rate_ramp": ("deg/h^2",),
+    },
+    "acceleration": {
+        "quantization": ("m/s",),
+        "random_walk": ("m/s/sqrt(h)",),
+        "bias_instability": ("m/s/h", "ug"),
+        "rate_random_walk": ("m/s/h^(3/2)",),
+        "rate_ramp": ("m/s/h^2",),
+    },
+}
+
+
+def coefficient_unit(term: str, quantity: str, unit: str) -> str:
+    """SI unit of a coefficient: ``"rad/sqrt(s)"`` for the random walk of a gyro.
+
+    For a signal in a unit U of its own: U*s, U*sqrt(s), U, U/sqrt(s), U/s.
+    """
+    if quantity in _SI_UNITS:
+        return _SI_UNITS[quantity][term]
+    times = _TIMES[term]
+    if unit == "1":
+        return times[1:] if times.startswith("*") else f"1{times}"
+    return f"({unit}){times}" if "/" in unit and times.startswith("*") else f"{unit}{times}"
+
+
+def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float], ...]:
+    """Units in which the field quotes a coefficient: ``(text, one such unit in SI)``, the usual one first."""
+    if quantity in _DISPLAY_UNITS:
+        units = (find(symbol) for symbol in _DISPLAY_UNITS[quantity][term])
+        return tuple((u.text, u.factor) for u in units)
+    return ((coefficient_unit(term, quantity, unit).replace("sqrt(s)", "√s"), 1.0),)
+
+
+def avar(
+    term: str,
+    coefficient: float,
+    *,
+    m: ArrayLike,
+    tau0: float,
+    cutoff: float | None = None,
+    averaged: bool = False,
+) -> NDArray[np.float64]:
+    """Expected Allan variance of one term, exact for sampled data.
+
+    Parameters
+    ----------
+    term : str
+        A key of `TERMS`.
+    coefficient : float
+        In SI; see `coefficient_unit`.
+    m : array_like of int, shape (n_tau,)
+        Cluster sizes in samples.
+    tau0 : float
+        Sample interval. [s]
+    cutoff : float, optional
+        Bias instability only: the cut-off f₀ of eq. (18), for the continuous-time form, eq. (19). Default: the exact
+        variance of discrete flicker noise, which has no cut-off but the sampling's own. [Hz]
+    averaged : bool
+        Rate random walk only: a continuous walk averaged over each sample, K²τ/3 for every m (eq. 21). Default: the walk
+        sampled at the samples' times, K²τ₀(2m²+1)/(6m), which tends to eq. (21).
+
+    Returns
+    -------
+    ndarray, shape (n_tau,)
+        Variance. [unit of the rate, squared]
+
+    Raises
+    ------
+    ValueError
+        For an unknown term, a size below 1, a tau0 or cut-off that is not positive.
+
+    References
+    ----------
+    Eqs. (15), (17), (19), (21) and (23) of [1]_; for flicker N. J. Kasdin, Proc. IEEE 83 (1995),
+    :doi:`10.1109/5.381848`.
+
+    .. [1] :doi:`10.1109/TIM.2007.908635`
+    """
+    sizes = whole_sizes(m)
+    if term not in TERMS:
+        raise ValueError(f"unknown term {term!r}; terms: {', '.join(TERMS)}")
+    if not (math.isfinite(tau0) and tau0 > 0):
+        raise ValueError(f"`tau0` must be a positive number of seconds, not {tau0!r}")
+    if cutoff is not None and not (math.isfinite(cutoff) and cutoff > 0):
+        raise ValueError(f"`cutoff` must be a positive number of hertz, not {cutoff!r}")
+    if not math.isfinite(coefficient):
+        raise ValueError(f"the coefficient must be a finite number, not {coefficient!r}")
+    if sizes.size and sizes.min() < 1:
+        raise ValueError(f"`m` must be at least 1 sample, got {sizes.min()}")
+    return kernels.term_avar(term, float(coefficient), sizes, float(tau0), cutoff=cutoff, averaged=averaged)
+
+
+def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
+    """Two-sided power spectral density of one term's rate.
+
+    Parameters
+    ----------
+    term : str
+        A key of `TERMS`.
+    coefficient : float
+        In SI; see `coefficient_unit`.
+    f : array_like, shape (n_f,)
+        Frequencies, positive. [Hz]
+    tau0 : float, optional
+        Sample interval: gives the exact spectrum of the sampled process, below 1/(2·tau0). Required for the
+        quantization noise, whose strength is tied to it. Default: the continuous forms of the paper. [s]
+
+    Returns
+    -------
+    ndarray, shape (n_f,)
+        [(unit of the rate)²/Hz, two-sided]
+
+    Notes
+    -----
+    Eqs. (14), (16), (18), (20), (24). A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose
+    Allan variance by eq. (11) diverges and is not eq. (23). It is given for drawing only.
+    """
+    if term not in TERMS:
+        raise ValueError(f"unknown term {term!r}; terms: {', '.join(TERMS)}")
+    return kernels.term_psd(term, float(coefficient), np.atleast_1d(np.asarray(f, dtype=float)), tau0)
+
+
+def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> float:
+    """By which factor sampling without an anti-alias filter makes the random walk of a sensor larger.
+
+    A sensor whose white noise ends at its own bandwidth, a Butterworth filter, folds onto the low frequencies what it lets
+    pass at the multiples of the sampling rate.
+
+    Parameters
+    ----------
+    rate : float
+        Sampling rate. [Hz]
+    bandwidth : float
+        Frequency of -3 dB. [Hz]
+    order : int
+        1 (an RC filter) … 8.
+
+    Returns
+    -------
+    float
+        N_eff/N, 1 or more.
+
+    Raises
+    ------
+    ValueError
+        For a rate or bandwidth that is not positive, an order outside 1 … 8.
+
+    Notes
+    -----
+    N_eff²/N² = Σ_k |H(k·rate)|² = Re Σ_j a_j·coth(a_j)/order, with a_j = -p_j/(2·rate) over its poles p_j;
+    for order 1 it is x·coth(x), with x = π·bandwidth/rate. See :doc:`/study/bandwidth` for Fig. 12 of [1]_.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`
+
+    Examples
+    --------
+    >>> round(aliasing_inflation(rate=100, bandwidth=30), 3)
+    1.131
+    """
+    for name, value in (("rate", rate), ("bandwidth", bandwidth)):
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f"`{name}` must be a positive number of hertz, not {value!r}")
+    if order not in range(1, 9):
+        raise ValueError(f"`order` must be 1 to 8, not {order!r}")
+    x = math.pi * bandwidth / rate
+    # Half a sample interval times the poles, from the residues of |H|² (see `sigmatau.quality.spectrum.filter_models`).
+    angles = np.pi * (2 * np.arange(order) + order + 1) / (2 * order)
+    a = -x * np.exp(1j * angles)
+    decay = np.exp(-2 * a)
+    return math.sqrt(float((a / order * (1 + decay) / (1 - decay)).real.sum()))

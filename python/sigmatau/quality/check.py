@@ -1,0 +1,258 @@
+"""Findings that need a curve, a spectrum or a fit, and what each does to which coefficient; and all findings together.
+
+`check` says what the samples and their spectra show, before anything is fitted; `check_fits` what shows only against the
+noise that was fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.quality.drift.drift import temperature, warm_up
+from sigmatau.quality.drift.stationarity import non_stationary
+from sigmatau.quality.restated import bad_samples_in_fits, filters_in_fits, without_faults
+from sigmatau.quality.samples.check import check as check_samples
+from sigmatau.quality.samples.lost_rows import lost_rows
+from sigmatau.quality.samples.resolution import quantization_mismatch
+from sigmatau.quality.samples.spikes import without_spikes
+from sigmatau.quality.samples.stuck_samples import without_runs
+from sigmatau.quality.samples.undisturbed import DISTURBANCES, quiet, undisturbed
+from sigmatau.quality.spectrum.axis_correlation import cross_axis
+from sigmatau.quality.spectrum.lines import lines, lines_in_fits
+from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
+from sigmatau.quality.spectrum.upsampling import upsampled
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+from sigmatau.results import Finding, duration_text
+from sigmatau.spectrum.estimate import psd
+from sigmatau.spectrum.result import Spectrum
+
+__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "with_fits"]
+
+Bandwidth = Mapping[str, tuple[float, int | None]]
+"""By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
+
+_RUNS = ("dropout", "saturation", "stuck_samples", "interpolated")
+
+_LARGEST, _SMALLEST = 1e60, 1e-60
+
+LEAST_SAMPLES = 64
+"""Shorter streams are not checked: nothing about them is sure."""
+
+
+LOOKED_AT = 1 << 24
+"""So many samples of a stream are looked at: a day and a half at 128 Hz, some hundred megabytes a channel."""
+
+
+def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
+    """What is wrong with a record, as far as samples and spectra show it, and what that does to which coefficient.
+
+    Parameters
+    ----------
+    record : Record
+        Samples may be missing.
+    bandwidth : mapping of str to (float, int or None), optional
+        The sensors' own bandwidth by their data sheets, by stream (``{"gyro": (30.0, 1)}``) or channel: then it is said
+        what sampling without an anti-alias filter folds into the random walk. [Hz]
+    looked_at : int
+        Samples of each stream that are looked at, from its beginning; it is said if there are more. Memory is a few times
+        that of so many samples of a channel.
+
+    Returns
+    -------
+    tuple of Finding
+        Those of the record itself are not repeated.
+
+    Raises
+    ------
+    OptionError
+        For a bandwidth of a stream that is not there, or that is not positive; for a number of samples below 64.
+    """
+    if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
+        raise OptionError(
+            f"`looked_at` must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
+            option="looked_at",
+        )
+    stated = _by_stream(record, bandwidth or {})
+    found: list[Finding] = []
+    for stream in record.streams:
+        usable = None if stream.quantity == "temperature" else _usable(_beginning(stream, looked_at))
+        if usable is None:
+            continue
+        found += _of_stream(usable, stated.get(stream.name))
+        if usable.grid.n < stream.grid.n:
+            found.append(_in_part(stream, usable))
+    return tuple(found)
+
+
+def check_fits(
+    record: Record,
+    fits: Mapping[str, NoiseFit],
+    *,
+    looked_at: int = LOOKED_AT,
+    found: Sequence[Finding] | None = None,
+) -> tuple[Finding, ...]:
+    """What is wrong with a record, as far as it shows against the noise that was fitted.
+
+    Drifts with the time since the start and with temperature, noise that does not stay the same, and quantization larger
+    than the step of the log can make.
+
+    Parameters
+    ----------
+    record : Record
+    fits : mapping of str to NoiseFit
+        By channel.
+    looked_at : int
+        See `check`.
+    found : sequence of Finding, optional
+        What `check` found: whether the noise stays the same is asked of the stretches without a disturbance. Default: they
+        are looked for.
+
+    Returns
+    -------
+    tuple of Finding
+    """
+    disturbed = found is None or any(finding.code in DISTURBANCES for finding in found)
+    faulty = disturbed or any(finding.code == "spikes" for finding in found or ())
+    said: list[Finding] = []
+    thermometer = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
+    for stream in record.streams:
+        if stream is thermometer or stream.grid.n < LEAST_SAMPLES:
+            continue
+        of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
+        if not of_stream:
+            continue
+        stream = _beginning(stream, looked_at)
+        for channel, fitted in of_stream.items():
+            term = fitted.get("quantization")
+            if term is not None and term.observed and term.value is not None:
+                said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
+        # A level that is not the sensor's, at either end, is no drift of it.
+        calm = quiet(stream) if faulty else stream
+        of_calm = of_stream if calm is stream else {}
+        said += warm_up(calm, of_calm)
+        if thermometer is not None:
+            said += temperature(calm, thermometer, of_calm)
+        still = undisturbed(stream) if disturbed else stream
+        if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
+            # Bad samples here and there are told by themselves: is the rest uneven, too?
+            clean = without_faults(still)
+            said += [finding for finding in non_stationary(clean, of_stream) if finding.channel in uneven]
+    return tuple(said)
+
+
+def with_fits(
+    record: Record, fits: Mapping[str, NoiseFit], found: Sequence[Finding], *, looked_at: int = LOOKED_AT
+) -> list[Finding]:
+    """What `check` found, with what it does to the fits that were made then: bad samples, filters, lines.
+
+    Parameters
+    ----------
+    record : Record
+    fits : mapping of str to NoiseFit
+        By channel.
+    found : sequence of Finding
+        Of any kind; those of which nothing more is known are returned as they are.
+    looked_at : int
+        See `check`; of longer streams nothing more is said.
+
+    Returns
+    -------
+    list of Finding
+    """
+    result = list(found)
+    for stream in record.streams:
+        if stream.quantity != "temperature" and LEAST_SAMPLES <= stream.grid.n <= looked_at:
+            of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
+            mine = [f for f in result if f.channel is None or f.channel in of_stream]
+            if any(finding.code == "spectral_line" for finding in mine):
+                bad = {
+                    f.channel for f in mine if f.code == "spikes"
+                }  # beside them the fit is not changed by lines alone
+                result = lines_in_fits(stream, {c: f for c, f in of_stream.items() if c not in bad}, result)
+            result = filters_in_fits(stream, of_stream, bad_samples_in_fits(stream, of_stream, result))
+    return result
+
+
+def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
+    found = check_samples(stream)
+    at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
+    if any(finding.code in _RUNS for finding in found):
+        # Their spectrum is not the sensor's, and axes that are lost together are not correlated.
+        stream, at_rest = (without_runs(lost_rows(one)[1]) for one in (stream, at_rest))
+    if any(finding.code == "spikes" for finding in found):
+        stream, at_rest = without_spikes(stream), without_spikes(at_rest)
+    spectra = _spectra(at_rest)
+    told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
+    if None not in told:  # else it was said of several axes at once
+        found += [finding for finding in upsampled(at_rest, spectra=spectra) if finding.channel not in told]
+    between = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
+    filters = {} if None in between else low_passes(at_rest, spectra=spectra)
+    filters = {channel: fitted for channel, fitted in filters.items() if channel not in between}
+    found += low_pass(at_rest, fits=filters)
+    if bandwidth is None:
+        found += aliasing(stream, fits=filters)
+    for name, stated in (bandwidth or {}).items():
+        found += aliasing(stream if name == stream.name else replace(stream.only(name), name=name), bandwidth=stated)
+    found += lines(stream)
+    found += cross_axis(at_rest)
+    return found
+
+
+def _beginning(stream: Stream, samples: int) -> Stream:
+    return stream if stream.grid.n <= samples else stream.cut(0, samples)
+
+
+def _in_part(stream: Stream, part: Stream) -> Finding:
+    return Finding(
+        code="checked_in_part",
+        severity="info",
+        channel=stream.name,
+        message=f"the record is long: its first {duration_text(part.grid.duration)} are checked for faults,"
+        f" {part.grid.n} of {stream.grid.n} samples",
+        effect="what is wrong with the rest is not told",
+        remedy="check another part by --window",
+    )
+
+
+def _usable(stream: Stream) -> Stream | None:
+    """The channels that have something to look at: enough samples, that change, and whose squares can be squared."""
+    if stream.grid.n < LEAST_SAMPLES:
+        return None
+    channels = []
+    for channel in stream.channels:
+        x = stream.column(channel)
+        low, high = np.fmin.reduce(x), np.fmax.reduce(x)
+        if -_LARGEST < low < high < _LARGEST and high - low > _SMALLEST:
+            channels.append(channel)
+    return stream.of(channels) if channels else None
+
+
+def _spectra(stream: Stream) -> dict[str, Spectrum]:
+    spectra: dict[str, Spectrum] = {}
+    for channel in stream.channels:
+        try:
+            spectra.update(psd(stream.only(channel)))
+        except DataError:  # so many samples are missing that there is no stretch to transform
+            continue
+    return spectra
+
+
+def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tuple[float, int | None]]]:
+    """What is stated of a stream and of its channels, by stream."""
+    names = {stream.name: stream.name for stream in record.streams}
+    names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
+    found: dict[str, dict[str, tuple[float, int | None]]] = {}
+    for name, value in bandwidth.items():
+        if name not in names:
+            raise OptionError(
+                f"`bandwidth` names {name!r}; the record has {', '.join(dict.fromkeys(names.values()))}",
+                option="bandwidth",
+            )
+        found.setdefault(names[name], {})[name] = value
+    return found

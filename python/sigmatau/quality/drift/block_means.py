@@ -1,0 +1,349 @@
+"""Block means of a channel, their covariance for each noise term, and regression on them with the noise estimated beside.
+
+Differences of neighbouring block means are stationary for every one of the terms. Their covariance at lag l is the fourth
+difference of the phase autocovariance s at strides of a block; the discrete sine transform makes them independent: exactly
+for a random walk and a rate random walk, whose covariances are tridiagonal, and nearly so for flicker and quantization. A
+regression then has one weight a mode, and the squared coefficients that make the weights are found by restricted
+maximum likelihood (REML) beside the regression: a drift that is regressed on does not swell the noise that it is held
+against, and a walk of the rate that looks like a drift does.
+
+References
+----------
+H. D. Patterson, R. Thompson, "Recovery of inter-block information when block sizes are unequal", Biometrika 58 (1971),
+:doi:`10.1093/biomet/58.3.545`; for the degrees of freedom F. E. Satterthwaite, Biometrics Bulletin 2 (1946),
+:doi:`10.2307/3002019`.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.gls import non_negative
+from sigmatau.record.streams import Stream
+
+__all__ = ["BlockMeans", "Regression", "autocovariance", "block_means", "regress"]
+
+Floats = NDArray[np.float64]
+
+BLOCKS = 512
+"""Blocks in a record: a time constant of a hundredth of it is five of them."""
+
+_FULL_ENOUGH = 0.5
+"""Share of its samples that a block must have for its mean to count."""
+
+_MOST_EMPTY = 0.25
+"""Each empty block is an unknown of its own; with more of them the longest stretch is taken instead."""
+
+_LEAST_BLOCKS = 64
+_STEPS = 15
+_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class BlockMeans:
+    """Means of equal blocks of one channel.
+
+    Attributes
+    ----------
+    means : ndarray, shape (n_blocks,)
+        NaN where too many samples are missing. [unit]
+    length : int
+        Samples in a block.
+    first : int
+        Index of the first sample of the first block.
+    tau0 : float
+        Sample interval. [s]
+    """
+
+    means: Floats
+    length: int
+    first: int
+    tau0: float
+
+    @property
+    def step(self) -> float:
+        """Time of a block. [s]"""
+        return self.length * self.tau0
+
+    @property
+    def edges(self) -> Floats:
+        """Beginnings of the blocks and the end of the last, from the stream's first sample; shape (n_blocks + 1,). [s]"""
+        return np.asarray((self.first + np.arange(len(self.means) + 1) * self.length) * self.tau0, dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Regression:
+    """One coefficient beside a level and a ramp, with the noise estimated for it.
+
+    Attributes
+    ----------
+    value, error : float
+        The coefficient and its standard error.
+    freedom : float
+        Degrees of freedom of the squared error.
+    p_value : float
+        Of as large a coefficient, of either sign, by Student's t.
+    theta : ndarray, shape (4,)
+        Squared coefficients of the noise, per sample; order of `sigmatau.fitting.components.LINEAR`.
+    """
+
+    value: float
+    error: float
+    freedom: float
+    p_value: float
+    theta: Floats
+
+    def half_width(self, *, level: float = 0.95) -> float:
+        """Half the interval of the coefficient."""
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.freedom, 0.5 + level / 2)) * self.error
+
+
+def block_means(
+    stream: Stream, channel: str, *, blocks: int = BLOCKS, length: int | None = None, gaps: bool = False
+) -> BlockMeans | None:
+    """Means of a channel over at most `blocks` blocks, or over blocks of `length` samples.
+
+    Blocks with fewer than half of their samples have none; where more than a quarter has none, only the longest stretch of
+    the others is kept. None if fewer than 64 blocks are left. With `gaps` all blocks are kept, however few they are.
+    """
+    n = stream.grid.n
+    length = -(-n // blocks) if length is None else length
+    count = n // length
+    if count < (1 if gaps else _LEAST_BLOCKS):
+        return None
+    x = stream.column(channel)[: count * length].reshape(count, length)
+    means = x.mean(axis=1)
+    bad = np.flatnonzero(np.isnan(means))
+    if len(bad):
+        there = ~np.isnan(x[bad])
+        number = there.sum(axis=1)
+        sums = np.where(there, x[bad], 0.0).sum(axis=1)
+        means[bad] = np.where(number >= _FULL_ENOUGH * length, sums / np.maximum(number, 1), np.nan)
+    first = 0
+    empty = np.isnan(means)
+    if not gaps and empty.mean() > _MOST_EMPTY:
+        edges = np.concatenate([[-1], np.flatnonzero(empty), [count]])
+        k = int(np.argmax(np.diff(edges)))
+        first, last = int(edges[k]) + 1, int(edges[k + 1])
+        means = means[first:last]
+        if len(means) < _LEAST_BLOCKS:
+            return None
+    return BlockMeans(means=means, length=length, first=first * length, tau0=stream.grid.tau0)
+
+
+def autocovariance(term: str, lags: int, length: int) -> Floats:
+    """Covariance of differences of neighbouring block means at lags 0 … `lags` − 1, for a squared coefficient of 1.
+
+    The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term, over
+    length²; the sample interval is 1.
+
+    Parameters
+    ----------
+    term : str
+        Of `sigmatau.fitting.components.LINEAR`.
+    lags : int
+    length : int
+        Samples in a block.
+
+    Returns
+    -------
+    ndarray, shape (lags,)
+    """
+    result = np.zeros(lags)
+    if term == "quantization":
+        known = [6.0, -4.0, 1.0]
+    elif term == "random_walk":
+        known = [2.0 * length, -1.0 * length]
+    elif term == "rate_random_walk":
+        # (|l|³ − |l|)/12 at strides of a block.
+        known = [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6]
+    else:
+        return _flicker(lags, length)
+    keep = min(lags, len(known))
+    result[:keep] = known[:keep]
+    return result / length**2
+
+
+def _flicker(lags: int, length: int) -> Floats:
+    """−J(l)/2π, J as in the closed form of the Allan variance of flicker noise.
+
+    J grows as l² ln l, of which fourth differences lose digits; beyond 64 blocks the fourth derivative does, with the next
+    term of its series.
+    """
+    from scipy.special import digamma
+
+    exact = min(lags, 64)
+    stride = np.abs(np.arange(-2, exact + 2, dtype=float)) * length
+    h = np.where(stride >= 1, (digamma(np.maximum(stride, 1) - 0.5) + np.euler_gamma + 2 * math.log(2)) / 2, 0.0)
+    j = -(4 * stride**2 - 1) / 2 * h + 2 * stride * (stride - 1) - (stride - 1) ** 2 / 2
+    j[stride < 1] = 0.0
+    s = -j / (2 * math.pi)
+    result = np.empty(lags)
+    result[:exact] = (s[4:] - 4 * s[3:-1] + 6 * s[2:-2] - 4 * s[1:-3] + s[:-4]) / length**2
+    far = np.arange(exact, lags, dtype=float)
+    result[exact:] = -(1 + 1 / far**2) / (math.pi * far**2)
+    return result
+
+
+@functools.lru_cache(maxsize=16)
+def mode_variances(count: int, length: int) -> Floats:
+    """Variance of each mode of `count` differences, by term, for a squared coefficient of 1; shape (count, 4)."""
+    from scipy.fft import dst
+    from scipy.linalg import toeplitz
+
+    columns = []
+    for term in LINEAR:
+        matrix = toeplitz(autocovariance(term, count, length))
+        if term == "quantization":
+            # The square of a tridiagonal matrix but for its corners, which belong to the ends: see `Problem`.
+            matrix[0, 0] = matrix[-1, -1] = 5 / length**2
+        columns.append(np.diag(dst(dst(matrix, type=1, norm="ortho", axis=0), type=1, norm="ortho", axis=1)))
+    result = np.stack(columns, axis=1)
+    result.setflags(write=False)
+    return result
+
+
+def regress(data: BlockMeans, regressor: Floats, *, theta: Floats | None = None) -> Regression:
+    """The coefficient of one regressor in the block means, beside a level, a ramp and noise.
+
+    Parameters
+    ----------
+    data : BlockMeans
+    regressor : ndarray, shape (n_blocks,)
+        Its means over the blocks; NaN where it is not known, which are left out.
+    theta : ndarray, shape (4,), optional
+        Squared coefficients of the noise, taken as given. Default: estimated beside the regressor.
+
+    Returns
+    -------
+    Regression
+    """
+    return Problem(data, np.isnan(regressor)).solve(np.nan_to_num(regressor), theta)
+
+
+class Problem:
+    """Differences of block means as independent modes, ready for one regressor after the other.
+
+    Beside the level and the ramp, the level may change in some blocks, `steps`, by as much as fits best.
+    """
+
+    __slots__ = ("_fixed", "_modes", "_y", "count")
+
+    def __init__(
+        self, data: BlockMeans, unknown: NDArray[np.bool_] | None = None, *, steps: Sequence[int] = ()
+    ) -> None:
+        from scipy.fft import dst
+
+        means = data.means
+        empty = np.isnan(means) if unknown is None else np.isnan(means) | unknown
+        # The block in which a level changes has a mean of its own, and all after it another level.
+        inside = [k for k in steps if 0 < k < len(means) - 1]
+        empty[inside] = True
+        filled = np.where(empty, 0.0, means - means[~empty][0])
+        # A block without a mean is one with a mean of its own that is not known: exact, and the modes stay as they are. The
+        # first and the last are counted among them: quantization noise then has independent modes, exactly, since what else
+        # its covariance has at the corners is theirs, and would leak into all modes.
+        free = empty.copy()
+        free[[0, -1]] = True
+        dummies = np.zeros((len(means), int(free.sum())))
+        dummies[np.flatnonzero(free), np.arange(dummies.shape[1])] = 1.0
+        after = np.arange(len(means))[:, None] >= np.array(inside, dtype=int)
+        fixed = np.column_stack([np.arange(len(means), dtype=float), dummies, after.astype(float)])
+        both = dst(np.diff(np.column_stack([filled, fixed]), axis=0), type=1, norm="ortho", axis=0)
+        self._y, self._fixed = both[:, 0], both[:, 1:]
+        self._modes = mode_variances(len(means) - 1, data.length)
+        self.count = len(means) - 1
+
+    def noise(self) -> Floats:
+        """Squared coefficients by REML, beside the level and the ramp alone."""
+        return self._reml(self._fixed)[0]
+
+    def quick(self, regressors: Floats, theta: Floats) -> Floats:
+        """Student's ratio of each regressor, shape (n_blocks, k), by itself and for noise that is given; shape (k,)."""
+        from scipy.fft import dst
+
+        columns = dst(np.diff(regressors, axis=0), type=1, norm="ortho", axis=0)
+        root = np.sqrt(self._modes @ theta)[:, None]
+        q, _ = np.linalg.qr(self._fixed / root)
+        y = self._y / root[:, 0]
+        y = y - q @ (q.T @ y)
+        columns = columns / root
+        columns = columns - q @ (q.T @ columns)
+        size = np.linalg.norm(columns, axis=0)
+        return np.asarray(y @ columns / np.where(size > 0, size, np.inf))
+
+    def solve(self, regressor: Floats, theta: Floats | None = None) -> Regression:
+        """The coefficient of one regressor; see `regress`."""
+        from scipy.fft import dst
+        from scipy.special import stdtr
+
+        column = dst(np.diff(regressor), type=1, norm="ortho")
+        size = float(np.linalg.norm(column))
+        if not size > 0:
+            return Regression(value=0.0, error=math.inf, freedom=1.0, p_value=1.0, theta=np.zeros(len(LINEAR)))
+        design = np.column_stack([self._fixed, column / size])
+        given = theta is not None
+        theta, left = self._reml(design) if theta is None else (theta, None)
+        v = self._modes @ theta
+        root = np.sqrt(v)
+        q, r = np.linalg.qr(design / root[:, None])
+        value = float(q[:, -1] @ (self._y / root)) / r[-1, -1]
+        error = 1 / abs(r[-1, -1])
+        freedom = 1e9
+        if not given and left is not None:
+            # The error² depends on θ through the weight of each mode in the estimate: Σ w² v, with θ's own covariance.
+            w = q[:, -1] / root / r[-1, -1]
+            gradient = self._modes.T @ (w * w)
+            free = theta > 0
+            share = (left / v)[:, None] * self._modes[:, free]
+            scale = np.linalg.norm(share, axis=0)
+            information = 0.5 * (share / scale).T @ (share / scale)
+            g = gradient[free] / scale
+            scatter = float(g @ np.linalg.pinv(information) @ g)
+            freedom = 2 * error**4 / scatter if scatter > 0 else freedom
+        freedom = min(max(freedom, 1.0), 1e9)
+        p_value = 2 * float(stdtr(freedom, -abs(value) / error))
+        return Regression(value=value / size, error=error / size, freedom=freedom, p_value=p_value, theta=theta)
+
+    def _reml(self, design: Floats) -> tuple[Floats, Floats]:
+        """θ by restricted likelihood, weighted least squares on squares again and again, and 1 − leverage of each mode."""
+        q, _ = np.linalg.qr(design / np.linalg.norm(design, axis=0))
+        residual = self._y - q @ (q.T @ self._y)
+        left = np.maximum(1 - np.einsum("ij,ij->i", q, q), 1e-6)
+        # Begin with means over bands of modes, each an octave: relative errors, so that weak modes count.
+        bands = np.floor(2 * np.log2(np.arange(1, self.count + 1))).astype(int)
+        number = np.maximum(np.bincount(bands, weights=left), 1e-6)
+        there = np.bincount(bands) > 0
+        power = (np.bincount(bands, weights=residual**2) / number)[there]
+        power = np.maximum(power, power.max() * 1e-12)
+        column = (
+            np.stack([np.bincount(bands, weights=left * m) for m in self._modes.T], axis=1)[there] / number[there, None]
+        )
+        theta = non_negative(column / power[:, None], np.ones(len(power)))
+        for step in range(_STEPS):
+            v = self._modes @ theta
+            root = np.sqrt(v)
+            q, _ = np.linalg.qr(design / root[:, None])
+            y = self._y / root
+            squares = (y - q @ (q.T @ y)) ** 2
+            left = np.maximum(1 - np.einsum("ij,ij->i", q, q), 1e-6)
+            # The equations of REML: Σ (modes/v)·(squares − (1 − leverage)·modes·θ/v) = 0.
+            part = np.sqrt(left)
+            new = non_negative(part[:, None] * self._modes / v[:, None], squares / part)
+            new = np.where(new > 0, new, 0.0)
+            if not new.any():
+                break
+            moved = np.abs(self._modes @ new - v) > _TOLERANCE * v
+            theta = 0.5 * (theta + new) if step >= _STEPS // 2 else new
+            if not moved.any():
+                break
+        return theta, left

@@ -1,0 +1,1 @@
+"""Checks of samples: one module per kind of fault."""

@@ -1,0 +1,320 @@
+"""What the checks of samples share: reading in pieces, places in words, a scale that a few bad samples cannot move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.record.streams import CHUNK, Stream
+from sigmatau.results import Finding, duration_text
+
+__all__ = [
+    "LONG",
+    "affected",
+    "axes_text",
+    "block_rms",
+    "change_of_white",
+    "full_ends",
+    "growing_step",
+    "length",
+    "octaves",
+    "one_for_all",
+    "pieces",
+    "place",
+    "present",
+    "rounding_dust",
+    "sample_of",
+    "when",
+    "white_level",
+    "without_dust",
+    "worst_on_white",
+]
+
+LONG = 4_000_000
+"""Records of more samples are looked at in evenly spread stretches by the checks that lose nothing by it."""
+
+_STRETCHES = 32
+
+# Samples in a block of `block_rms`: few, so that one bad sample spoils few of the values that the median is taken of.
+_BLOCK = 32
+
+
+def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """A channel in consecutive pieces that fit in a processor's cache, each with its start and `overlap` samples more."""
+    c, n = stream.channels.index(channel), stream.grid.n
+    for start in range(0, n, CHUNK):
+        yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
+
+
+def sample_of(stream: Stream, channel: str, *, most: int) -> NDArray[np.float64]:
+    """Some `most` samples of a channel, from evenly spread stretches; all of them if there are no more."""
+    c, n = stream.channels.index(channel), stream.grid.n
+    if n <= most:
+        return stream.samples.read(c, 0, n)
+    length = most // _STRETCHES
+    starts = np.linspace(0, n - length, _STRETCHES).astype(int)
+    return np.concatenate([stream.samples.read(c, int(s), int(s) + length) for s in starts])
+
+
+def present(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The samples that are there."""
+    there = np.isfinite(x)
+    return x if there.all() else x[there]
+
+
+def block_rms(x: NDArray[np.float64]) -> float:
+    """Root mean square of x by the middle half of blocks of 32: unlike a median of samples it has no steps if x has.
+
+    0 for nothing. Blocks with a missing sample are left out; a few large values spoil as many blocks and no more.
+    """
+    if len(x) < 2 * _BLOCK:
+        x = present(x)
+        return float(np.sqrt(np.mean(x * x))) if len(x) else 0.0
+    blocks = x[: len(x) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
+    power = present(np.einsum("ij,ij->i", blocks, blocks)) / _BLOCK
+    if len(power) == 0:
+        return block_rms(present(x))
+    power.sort()
+    quarter = len(power) // 4
+    return float(np.sqrt(np.mean(power[quarter : len(power) - quarter])))
+
+
+# An increment a program took between two angles is wrong by one unit in the last place of the angle, and the angle may have
+# started so many times further from zero than it went.
+_STARTED = 64.0
+
+
+def rounding_dust(x: NDArray[np.float64], n: int) -> float:
+    """Below this, changes of increments may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
+
+    An angle goes no further in n samples than n times their root mean square; its rounding is ε of that. 3e-9 of a sample
+    after 2·10⁵ of them: noise that is not coarse has next to no changes as small.
+
+    Parameters
+    ----------
+    x : ndarray
+        Some of the increments, NaN where they are missing.
+    n : int
+        How many there are.
+    """
+    return _STARTED * float(np.finfo(float).eps) * n * block_rms(x)
+
+
+# Changes so much smaller than the usual one are rounding errors if there are more of them than noise makes, which is
+# _DUST·√(2/π); such a part of a change is then no difference.
+_DUST, _DUSTY = 1e-4, 0.01
+_LOOKED_AT = 1 << 16
+
+
+def without_dust(stream: Stream) -> Stream:
+    """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
+    columns, changed = [], False
+    if stream.samples.transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
+        return stream
+    for channel in stream.channels:
+        x = stream.column(channel)
+        sample = sample_of(stream, channel, most=_LOOKED_AT)
+        some = np.abs(np.diff(sample))
+        some = some[some > 0]
+        scale = block_rms(
+            some[some > rounding_dust(sample, stream.grid.n)]
+        )  # of coarse counts most changes may be dust
+        if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
+            x, changed = _joined(x, _DUST * scale), True
+        columns.append(x)
+    return stream.with_rates(columns) if changed else stream
+
+
+def _joined(x: NDArray[np.float64], apart: float) -> NDArray[np.float64]:
+    """Values that are no further apart than that, as one."""
+    values, which = np.unique(x, return_inverse=True)  # NaN last, and apart from all others
+    group = np.concatenate(([0], np.cumsum(~(np.diff(values) <= apart))))
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    return np.asarray(values[first][group][which], dtype=np.float64)
+
+
+# From so many steps of noise on, neighbours are seldom equal by chance; and the stretches that are looked at.
+_FINE, _STEP_PARTS, _LEAST_IN_PART = 30.0, 8, 250
+
+
+def growing_step(x: NDArray[np.float64]) -> float:
+    """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
+
+    The step of an angle or a velocity in single precision doubles with it, and a common step of all values is that of the
+    beginning.
+    """
+    if len(x) < _STEP_PARTS * _LEAST_IN_PART:
+        return 0.0
+    steps, coarse = [], 0.0
+    for part in np.array_split(x, _STEP_PARTS):
+        changes = np.abs(np.diff(part))
+        changes = changes[changes > 0]
+        if len(changes) < _LEAST_IN_PART // 10:
+            continue
+        nearest = float(changes.min())
+        steps.append(nearest)
+        if block_rms(changes) < _FINE * nearest:
+            coarse = max(coarse, nearest)
+    return coarse if steps and coarse > 1.5 * min(steps) else 0.0
+
+
+# A tail that is so full is worth a look: none of noise that is seen in fine steps.
+_FULL = 5e-3
+
+
+def full_ends(x: NDArray[np.float64]) -> list[float]:
+    """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
+    low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
+    found = []
+    for end, sign in ((low, 1.0), (high, -1.0)):
+        at = int(np.count_nonzero(x == end))
+        if not low < high or at < max(_FULL * len(x), 2):
+            continue
+        inside = x[sign * x > sign * end]
+        beside = inside.min() if sign > 0 else inside.max()
+        if at > np.count_nonzero(x == beside):
+            found.append(end)
+    return found
+
+
+def when(index: int, stream: Stream) -> str:
+    """Time of a sample from the beginning of the record, in words: ``"40.2 min"`` or ``"12.34 s"``."""
+    t = index * stream.grid.tau0
+    return f"{t:.4g} s" if t < 1000 else f"{t:.0f} s"
+
+
+def place(index: int, stream: Stream) -> str:
+    """Time of a sample from the beginning of the record, for a program: ``"t = 2400 s"``."""
+    return f"t = {index * stream.grid.tau0:.6g} s"
+
+
+def axes_text(channels: Sequence[str]) -> str:
+    """``"gyro_x, gyro_y and gyro_z"``."""
+    return channels[0] if len(channels) == 1 else f"{', '.join(channels[:-1])} and {channels[-1]}"
+
+
+def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
+    """Cluster size, Allan variance of clusters that share no sample, and pairs; sizes 1, 2, 4, … while 8 pairs are left.
+
+    A cluster counts if half its samples are there.
+    """
+    n = len(x)
+    there = np.isfinite(x)
+    if there.all():
+        total, count = x - x[0], None
+    else:
+        first = x[int(np.argmax(there))] if there.any() else 0.0
+        total, count = np.where(there, x - first, 0.0), there.astype(np.float64)
+    m = 1
+    while n // m >= 9:
+        if count is None:
+            mean = total / m
+        else:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                mean = np.where(count >= m / 2, total / count, np.nan)
+        steps = present(np.diff(mean))
+        if len(steps) >= 8:
+            yield m, float(np.mean(steps * steps)) / 2, len(steps)
+        m *= 2
+        half = len(total) // 2 * 2
+        total = total[0:half:2] + total[1:half:2]
+        count = None if count is None else count[0:half:2] + count[1:half:2]
+
+
+# A minimum over sizes is drawn to those of few pairs; so each is taken two standard errors (√(3/pairs), white noise) up.
+_LEAST_PAIRS, _UP = 200, 2.0
+
+
+def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
+    """The least of τ·σ²(τ), and at how many samples: N² of a record that shows white noise, else a bound on it.
+
+    Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
+    """
+    levels = [
+        (tau0 * m * avar * (1 + _UP * math.sqrt(3 / pairs)), tau0 * m * avar, m)
+        for m, avar, pairs in octaves(x)
+        if pairs >= _LEAST_PAIRS or m == 1
+    ]
+    _, level, m = min(levels, default=(math.nan, math.nan, 1))
+    return level, m
+
+
+# From so many runs' lengths on, runs at random count as white noise; and pairs that a variance must have to say so.
+_RUNS, _PAIRS_BEYOND = 4, 48
+
+
+def change_of_white(
+    x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float, *, beyond: int | None = None
+) -> tuple[float, float]:
+    """By which factor bad samples change the random walk, and at which τ; 1 if there is too little left to tell.
+
+    Where the others show white noise most clearly; or, of runs, at four times `beyond`, the longest of them, where jumps to
+    another level count in full. In a record with too few clusters of that length, at the longest that it has.
+    """
+    clean = np.where(bad, np.nan, x)
+    level, clearest = white_level(clean, tau0)
+    rest = {m: avar for m, avar, _ in octaves(clean)}
+    both = [(m, avar, rest[m]) for m, avar, pairs in octaves(x) if m in rest and (pairs >= _PAIRS_BEYOND or m == 1)]
+    if not both or not level > 0:
+        return 1.0, tau0
+    least = clearest if beyond is None else _RUNS * beyond
+    m, avar, without = next((each for each in both if each[0] >= least), both[-1])
+    changed = level + (avar - without) * m * tau0
+    # Runs that only held the noise back leave less than there was.
+    factor = math.sqrt(changed / level) if changed > 0 else math.sqrt(avar / without) if without > 0 else 1.0
+    return factor, m * tau0
+
+
+# White noise rules a variance of no more than so many times its own; and the standard errors that an excess is taken down
+# before the largest is chosen. Of `gone` of `pairs` squares, with √3 standard deviations each, the mean is wrong by that.
+_WHITE, _DOWN = 1.5, 2.0
+
+
+def worst_on_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:
+    """By which factor bad samples make σ(τ) larger at worst, where the others show white noise, and at which τ.
+
+    A shake of some hertz does nothing to σ at one sample and next to nothing at ten seconds. 1 if there is too little left.
+    """
+    clean = np.where(bad, np.nan, x)
+    level, clearest = white_level(clean, tau0)
+    rest = {m: (avar, pairs) for m, avar, pairs in octaves(clean)}
+    best: tuple[float, float, float] | None = None
+    for m, avar, pairs in octaves(x):
+        without, left = rest.get(m, (0.0, 0))
+        white = m == clearest or without * m * tau0 <= _WHITE * level
+        if not (without > 0 and white and (pairs >= _LEAST_PAIRS or m == 1)):
+            continue
+        excess = avar / without - 1
+        sure = excess - _DOWN * math.sqrt(3 * max(pairs - left, 1)) / pairs
+        if best is None or sure > best[0]:
+            best = sure, excess, m * tau0
+    return (1.0, tau0) if best is None else (math.sqrt(1 + best[1]), best[2])
+
+
+def one_for_all(findings: list[Finding], stream: Stream) -> list[Finding]:
+    """One finding of the stream in place of the same on several of its axes; the strongest one speaks for them."""
+    if len(findings) < 2:
+        return findings
+    strongest = max(findings, key=lambda f: (f.severity == "warning", max((v for _, v in f.changes), default=0.0)))
+    channels = [f.channel for f in findings if f.channel]
+    told = f"{axes_text(channels)}; most on {strongest.channel}: {strongest.message}"
+    return [replace(strongest, channel=None, message=told)]
+
+
+def affected(factor: float, *, term: str = "random walk") -> str:
+    """What a factor does to a term, in words: ``"random walk 3.8 % larger than the sensor's own"``."""
+    off = abs(factor - 1)
+    if off < 5e-4:
+        return f"no change of the {term} that shows"
+    if off < 0.2:
+        return f"{term} {100 * off:.2g} % {'larger' if factor > 1 else 'smaller'} than the sensor's own"
+    return f"{term} {factor:.3g} × the sensor's own"
+
+
+def length(samples: int, stream: Stream) -> str:
+    """How long some samples take, in words."""
+    return duration_text(samples * stream.grid.tau0)

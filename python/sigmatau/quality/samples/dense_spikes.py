@@ -1,0 +1,265 @@
+"""Spikes so many that they show as a hump in the tail of the noise, though each alone could be noise of a long record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.quality.samples.common import present
+from sigmatau.quality.samples.local_scatter import medians, neighbours, residuals, scatter
+from sigmatau.record.streams import CHUNK
+
+__all__ = ["dense_spikes", "hidden"]
+
+Floats = NDArray[np.float64]
+
+_NORMAL = NormalDist()
+
+# Neighbours on either side whose median a sample is held against: of white noise many are better, of a walk few.
+_SIDES = (16, 4)
+
+# Samples that the tail is judged by, in stretches; fewer residuals than the last have no tail.
+_STRETCH, _STRETCHES, _LEAST = 1024, 24, 512
+
+# Of Gaussian noise 1.4 of 24 000 samples are beyond 4 standard deviations and 0.01 beyond 5, so that twelve there are no
+# noise. Twice as many beyond 5 as from 4 to 5 are no heavy tail either, which thins out: Laplace's has 0.4 times as many
+# there, Student's of 4 degrees 0.8, of 3 degrees 1.2. Spikes of 6 standard deviations have 5.
+_FROM, _BEYOND, _COUNT, _HUMP = 4.0, 5.0, 12, 2.0
+
+# Noise may make up 1e-5 of those found (1e-4 where its scale is known to 7 % only); or one of a hundred where spikes come
+# near to that threshold: so large a part of them is above it by less than this.
+_FALSE, _FALSE_NEAR, _NEAR, _PART_NEAR = 1e-5, 1e-2, 1.0, 0.05
+_HIGHEST = 6.0
+
+# Samples beyond this that stay when all spikes are out, so many times as many as noise has there: some are spikes.
+_HIDDEN, _TIMES, _SIGMAS = 3.5, 2.0, 6.0
+
+# Shares beyond which half of two sides are often spikes, and for which the rest has no scale.
+_SPOILED, _MOST = 0.05, 0.25
+
+# Spikes come one by one: of those 3 to 16 samples away from another no more than so many times what chance makes, else it is
+# noise that swells.
+_APART, _REACH, _CLUSTERED = 3, 16, 2.0
+
+# Blocks whose own scale a spike is held against, the noisiest of three; and what scatters about it, so many times: where a
+# hump is looked for, and where it is sure and half of what scatters may be spikes.
+_BLOCK, _AROUND, _AROUND_MANY = 128, 3.0, 2.0
+
+# At a change of level a sample is far from one side alone.
+_ONE_SIDE = 0.5
+
+# Once more about samples that are not so far out by this, where spikes stood beside them.
+_ALMOST, _ROUNDS = 1.5, 4
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Tail:
+    """Residuals of a part of a record in standard deviations, largest last; and what tells them from others.
+
+    `usual` is the median residual, `scale` the standard deviation over the local median, `share` that of a contamination.
+    """
+
+    side: int
+    usual: float
+    scale: float
+    share: float
+    far: Floats
+    count: int
+    clustered: bool
+
+
+def dense_spikes(x: Floats, step: float) -> NDArray[np.bool_] | None:
+    """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them.
+
+    A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
+    and 5. The standard deviation is that of the part which is not in the tail; where the noise is stronger for 128 samples,
+    what it is there.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        NaN where samples are missing.
+    step : float
+        Of the numbers; 0 if they have none. Noise below it has no tail to speak of.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,), or None
+        None if there is no hump.
+    """
+    tail = _tail(x, step)
+    if tail is None or tail.share > _MOST:
+        return None
+    beyond = int(np.count_nonzero(tail.far > _BEYOND))
+    if tail.clustered or beyond < _COUNT or beyond < _HUMP * (len(tail.far) - beyond):
+        return None
+    share = beyond / tail.count
+    least = _threshold(_FALSE * share)
+    near = np.count_nonzero((tail.far > least) & (tail.far < least + _NEAR))
+    if near > _PART_NEAR * len(tail.far):
+        least = _threshold(_FALSE_NEAR * share)
+    far = np.concatenate([_strength(x, start, tail, step) for start in range(0, len(x), CHUNK)])
+    found = np.zeros(len(x), dtype=bool)
+    rest, part = x, 0.5 if share < _SPOILED else 0.25
+    candidates = np.flatnonzero(far > least)
+    kept = candidates[_stands_alone(x, candidates, tail.side, np.abs(_residual_at(x, candidates, tail.side)), part)]
+    almost = np.flatnonzero(far > least - _ALMOST)
+    size = np.abs(_residual_at(x, almost, tail.side)) / far[almost]  # of one standard deviation there
+    for _ in range(_ROUNDS):
+        if len(kept) == 0:
+            break
+        if rest is x:
+            rest = x.copy()
+        found[kept], rest[kept] = True, np.nan
+        left = ~found[almost]
+        almost, size = almost[left], size[left]
+        away = np.abs(_residual_at(rest, almost, tail.side))
+        beyond_it = np.flatnonzero(away > least * size)
+        kept = almost[beyond_it]
+        kept = kept[_stands_alone(rest, kept, tail.side, away[beyond_it], 0.5)]
+    return found if found.any() else None
+
+
+def hidden(rest: Floats, step: float) -> bool:
+    """Whether a record without its spikes still has more samples far out than noise makes: smaller ones, which stay."""
+    tail = _tail(rest, step)
+    if tail is None:
+        return False
+    by_chance = 2 * tail.count * _NORMAL.cdf(-_HIDDEN)
+    return bool(np.count_nonzero(tail.far > _HIDDEN) > _TIMES * by_chance + _SIGMAS * math.sqrt(by_chance))
+
+
+def _threshold(false: float) -> float:
+    return min(max(-_NORMAL.inv_cdf(false / 2), _FROM), _HIGHEST)
+
+
+def _tail(x: Floats, step: float) -> _Tail | None:
+    """The tail of a part of the record, about those of the neighbours that leave the least residual."""
+    n = len(x)
+    starts = [0] if n <= _STRETCH * _STRETCHES else np.linspace(0, n - _STRETCH, _STRETCHES).astype(int).tolist()
+    parts = [x[s : s + _STRETCH] if len(starts) > 1 else x for s in starts]
+    best: tuple[float, int, list[Floats]] | None = None
+    for side in _SIDES:
+        away = [np.abs(_residual(part, side, step)) for part in parts]
+        known = present(np.concatenate(away))
+        if len(known) < _LEAST:
+            return None
+        usual = float(np.median(known))
+        if best is None or usual < best[0]:
+            best = usual, side, away
+    if best is None or not best[0] / _NORMAL.inv_cdf(0.75) > step:
+        return None
+    usual, side, away = best
+    relative = [each / _local(each, usual) for each in away]
+    ordered = np.sort(present(np.concatenate(relative)))
+    scale, share = _scale(ordered)
+    far, spread = [], []
+    for part, size, each in zip(parts, away, relative, strict=True):
+        at = np.flatnonzero(each > _HIDDEN * scale)
+        kept = at[_stands_alone(part, at, side, size[at], 0.5 if share < _SPOILED else 0.25, _AROUND)]
+        far.append(each[kept])
+        spread.append(_with_others(kept[each[kept] > _FROM * scale]))
+    return _Tail(
+        side=side,
+        usual=usual,
+        scale=scale,
+        share=share,
+        far=np.concatenate(far) / scale,
+        count=len(ordered),
+        clustered=_more_than_chance(np.concatenate(spread), len(ordered)),
+    )
+
+
+def _with_others(at: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which of some places have another one near, but not beside them."""
+    after = np.searchsorted(at, at + _REACH, side="right") > np.searchsorted(at, at + _APART)
+    before = np.searchsorted(at, at - _APART, side="right") > np.searchsorted(at, at - _REACH)
+    return np.asarray(after | before)
+
+
+def _more_than_chance(near: NDArray[np.bool_], n: int) -> bool:
+    chance = 1 - (1 - min(len(near) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
+    expected = len(near) * chance
+    return bool(np.count_nonzero(near) > _CLUSTERED * expected + _SIGMAS * math.sqrt(expected + 1))
+
+
+def _scale(ordered: Floats) -> tuple[float, float]:
+    """Standard deviation by the median of what is not in the tail, and how much is in it beyond what noise has there."""
+    share, n = 0.0, len(ordered)
+    chance = 2 * _NORMAL.cdf(-_HIDDEN)
+    for _ in range(20):
+        scale = float(ordered[int(n * (1 - share) / 2)]) / _NORMAL.inv_cdf(0.75)
+        tail = (n - int(np.searchsorted(ordered, _HIDDEN * scale))) / n
+        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * _MOST)
+    return scale, share
+
+
+def _residual(x: Floats, side: int, step: float) -> Floats:
+    """Samples less the median of those on both sides, NaN where fewer than half of these are there.
+
+    Numbers with a step get a part of it, spread evenly, so that a median of them has no steps.
+    """
+    ends = np.full(side, np.nan)
+    windows = np.lib.stride_tricks.sliding_window_view(np.concatenate((ends, x, ends)), 2 * side + 1)
+    others = np.delete(windows, side, axis=1)
+    missing = np.isnan(others).sum(axis=1)
+    median = np.full(len(others), np.nan)
+    whole, enough = missing == 0, (missing > 0) & (missing <= side)
+    median[whole] = np.median(others[whole], axis=1)
+    if enough.any():
+        median[enough] = medians(others[enough])
+    result: Floats = x - median
+    if step > 0:
+        golden = (math.sqrt(5) - 1) / 2
+        result += step / 2 * (np.arange(len(x)) * golden % 1 - 0.5)
+    return result
+
+
+def _local(away: Floats, usual: float) -> Floats:
+    """The median residual of blocks, the largest of a block and those beside it, and the usual one at least."""
+    blocks = max(-(-len(away) // _BLOCK), 1)
+    padded = np.full(blocks * _BLOCK, np.nan)
+    padded[: len(away)] = away
+    rows = padded.reshape(blocks, _BLOCK)
+    known = np.isfinite(rows).sum(axis=1) >= _BLOCK // 2
+    here = np.where(known, medians(rows), usual)
+    wide = np.concatenate((here[:1], here, here[-1:]))
+    largest = np.maximum(np.maximum(wide[:-2], wide[1:-1]), wide[2:])
+    return np.repeat(np.maximum(largest, usual), _BLOCK)[: len(away)]
+
+
+def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
+    """Residuals of a piece of the record in standard deviations; 0 where there is none."""
+    before = min(start, _BLOCK)
+    part = x[start - before : start + CHUNK + _BLOCK]
+    away = np.abs(_residual(part, tail.side, step))
+    far = away / (_local(away, tail.usual) * tail.scale)
+    return np.nan_to_num(far[before : before + CHUNK])
+
+
+def _residual_at(x: Floats, at: NDArray[np.int64], side: int) -> Floats:
+    """Some samples less the median of those on both sides; 0 where these are all missing."""
+    result = np.zeros(len(at))
+    for start in range(0, len(at), CHUNK):
+        some = at[start : start + CHUNK]
+        near = neighbours(x, some, -side, side)
+        near[:, side] = np.nan
+        known = np.isfinite(near).sum(axis=1) >= min(_SIDES)
+        result[start : start + CHUNK][known] = x[some[known]] - medians(near[known])
+    return result
+
+
+def _stands_alone(
+    x: Floats, at: NDArray[np.int64], side: int, away: Floats, part: float, times: float = _AROUND_MANY
+) -> NDArray[np.bool_]:
+    """Whether samples are far from either side, and from what scatters about them."""
+    alone = np.zeros(len(at), dtype=bool)
+    for start in range(0, len(at), CHUNK):
+        piece = slice(start, start + CHUNK)
+        beside = np.abs(residuals(x, at[piece], side))
+        alone[piece] = (beside > _ONE_SIDE * away[piece]) & (away[piece] > times * scatter(x, at[piece], part))
+    return alone

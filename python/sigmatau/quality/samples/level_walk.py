@@ -1,0 +1,100 @@
+"""What levels that change add to the rate random walk, held against the sensor's own in the parts between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.quality.samples.common import affected, octaves
+from sigmatau.record.streams import Stream
+from sigmatau.results import two_digits
+
+__all__ = ["added_by_stretches", "own_walk", "parts_without", "walk_effect"]
+
+Parts = Sequence[tuple[int, int]]
+
+# A walk rules the long times if 3σ²/τ is the same over so many octaves, to this factor: bias instability makes 8 of it, and
+# the last variance of some 16 pairs has an error of a third.
+_RULED_OCTAVES, _SAME = 3, 2.0
+_LEAST_PAIRS = 16
+
+# Levels beside a stretch are means over as long, and over so much at least and at most.
+_LEAST_S, _MOST_S = 1.0, 30.0
+
+_MOST = 256  # stretches looked at, the longest
+
+
+def parts_without(n: int, first: Sequence[int], stop: Sequence[int]) -> list[tuple[int, int]]:
+    """The parts of n samples between stretches."""
+    parts, at = [], 0
+    for a, b in sorted(zip(first, stop, strict=True)):
+        if a > at:
+            parts.append((at, a))
+        at = max(at, b)
+    if n > at:
+        parts.append((at, n))
+    return parts
+
+
+def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, bool]:
+    """A channel's own K², or a bound on it, by parts that nothing disturbs; and whether a walk rules the long times.
+
+    3σ²(τ)/τ is K² where a walk rules, and more elsewhere: other terms only add to it. It then stays the same over octaves;
+    bias instability makes it fall by 2 an octave, white noise by 4.
+    """
+    sums: dict[int, tuple[float, int]] = {}
+    for start, stop in parts:
+        for m, avar, pairs in octaves(x[start:stop]):
+            total, count = sums.get(m, (0.0, 0))
+            sums[m] = total + avar * pairs, count + pairs
+    bounds = [3 * total / count / (m * tau0) for m, (total, count) in sorted(sums.items()) if count >= _LEAST_PAIRS]
+    last = bounds[-1 - _RULED_OCTAVES :]
+    rules = len(last) > _RULED_OCTAVES and last[0] < _SAME * last[-1]
+    return min(bounds, default=0.0), rules
+
+
+def added_by_stretches(
+    x: NDArray[np.float64], tau0: float, first: NDArray[np.int64], lengths: NDArray[np.int64]
+) -> float:
+    """What stretches of made-up levels add to K² at averaging times up to their length: a step at either end of each.
+
+    Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
+    """
+    clean = x.copy()
+    for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
+        clean[start : start + size] = np.nan
+    squares = 0.0
+    for k in np.argsort(-lengths)[:_MOST].tolist():
+        start, stop = int(first[k]), int(first[k] + lengths[k])
+        around = round(min(max((stop - start) * tau0, _LEAST_S), _MOST_S) / tau0)
+        for end, beside in (
+            (x[start], clean[max(start - around, 0) : start]),
+            (x[stop - 1], clean[stop : stop + around]),
+        ):
+            there = beside[np.isfinite(beside)]
+            if len(there):
+                squares += float(end - there.mean()) ** 2
+    return squares / (len(x) * tau0)
+
+
+def walk_effect(stream: Stream, added: float, own: float, *, rules: bool) -> tuple[str, tuple[tuple[str, float], ...]]:
+    """What is added to K² in words, and the factor if the sensor's own is known rather than bounded."""
+    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
+    unit, size = display_units("rate_random_walk", stream.quantity, stream.unit)[0]
+    label = TERMS["rate_random_walk"].label(stream.quantity)
+    text = f"as much as {_article(label)} {label} of {math.sqrt(added) / size:.3g} {unit} adds to σ at long τ"
+    if not math.isfinite(factor):
+        return text, ()
+    if rules:
+        return f"{text}: {affected(factor, term=label)}", (("rate_random_walk", factor),)
+    # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
+    limit = f"{two_digits(factor)} times the sensor's own or more, of which the record shows a limit only"
+    return f"{text}: {limit}", ()
+
+
+def _article(word: str) -> str:
+    return "an" if word[0] in "aeiou" else "a"

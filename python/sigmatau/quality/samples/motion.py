@@ -1,0 +1,383 @@
+"""Where samples of a sensor that should rest show motion: bursts, and changes of level."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.quality.samples.common import present
+from sigmatau.quality.samples.resolution import resolution
+from sigmatau.record.streams import CHUNK, Stream
+
+__all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
+
+# Length of a window, in seconds and in samples at least.
+_WINDOW_S, _WINDOW = 1.0, 16
+
+# Fewer windows than this have no distribution of their own to be far beyond.
+_LEAST_WINDOWS = 24
+
+# The cube root of the power of a window is Gaussian to some percent of its spread (Wilson and Hilferty, PNAS 17, 1931). Its
+# centre and spread are the median and the MAD of all windows. 8 of those, and power four times the usual: noise of 10^4
+# windows goes to 4.5, and no less than 16 samples reach four times their usual power by chance (χ² with 10 degrees: 3.5
+# in 10^4 windows, spread of the MAD included).
+_FAR, _POWER = 8.0, 4.0
+
+# A spike makes two large changes; of two spikes all may be in one window.
+_PEAKS = 4
+
+# Differences of neighbouring windows' means are Gaussian for each of the five terms, whatever the window; a term only
+# chooses their variance. Robust z of n of them passes this a·(1 + b/n) in less than 1e-5 of records (measured, n ≥ 24).
+_FAR_LEVEL, _FEW = 7.0, 12.0
+
+# An excursion of up to so many doublings of the window, beyond which it shows as two changes of level; and what counts
+# beside the farthest.
+_EXCURSIONS, _BESIDE = 4, 0.6
+
+# Windows of a second on either side, to tell a line from two levels.
+_LEAST_OF_LEVEL = 4
+
+# So many changes of level are looked at for each length of windows.
+_MOST = 256
+
+# Rounding moves a mean by one step at most.
+_STEPS = 1.5
+
+# Windows that belong together are no further apart.
+_TOGETHER_S = 5.0
+
+# A level holds if the change is there, to this part, in the medians of as many half windows before and after.
+_HOLDS, _AHEAD = 0.6, 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Burst:
+    """A stretch of one channel in which it moves.
+
+    Attributes
+    ----------
+    channel : str
+    start, stop : int
+        Samples, stop not included.
+    ratio : float
+        Largest root mean square of the samples' changes in a window, over the usual one; of an excursion, standard
+        deviations of what the noise does.
+    away : float
+        How far the mean of a window goes, if that is what shows, and not the changes. [unit of the stream]
+    """
+
+    channel: str
+    start: int
+    stop: int
+    ratio: float
+    away: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LevelChange:
+    """A change of level that holds.
+
+    Attributes
+    ----------
+    channel : str
+    sample : int
+        Where, to half the window.
+    size : float
+        New level less the old one. [unit of the stream]
+    window : int
+        Samples in the windows that show it most clearly.
+    times : float
+        How many standard deviations of what the noise does between such windows.
+    around : int
+        Samples on either side by which the place may be wrong, or in which the level goes from one to the other.
+    gradual : bool
+        Whether a line is nearer to it than two levels, as in a warm-up.
+    """
+
+    channel: str
+    sample: int
+    size: float
+    window: int
+    times: float
+    around: int
+    gradual: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Summary:
+    """A channel by windows of about a second.
+
+    Attributes
+    ----------
+    channel : str
+    window : int
+        Samples in a window.
+    first : float
+        The first sample there is. [unit of the stream]
+    mean : ndarray, shape (n_windows,)
+        Mean less `first`; NaN where half of a window is missing. [unit of the stream]
+    power : ndarray, shape (n_windows,)
+        Mean square of the changes from sample to sample. [unit², of the stream]
+    """
+
+    channel: str
+    window: int
+    first: float
+    mean: NDArray[np.float64]
+    power: NDArray[np.float64]
+
+
+def summary(stream: Stream, channel: str) -> Summary:
+    """A channel by windows of 1 s, or of 16 samples if that is longer."""
+    w = max(round(_WINDOW_S / stream.grid.tau0), _WINDOW)
+    c, n = stream.channels.index(channel), stream.grid.n // w * w
+    many = max(CHUNK // w, 1) * w
+    means, powers = [np.zeros(0)], [np.zeros(0)]
+    first = math.nan
+    for start in range(0, n, many):
+        x = stream.samples.read(c, start, min(start + many, n)).reshape(-1, w)
+        if math.isnan(first):
+            first = float(next(iter(present(x.ravel())), math.nan))
+        x = x - first  # a large level would cost digits
+        steps = np.diff(x, axis=1)
+        power = np.einsum("ij,ij->i", steps, steps) / (w - 1)
+        mean = np.einsum("ij->i", x) / w
+        bad = np.flatnonzero(~np.isfinite(mean))
+        if len(bad):
+            mean[bad], count = _mean_of_present(x[bad])
+            power[bad], changes = _mean_of_present(steps[bad] ** 2)
+            few = bad[(count < w / 2) | (changes == 0)]
+            mean[few] = power[few] = np.nan
+        means.append(mean)
+        powers.append(power)
+    return Summary(channel=channel, window=w, first=first, mean=np.concatenate(means), power=np.concatenate(powers))
+
+
+def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Mean of each row over the samples that it has, and how many those are."""
+    there = ~np.isnan(x)
+    count = there.sum(axis=1)
+    return np.where(there, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
+
+
+def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
+    x = present(x)
+    centre = float(np.median(x))
+    return centre, 1.4826 * float(np.median(np.abs(x - centre)))
+
+
+def bursts(stream: Stream, found: Summary) -> list[Burst]:
+    """Stretches in which the samples of a channel change far more than usual.
+
+    The mean square of the changes from sample to sample in each window against its own distribution over the record;
+    slow terms hardly enter it. One or two spikes are no burst.
+
+    Parameters
+    ----------
+    stream : Stream
+    found : Summary
+        Of the channel, see `summary`.
+
+    Returns
+    -------
+    list of Burst
+        In order of time; none for fewer than 24 windows.
+    """
+    channel, power, w = found.channel, found.power, found.window
+    if np.count_nonzero(np.isfinite(power)) < _LEAST_WINDOWS:
+        return []
+    root = np.cbrt(power)
+    centre, spread = _centre_and_spread(root)
+    usual = centre**3
+    limit = max(centre + _FAR * spread, np.cbrt(_POWER * usual))
+    if not np.any(root > limit):
+        return []
+    resolved = resolution(stream, channel)
+    step = 0.0 if resolved is None else resolved.step
+    # Values that go to and fro between two steps change by one step at each sample.
+    at = np.flatnonzero(power > max(limit**3, _POWER * step**2))
+    at = at[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in at]]
+    if len(at) == 0:
+        return []
+    apart = max(round(_TOGETHER_S / (w * stream.grid.tau0)), 1)
+    groups = np.split(at, np.flatnonzero(np.diff(at) > apart) + 1)
+    floor = max(usual, step**2 / 12)
+    return [
+        Burst(
+            channel=channel,
+            start=int(g[0]) * w,
+            stop=(int(g[-1]) + 1) * w,
+            ratio=math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf,
+        )
+        for g in groups
+    ]
+
+
+def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
+    """Mean square of the changes in a window but for the largest four, which one or two spikes make."""
+    x = stream.samples.read(stream.channels.index(channel), window * w, (window + 1) * w)
+    squares = np.sort(present(np.diff(x)) ** 2)[:-_PEAKS]
+    return float(squares.mean()) if len(squares) else 0.0
+
+
+def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
+    """Changes of a channel's level that its noise does not make, and that hold.
+
+    Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
+    rate random walk and for flicker noise as for white noise. A change shows as one of them far beyond all others at the
+    same τ; where several windows show it, the one that does so most clearly counts. Not across missing windows, for all slow
+    noise wanders on where nothing is recorded.
+
+    Parameters
+    ----------
+    stream : Stream
+    found : Summary
+        Of the channel, see `summary`.
+
+    Returns
+    -------
+    list of LevelChange
+        In order of time; none for fewer than 48 windows.
+    """
+    channel, mean, w = found.channel, found.mean, found.window
+    step: float | None = None
+    seen: list[LevelChange] = []
+    half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
+    while len(half) >= 2 * _LEAST_WINDOWS:
+        window = (half[:-1] + half[1:]) / 2
+        differences = window[2:] - window[:-2]
+        known = int(np.count_nonzero(np.isfinite(differences)))
+        if known < _LEAST_WINDOWS:
+            break
+        centre, spread = _centre_and_spread(differences)
+        far = np.abs(differences - centre)
+        limit = _FAR_LEVEL * (1 + _FEW / known) * spread
+        if np.any(far > limit):
+            if step is None:
+                resolved = resolution(stream, channel)
+                step = 0.0 if resolved is None else resolved.step
+            limit = max(limit, _STEPS * step)
+            farthest = np.argsort(-far)[:_MOST]  # NaN last
+            for i in farthest[far[farthest] > limit].tolist():
+                before, after = present(half[max(i + 2 - _AHEAD, 0) : i + 2]), present(half[i + 2 : i + 2 + _AHEAD])
+                if len(before) < 2 or len(after) < 2:
+                    continue
+                size = float(np.median(after) - np.median(before))
+                if size * differences[i] > 0 and abs(size) > _HOLDS * abs(differences[i]):
+                    times = float(far[i]) / spread if spread > 0 else math.inf
+                    at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
+                    gradual = _gradual(mean, at // shortest, 2 * w // shortest)
+                    around = 2 * w if gradual else max(2 * shortest, w // 8)
+                    seen.append(
+                        LevelChange(
+                            channel=channel,
+                            sample=at,
+                            size=size,
+                            window=2 * w,
+                            times=times,
+                            around=around,
+                            gradual=gradual,
+                        )
+                    )
+        even = len(half) // 2 * 2
+        half = (half[0:even:2] + half[1:even:2]) / 2
+        w *= 2
+    kept: list[LevelChange] = []
+    for change in sorted(seen, key=lambda change: -change.times):
+        if all(abs(change.sample - other.sample) > 3 * max(change.window, other.window) for other in kept):
+            kept.append(change)
+    return sorted(kept, key=lambda change: change.sample)
+
+
+def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
+    """How far the mean of a window is from a level without the four samples that are farthest, which spikes may be."""
+    x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
+    kept = x[np.argsort(np.abs(x))][:-_PEAKS]
+    return abs(float(kept.mean())) if len(kept) else 0.0
+
+
+def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
+    """Whether a line about a place leaves less than two levels do."""
+    start = max(at - around, 0)
+    x = mean[start : at + around]
+    there = np.isfinite(x)
+    k = at - start
+    if np.count_nonzero(there[:k]) < _LEAST_OF_LEVEL or np.count_nonzero(there[k:]) < _LEAST_OF_LEVEL:
+        return False
+    levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
+    t = np.flatnonzero(there).astype(float)
+    line = np.polynomial.Polynomial.fit(t, x[there], 1)(t)
+    return float(np.sum((x[there] - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
+
+
+def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = ()) -> list[Burst]:
+    """Stretches in which a channel leaves its level and comes back, too slowly for the changes of samples to show it.
+
+    A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
+    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold.
+
+    Parameters
+    ----------
+    stream : Stream
+    found : Summary
+        Of the channel, see `summary`.
+    changes : sequence of LevelChange
+        Of the channel; where one is, nothing is said.
+
+    Returns
+    -------
+    list of Burst
+        In order of time; none for fewer than 48 windows.
+    """
+    mean, w = found.mean, found.window
+    step: float | None = None
+    seen: list[Burst] = []
+    for _ in range(_EXCURSIONS):
+        if len(mean) < 2 * _LEAST_WINDOWS:
+            break
+        away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
+        known = int(np.count_nonzero(np.isfinite(away)))
+        if known < _LEAST_WINDOWS:
+            break
+        centre, spread = _centre_and_spread(away)
+        far = np.abs(away - centre)
+        limit = _FAR_LEVEL * (1 + _FEW / known) * spread
+        if np.any(far > limit):
+            if step is None:
+                resolved = resolution(stream, found.channel)
+                step = 0.0 if resolved is None else resolved.step
+            # Beside what goes away half of it shows with the other sign.
+            at = np.flatnonzero(far > max(limit, _STEPS * step, _BESIDE * float(np.nanmax(far))))
+            for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
+                k = int(group[np.argmax(far[group])])
+                times = float(far[k]) / spread if spread > 0 else math.inf
+                start, stop = (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w
+                near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
+                base = found.first + float((mean[k] + mean[k + 4]) / 2)
+                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _HOLDS * float(
+                    far[k]
+                ):
+                    seen.append(Burst(channel=found.channel, start=start, stop=stop, ratio=times, away=float(far[k])))
+        even = len(mean) // 2 * 2
+        mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w
+    kept: list[Burst] = []
+    for one in sorted(seen, key=lambda one: -one.ratio):
+        apart = 4 * (one.stop - one.start)
+        if all(one.start > other.stop + apart or other.start > one.stop + apart for other in kept):
+            kept.append(one)
+    return sorted(kept, key=lambda one: one.start)
+
+
+def _where(mean: NDArray[np.float64], about: int, around: int) -> int:
+    """The shortest window before which a level ends, by least squares of two levels about a place."""
+    start = max(about - 2 * around, 0)
+    x = mean[start : about + 2 * around]
+    x = np.where(np.isfinite(x), x, np.median(present(x)))
+    k = np.arange(1, len(x))
+    sums = np.cumsum(x)
+    explained = (sums[:-1] - sums[-1] * k / len(x)) ** 2 / (k * (len(x) - k))
+    return start + 1 + int(np.argmax(explained))

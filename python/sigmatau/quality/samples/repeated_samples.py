@@ -1,0 +1,335 @@
+"""Samples that are there several times: a sensor slower than its log, and messages that come twice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
+from sigmatau.quality.samples.resolution import resolution
+from sigmatau.record.streams import Stream
+from sigmatau.results import Finding
+
+__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
+
+# Repeated samples must be so large a part of the record, and so many standard errors more than chance makes.
+_LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
+
+# A channel says nothing about repeats if its own step makes half of its neighbours equal, or if what changes is but a step
+# or two: then chance and repetition look alike.
+_TOO_COARSE, _STEPS = 0.5, 3.0
+
+# Copies are counted in stretches with about so many; with fewer stretches nothing is said of how they come.
+_COPIES, _LEAST_STRETCHES, _EVEN = 20, 20, 0.5
+
+# Parts of the record, of which more than half must say so.
+_PARTS = 8
+
+# The mean is a whole number to this, and no sample is there less often: each is there so many times.
+_WHOLE = 0.01
+
+# From here on it is said that some samples count more often.
+_SHOWS = 1.01
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repeats:
+    """How samples of a stream repeat.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Those that repeat.
+    share : float
+        Part of the samples that are copies of the one before.
+    shortest, longest : int
+        How often a sample is there, but for the rarest 2.5 % at either end.
+    squares : float
+        Mean over the rows of how often the sample of a row is there: N² of the rows, taken at their rate, over that of a
+        sensor at this rate.
+    regular : bool
+        Whether copies come as evenly as from a sensor at a lower rate, and not at random.
+    """
+
+    channels: tuple[str, ...]
+    share: float
+    shortest: int
+    longest: int
+    squares: float
+    regular: bool
+
+    @property
+    def times(self) -> float:
+        """How often a sample is there on average."""
+        return 1 / (1 - self.share)
+
+
+def runs_of_equal(x: NDArray[np.float64], *, least: int = 2) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First samples and lengths of all runs of at least `least` equal samples; NaN equals nothing."""
+    return _runs(x[1:] == x[:-1], least)
+
+
+def runs_of_places(at: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First places and lengths of the runs of places that follow each other; `at` in order."""
+    if len(at) == 0:
+        return at, at
+    breaks = np.flatnonzero(np.diff(at) > 1)
+    first = at[np.concatenate(([0], breaks + 1))]
+    return first, at[np.concatenate((breaks, [len(at) - 1]))] - first + 1
+
+
+def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    more = max(least - 2, 0)
+    if len(equal) <= more:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    # Where a run goes on for so long: rarer than what is equal to its neighbour, and so faster to gather.
+    going = equal[: len(equal) - more].copy()
+    for k in range(1, more + 1):
+        going &= equal[k : len(equal) - more + k]
+    at = np.flatnonzero(going)
+    if len(at) == 0:
+        return at, at
+    breaks = np.flatnonzero(np.diff(at) > 1)
+    first = at[np.concatenate(([0], breaks + 1))]
+    last = at[np.concatenate((breaks, [len(at) - 1]))]
+    return first, last - first + 2 + more
+
+
+def repeats(stream: Stream) -> Repeats | None:
+    """Whether samples are there several times, on all channels at once or on some; None if not, or if it cannot be told.
+
+    On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
+    equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
+    as many equations as unknowns. On one channel: p = q/(√(2π)·s) for steps q and changes of standard deviation s.
+    """
+    together: NDArray[np.bool_] | None = None
+    used: list[str] = []
+    equals: list[NDArray[np.bool_]] = []
+    alone: dict[str, float] = {}
+    inside: NDArray[np.bool_] | None = None
+    whole = True
+    for channel in stream.channels:
+        x = stream.column(channel)
+        equal = x[1:] == x[:-1]
+        count = int(np.count_nonzero(equal))
+        if count == len(equal):
+            continue
+        if count < _LEAST_EQUAL:
+            whole = False
+            continue
+        counted = _inside(x)
+        share = _share_alone(stream, channel, x, equal, counted)
+        if share > 0:
+            alone[channel] = share
+        if counted is not None:
+            inside = counted if inside is None else inside & counted
+        used.append(channel)
+        equals.append(equal)
+        together = equal if together is None else together & equal
+    if whole and together is not None and len(used) > 1:
+        n = len(together)
+        if inside is not None:
+            equals, together = [equal[inside] for equal in equals], together[inside]
+            n = len(together)
+        shares = [int(np.count_nonzero(equal)) / (n + 1) for equal in equals]
+        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n) if n else 0.0
+        if share > 0 and _in_all_parts(equals, together, share):
+            return _repeats(tuple(used), share, together)
+    return _of_alone(stream, alone)
+
+
+def _in_all_parts(equals: list[NDArray[np.bool_]], together: NDArray[np.bool_], share: float) -> bool:
+    """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
+    found = 0
+    edges = np.linspace(0, len(together), _PARTS + 1).astype(int).tolist()
+    for a, b in pairwise(edges):
+        shares = [int(np.count_nonzero(equal[a:b])) / (b - a) for equal in equals]
+        found += _solved(shares, int(np.count_nonzero(together[a:b])) / (b - a)) > share / 3
+    return 2 * found > _PARTS
+
+
+def _inside(x: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    """Where a sample is not at a full end of the range, as the next may be too without being a copy; None: everywhere."""
+    ends = full_ends(x)
+    if not ends:
+        return None
+    inside = np.ones(len(x) - 1, dtype=bool)
+    for end in ends:
+        inside &= x[:-1] != end
+    return inside
+
+
+def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
+    if not alone:
+        return None
+    channel = max(alone, key=lambda c: alone[c])
+    x = stream.column(channel)
+    equal, inside = x[1:] == x[:-1], _inside(x)
+    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
+
+
+def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) -> Repeats:
+    _, lengths = _runs(equal, 2)
+    single = max(len(equal) + 1 - int(lengths.sum()), 0)
+    counts = np.bincount(lengths)
+    counts[1] = single
+    part = np.cumsum(counts) / counts.sum()
+    shortest, longest = (int(np.searchsorted(part, level)) for level in (0.025, 0.975))
+    whole = round(1 / (1 - share))
+    if shortest == whole and abs((1 - share) * whole - 1) < _WHOLE:
+        longest = whole  # what is longer is equal by chance
+    rows = single + int(lengths.sum())
+    squares = (single + float(lengths.astype(float) @ lengths)) / rows
+    if whole == longest and shortest == longest:
+        squares = float(whole)
+    return Repeats(
+        channels=channels,
+        share=share,
+        shortest=shortest,
+        longest=longest,
+        squares=squares,
+        regular=_evenly(equal, share),
+    )
+
+
+def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
+    """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
+    size = max(math.ceil(_COPIES / min(share, 1 - share)), 1)
+    count = len(equal) // size
+    if count < _LEAST_STRETCHES:
+        return True
+    copies = equal[: count * size].reshape(count, size).sum(axis=1)
+    # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
+    low, high = np.quantile(copies, [0.25, 0.75])
+    spread = float(high - low) / 1.349
+    return spread < _EVEN * math.sqrt(size * share * (1 - share))
+
+
+def _share_alone(
+    stream: Stream,
+    channel: str,
+    x: NDArray[np.float64],
+    equal: NDArray[np.bool_],
+    inside: NDArray[np.bool_] | None,
+) -> float:
+    if inside is not None:
+        equal = equal[inside]
+        if not len(equal):
+            return 0.0
+    n, count = len(equal), int(np.count_nonzero(equal))
+    found = resolution(stream, channel)
+    step = 0.0 if found is None else found.step
+    differences = np.diff(x[: 1 << 18])
+    scale = block_rms(differences[differences != 0])
+    if scale < _STEPS * step or growing_step(x) > 0:
+        return 0.0
+    chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
+    share = (count / (n + 1) - chance) / (1 - chance)
+    # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
+    quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
+    spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
+    surely = share > _LEAST_SHARE + chance + _SIGMAS * math.sqrt(chance / n)
+    return share if surely and spread_out else 0.0
+
+
+def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
+    """The h at which all equations hold, by halving; 0 if it is not surely above it."""
+    f = np.array(shares)
+    if all_at_once * n < _LEAST_EQUAL:
+        return 0.0
+    h = _solved(shares, all_at_once)
+    chance = (f - h) / (1 - h)
+    if chance.max() > _TOO_COARSE:
+        return 0.0
+    noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
+    return h if h > _LEAST_SHARE + _SIGMAS * noise else 0.0
+
+
+def _solved(shares: list[float], all_at_once: float) -> float:
+    f = np.array(shares)
+    low, high = 0.0, min(all_at_once, float(f.min()))
+    for _ in range(60):
+        h = (low + high) / 2
+        by_chance = np.prod((f - h) / (1 - h)) if h < 1 else 0.0
+        low, high = (h, high) if h + (1 - h) * by_chance < all_at_once else (low, h)
+    return (low + high) / 2
+
+
+def repeated_samples(stream: Stream) -> list[Finding]:
+    """Samples that are copies of the one before: sample and hold, duplicated messages.
+
+    Parameters
+    ----------
+    stream : Stream
+
+    Returns
+    -------
+    list of Finding
+        At most one; ``changes`` only where the rate was given by hand, for then it may be the sensor's and not the log's.
+    """
+    found = repeats(stream)
+    if found is None:
+        return []
+    k, rate = found.times, stream.grid.rate
+    if found.shortest == found.longest:
+        pattern = f"each sample is there {found.shortest} times"
+    else:
+        pattern = f"samples are there {k:.3g} times on average, {found.shortest} to {found.longest} times each"
+    whole = len(found.channels) == len(stream.channels)
+    on = f" on {', '.join(found.channels)}" if not whole else ", on all axes at once" if len(found.channels) > 1 else ""
+    given = stream.grid.source == "given"
+    lost = not found.regular
+    # Some samples count more often: N² of the rows is Σw²/n of that of a sensor at their rate, Σw²/(n·k) of a slower one.
+    as_rows, as_slower = math.sqrt(found.squares), math.sqrt(found.squares / k)
+    right = f"from some {max(8, math.ceil(4 * k))} samples on " + (
+        "right" if as_slower < _SHOWS else f"{100 * (as_slower - 1):.2g} % too large, for some samples count more often"
+    )
+    effect = (
+        f"if {rate:.6g} Hz is right for the rows, σ at one sample is {1 / k:.2g} × that of white noise, and {right}"
+    )
+    changes: tuple[tuple[str, float], ...] = ()
+    if lost:
+        effect = (
+            f"if a sensor of {rate:.6g} Hz lost samples and the last one was put in their place, or rows came twice: random"
+            f" walk {100 * (as_rows - 1):.2g} % larger than the sensor's own, at all averaging times; if the sensor gives"
+            f" {rate / k:.4g} Hz unevenly: {100 * (as_slower - 1):.2g} %"
+        )
+        changes = (("random_walk", as_rows),)
+    elif as_slower > _SHOWS:
+        changes = (("random_walk", as_slower),)
+    if given and not lost:
+        effect += (
+            f"; if it is the sensor's own rate, times are stretched by {k:.3g}: random walk {as_rows:.3g} ×,"
+            f" quantization {k:.3g} ×, rate random walk {1 / math.sqrt(k):.2g} ×, ramp {1 / k:.2g} × the sensor's own"
+        )
+        changes = (
+            ("quantization", k),
+            ("random_walk", as_rows),
+            ("rate_random_walk", 1 / math.sqrt(k)),
+            ("rate_ramp", 1 / k),
+        )
+    return [
+        Finding(
+            code="repeated_samples",
+            severity="warning",
+            channel=found.channels[0] if len(stream.channels) == 1 else None,
+            message=(
+                f"{pattern}{on}: {100 * found.share:.3g} % are copies, "
+                + ("at irregular places" if lost else f"the sensor gives {rate / k:.4g} Hz")
+            ),
+            size=k,
+            effect=effect,
+            changes=changes,
+            remedy=(
+                f"keep one of each group of equal samples and give --rate {rate / k:.4g}"
+                if found.shortest == found.longest
+                else "leave lost samples empty in the log, or their rows out: what is missing is never filled in here"
+                if lost
+                else "log at the sensor's rate, on its data-ready signal; else trust long averaging times alone"
+            ),
+        )
+    ]

@@ -1,0 +1,363 @@
+"""Spikes: single samples far from their neighbours."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.quality.samples.common import affected, block_rms, place, present, rounding_dust, when, white_level
+from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
+from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
+from sigmatau.quality.samples.masking import masked
+from sigmatau.record.record import Record
+from sigmatau.record.streams import CHUNK, Stream
+from sigmatau.results import Finding
+
+__all__ = ["AT_LEAST", "find_spikes", "mask_spikes", "more_below", "spikes", "without_spikes"]
+
+# Neighbours on either side; their median bears one other spike among them.
+_SIDE = 4
+
+# Neighbours on either side where spikes are so many that two of four are often spikes; and how often they are looked for
+# once more among what is left, where they stood beside each other.
+_WIDE, _ROUNDS = 16, 8
+
+# Blocks of 32 residuals hold a spike each from some 2 % on: then their scale is more than twice that of the median.
+_SPOILED = 2.0
+
+# From such a share on, the noise has no distribution to speak of without saying so.
+_MANY = 0.01
+
+# Beyond 4 standard deviations noise has 1.6 of the residuals that the scale is taken from: the tail is looked at if there
+# are so many.
+_OUT, _TAIL = 4.0, 12
+
+# Samples that are looked at together: their neighbours are that many times 16 numbers.
+_TOGETHER = 1 << 16
+
+# Samples that a spike is far from at least, where another sample stands in for it.
+_APART = 7
+
+# Samples that the scale is taken from, in stretches of 1024.
+_STRETCH, _STRETCHES = 1024, 24
+
+# Spikes that noise alone makes in a record, on average: the residual of Gaussian noise of any spectrum is Gaussian in its
+# tail (a sample less a median of its neighbours), and a spike must be one on both sides.
+_FALSE = 1e-4
+
+# A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
+_STEPS, _UNSEEN = 1.0, 0.3
+
+# Fewer samples with all four before them have no scale to speak of: then those with two of them make it.
+_FEW = 1024
+
+# Fewer samples have no scale of their own to speak of.
+_LEAST = 32
+
+# From here on a coefficient changes noticeably.
+_MATTERS = 1.02
+
+
+AT_LEAST = (
+    "at least: there are more samples below the threshold than noise makes, and what they do is not in this number"
+)
+"""Said where spikes cannot all be told from the noise."""
+
+
+def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Samples that stand out from the medians of the four before them and of the four after them.
+
+    Where spikes are so many that they make a hump in the tail, from a thousandth of all samples on, six standard deviations
+    of noise suffice, see `sigmatau.quality.samples.dense_spikes`; where they rule most blocks of 32 samples, the scale
+    is that of the
+    median residual, and the medians are of 16: up to 20 % are found so. What is found is left out, and the rest is looked at
+    once more.
+
+    The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
+    less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a
+    median over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a
+    knock, theirs counts. A change of level is no spike.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        NaN where samples are missing.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        All False for fewer than 32 samples, or fewer than 32 that have two of the four before them: at random, with more
+        than about 95 % of 10⁵ missing.
+    """
+    x = np.asarray(x, dtype=np.float64)
+    n = len(x)
+    found = np.zeros(n, dtype=bool)
+    if n < _LEAST:
+        return found
+    rest, part = x, 0.5
+    for k in range(_ROUNDS):
+        scale, step, side, far = _scale(rest)
+        if k == 0 and far >= _TAIL:
+            many = dense_spikes(x, step)
+            if many is not None:
+                found |= many
+                rest = np.where(many, np.nan, x)
+                scale, step, side, far = _scale(rest)
+        least = _STEPS * step
+        threshold = _multiple(n) * max(scale, _UNSEEN * step) + least
+        if not (math.isfinite(threshold) and threshold > 0):
+            break
+        more = _found(rest, threshold, least, side, part)
+        if len(more) == 0:
+            break
+        found[more] = True
+        if rest is x:
+            rest = x.copy()
+        rest[more] = np.nan
+        part = 0.25 if side == _WIDE else 0.5  # where half of the changes about a spike may be to others
+    return found
+
+
+def _found(x: NDArray[np.float64], threshold: float, least: float, side: int, part: float) -> NDArray[np.int64]:
+    """Places of the samples beyond a threshold, and beyond what their neighbours scatter."""
+    found = [np.empty(0, dtype=np.int64)]
+    candidates = _candidates(x, threshold)
+    for start in range(0, len(candidates), _TOGETHER):
+        some = candidates[start : start + _TOGETHER]
+        residual = residuals(x, some, side)
+        kept = np.abs(residual) > threshold
+        some, residual = some[kept], residual[kept]
+        if len(some):
+            around = scatter(x, some, part)
+            found.append(some[np.abs(residual) > _multiple(len(x)) * around + least])
+    return np.concatenate(found)
+
+
+def more_below(rest: NDArray[np.float64]) -> bool:
+    """Whether a record without its spikes has more samples far out than noise makes: what they do is a lower bound."""
+    return hidden(rest, _scale(rest)[1])
+
+
+def spikes(stream: Stream) -> list[Finding]:
+    """Spikes of each channel: how many, where, how large, and what they add to the random walk.
+
+    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; spikes beside each other add up first.
+
+    Parameters
+    ----------
+    stream : Stream
+
+    Returns
+    -------
+    list of Finding
+        At most one a channel.
+    """
+    findings = []
+    for channel in stream.channels:
+        x = stream.column(channel)
+        found = find_spikes(x)
+        if found.any():
+            findings.append(_finding(stream, channel, x, found))
+    return findings
+
+
+def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
+    """The record with its spikes taken for missing samples, and the findings that say so.
+
+    Parameters
+    ----------
+    record : Record
+
+    Returns
+    -------
+    record : Record
+        NaN in place of each spike; the very same record if there is none.
+    findings : list of Finding
+        One a channel that had spikes, of severity info.
+    """
+    streams, findings = [], []
+    for stream in record.streams:
+        masks = [find_spikes(stream.column(channel)) for channel in stream.channels]
+        for channel, mask in zip(stream.channels, masks, strict=True):
+            count = int(mask.sum())
+            if count:
+                findings.append(
+                    Finding(
+                        code="spikes_masked",
+                        severity="info",
+                        channel=channel,
+                        message=f"{_count(count)} taken for missing, of {len(mask)} samples",
+                        where=place(int(np.argmax(mask)), stream),
+                        size=float(count),
+                    )
+                )
+        streams.append(masked(stream, np.stack(masks, axis=1)))
+    if not findings:
+        return record, []
+    return replace(record, streams=tuple(streams)), findings
+
+
+def without_spikes(stream: Stream) -> Stream:
+    """The stream with samples from nearby in place of its spikes: spectra and segments cannot use gaps of one sample."""
+    columns, changed = [], False
+    for channel in stream.channels:
+        x = stream.column(channel)
+        found = find_spikes(x)
+        if found.any():
+            clean = np.flatnonzero(np.isfinite(x) & ~found)
+            if len(clean) > 2 * _APART:
+                at = np.flatnonzero(found)
+                # The seventh good sample before: no neighbour, so that noise stays as rough as it is.
+                which = np.searchsorted(clean, at)
+                which = np.where(which >= _APART, which - _APART, which + _APART)
+                x = np.array(x)
+                x[at] = x[clean[which]]
+                changed = True
+        columns.append(x)
+    return stream.with_rates(columns) if changed else stream
+
+
+def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_]) -> Finding:
+    tau0 = stream.grid.tau0
+    at = np.flatnonzero(found)
+    clean = x.copy()
+    clean[found] = np.nan
+    heights = _heights(x, clean, at)
+    largest = int(np.argmax(np.abs(heights)))
+    there = int(np.count_nonzero(np.isfinite(x)))
+    added = _added(heights, at, there) * tau0
+    level, _ = white_level(clean, tau0)
+    factor = math.sqrt(1 + added / level) if level > 0 else math.inf
+    first = int(at[0])
+    count = len(at)
+    share = count / there
+    many = f", {100 * share:.2g} % of them: not the distribution of noise" if share > _MANY else ""
+    below = f"; {AT_LEAST}" if more_below(clean) else ""
+    span = f"the first at {when(first, stream)}, " if count > 1 else ""
+    return Finding(
+        code="spikes",
+        severity="warning" if factor > _MATTERS or share > _MANY else "info",
+        channel=channel,
+        message=(
+            f"{_count(count)} in {len(x)} samples{many}: {span}the largest, {heights[largest]:+.3g} {stream.unit}, at"
+            f" {when(int(at[largest]), stream)}"
+        ),
+        where=place(first, stream),
+        size=float(np.abs(heights[largest])),
+        unit=stream.unit,
+        effect=(
+            f"{'they add' if count > 1 else 'it adds'} white noise of {math.sqrt(added):.3g} {stream.unit}·√s"
+            + (f": {affected(factor)}" if math.isfinite(factor) else "")
+            + below
+        ),
+        changes=(("random_walk", factor),) if math.isfinite(factor) else (),
+        remedy="mask the spikes, --spikes mask; find out whether sensor or log makes them",
+    )
+
+
+def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
+    """What spikes add to the variance of n samples as white noise: those beside each other are one to a cluster.
+
+    The sum of their autocovariances over as many samples as they stand beside each other more often than by chance, less
+    their mean, which is no noise.
+    """
+    total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
+    for lag in range(1, _SIDE + 1):
+        after = np.searchsorted(at, at + lag)
+        first = np.flatnonzero(at[np.minimum(after, len(at) - 1)] == at + lag)
+        if len(first) <= 2 * chance + 3 * math.sqrt(chance):
+            break
+        total += 2 * float(heights[first] @ heights[after[first]])
+        lags += 2
+    return max(total - lags * float(heights.sum()) ** 2 / n, 0.0) / n
+
+
+def _count(count: int) -> str:
+    return f"{count} spike{'s' if count > 1 else ''}"
+
+
+def _multiple(n: int) -> float:
+    """How many standard deviations: six, as many as a long record needs, more where a short one knows its own badly."""
+    needed = -NormalDist().inv_cdf(_FALSE / (2 * n))
+    return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / AROUND))
+
+
+def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+    """How far spikes are from the median of the good samples about them; of all good ones where there are none."""
+    heights = np.empty(len(at))
+    for start in range(0, len(at), _TOGETHER):
+        some = at[start : start + _TOGETHER]
+        near = neighbours(clean, some, -_WIDE, _WIDE)
+        near[~np.isfinite(near).any(axis=1)] = np.nanmedian(clean)
+        heights[start : start + _TOGETHER] = x[some] - np.nanmedian(near, axis=1)
+    return heights
+
+
+def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
+    """Standard deviation of the residual against one side, the step of the numbers if they have one worth a thought, how
+    many neighbours a side takes, and how many residuals are in the tail.
+    """
+    n = len(x)
+    if n <= _STRETCH * _STRETCHES:
+        parts = [x]
+    else:
+        parts = [x[s : s + _STRETCH] for s in np.linspace(0, n - _STRETCH, _STRETCHES).astype(int)]
+    residuals, steps = [], []
+    dust = rounding_dust(np.concatenate(parts), n)
+    for part in parts:
+        windows = np.lib.stride_tricks.sliding_window_view(part, _SIDE + 1)
+        residuals.append(windows[:, -1] - _median(windows[:, :-1]))
+        differences = np.abs(np.diff(part[~np.isnan(part)]))
+        steps.append(differences[differences > dust])
+    residual = np.concatenate(residuals)
+    if np.count_nonzero(np.isfinite(residual)) < _FEW:
+        residual = _where_two_are(x)
+        if len(residual) < _LEAST:
+            return math.nan, 0.0, _SIDE, 0
+    changes = np.concatenate(steps)
+    step = float(changes.min()) if len(changes) else 0.0
+    scale = block_rms(residual)
+    # A median of |residuals| is a whole number of half steps, so that many may hide in it.
+    usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)
+    far = int(np.count_nonzero(np.abs(residual) > _OUT * min(scale, usual + step / 2)))
+    if scale > _SPOILED * (usual + step):
+        return usual + step / 2, step, _WIDE, far
+    return scale, step, _SIDE, far
+
+
+def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
+    there = np.flatnonzero(np.isfinite(x))
+    before = there[2:] - there[:-2] <= _SIDE
+    at = there[2:][before][: _STRETCH * _STRETCHES]
+    near = neighbours(x, at, -_SIDE, -1)
+    return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
+
+
+def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Medians of rows of four: the sum less the extremes. NaN if one is missing."""
+    a, b, c, d = x.T
+    low = np.minimum(np.maximum(a, b), np.maximum(c, d))
+    high = np.maximum(np.minimum(a, b), np.minimum(c, d))
+    return np.asarray((low + high) / 2)
+
+
+def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
+    """Samples within two of a change that a spike cannot do without: half of the threshold. Of three in a row, all.
+
+    Missing samples are passed over: a spike beside a gap differs from the next sample that is there.
+    """
+    there = np.flatnonzero(~np.isnan(x))
+    whole = len(there) == len(x)
+    found = []
+    for start in range(0, len(there), CHUNK):
+        part = slice(start, start + CHUNK + 1)
+        steps = np.abs(np.diff(x[part] if whole else x[there[part]]))
+        found.append(start + np.flatnonzero(steps > threshold / 2))
+    edges = np.concatenate([*found, np.empty(0, dtype=np.int64)])
+    edges = np.unique(edges[:, None] + np.arange(-1, 3))
+    return np.asarray(there[edges[(edges >= 0) & (edges < len(there))]])

@@ -1,0 +1,224 @@
+"""Lost samples that were filled in with straight lines: single ones, and outages."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.quality.samples.common import block_rms, pieces, sample_of
+from sigmatau.quality.samples.repeated_samples import runs_of_places
+from sigmatau.quality.samples.resolution import resolution
+from sigmatau.record.streams import Stream
+from sigmatau.results import Printed
+
+__all__ = ["STRETCH", "Filled", "StraightParts", "filled", "straight_parts"]
+
+# Rounding of a second difference by double precision, against the samples; and what counts as none against the usual one:
+# single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
+_EPS = 16 * float(np.finfo(float).eps)
+_NOTHING = 1e-3
+
+# A line is a stretch, and no single sample filled in, from so many samples on; and is improbable if noise makes one so long
+# in one of so many records.
+STRETCH, _FALSE = 16, 1e-4
+
+# So many samples must be on lines beyond those that chance puts there: the share, times chance, and standard errors of it.
+_LEAST_SHARE, _TIMES, _SIGMAS = 0.004, 3.0, 6.0
+
+_LEAST, _LOOKED_AT = 64, 1 << 16
+_MOST_SHARE = 0.9  # beyond it there is no noise to hold the lines against
+_TOO_COARSE = 0.15
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class StraightParts:
+    """Which samples lie on the line through their neighbours.
+
+    Attributes
+    ----------
+    at : ndarray of int
+        Those samples.
+    chance : float
+        Share of all that noise puts there.
+    smooth : float
+        Change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter.
+    """
+
+    at: NDArray[np.int64]
+    chance: float
+    smooth: float
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Filled(Printed):
+    """Samples that were filled in with straight lines where others were lost.
+
+    Attributes
+    ----------
+    first, lengths : ndarray of int, shape (n_runs,)
+        First sample and length of each run of them.
+    n : int
+        Samples of the channel.
+    singles : float
+        Part of the samples that is in shorter runs, less what chance puts on lines.
+    random_walk : float
+        N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted.
+    short : float
+        σ at one sample over the sensor's own.
+    """
+
+    first: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    n: int
+    singles: float
+    random_walk: float
+    short: float
+
+    @property
+    def stretches(self) -> NDArray[np.int64]:
+        """Which of the runs are outages rather than single samples."""
+        return np.flatnonzero(self.lengths >= STRETCH)
+
+    def mask(self) -> NDArray[np.bool_]:
+        """True where a sample was filled in, shape (n,)."""
+        edges = np.zeros(self.n + 1, dtype=np.int8)
+        np.add.at(edges, self.first, 1)
+        np.add.at(edges, self.first + self.lengths, -1)
+        return np.cumsum(edges[:-1]) > 0
+
+
+def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
+    """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
+    some = sample_of(stream, channel, most=_LOOKED_AT)
+    second = np.diff(some, n=2)
+    second = second[np.isfinite(second)]
+    if len(second) < _LEAST:
+        return None
+    largest = float(np.abs(some[np.isfinite(some)]).max())
+    moving = second[np.abs(second) > _EPS * largest]
+    scale = block_rms(moving)
+    if not scale > 0:
+        return None
+    found = resolution(stream, channel)
+    # Four numbers rounded by up to q/2 each leave 2q.
+    tolerance = _EPS * largest + _NOTHING * scale + 2.01 * (0.0 if found is None else found.step)
+    chance = 2 * tolerance / (math.sqrt(2 * math.pi) * scale)
+    if chance > _TOO_COARSE:
+        return None
+    places = [np.empty(0, dtype=np.int64)]
+    beyond = 0
+    for start, x in pieces(stream, channel, overlap=2):
+        size = np.abs(np.diff(x, n=2))
+        near = np.flatnonzero(size <= 3 * tolerance)
+        on = size[near] <= tolerance
+        beyond += len(near) - int(np.count_nonzero(on))
+        places.append(near[on] + start + 1)
+    # Noise has nearly the same density a little beyond; what comes and goes has more near zero than its mean tells.
+    chance = max(chance, beyond / (2 * max(stream.grid.n, 1)))
+    # Counts to which a slow bias was added have no common step, but changes of nearly zero as often as lines; of white noise
+    # changes are √3 times as often near zero as second differences, which are so much larger.
+    equal = float(np.count_nonzero(np.abs(np.diff(some)) <= tolerance)) / len(second)
+    chance = max(chance, equal / math.sqrt(3))
+    return StraightParts(at=np.concatenate(places), chance=chance, smooth=block_rms(np.diff(moving)) / scale)
+
+
+def filled(stream: Stream, channel: str) -> Filled | None:
+    """Samples of a channel that were filled in with straight lines, where others were lost.
+
+    Stretches of a line are told from L samples on with n·p^L < 1e-4, p the share of samples on lines: of white noise, and
+    more where the changes of second differences are small. Single samples are told where more than 0.4 % are on lines
+    beyond three times what chance makes, and the samples between them change as noise does: of a record interpolated
+    from another rate all samples are on lines.
+
+    Parameters
+    ----------
+    stream : Stream
+    channel : str
+
+    Returns
+    -------
+    Filled or None
+    """
+    parts = straight_parts(stream, channel)
+    if parts is None or not len(parts.at):
+        return None
+    first, lengths = runs_of_places(parts.at)
+    n = stream.grid.n
+    share = len(parts.at) / n
+    if share > _MOST_SHARE:
+        return None
+    longest = math.log(n / _FALSE) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
+    long = lengths >= max(STRETCH, longest)
+    single = lengths < STRETCH
+    chance = parts.chance
+    needed = _LEAST_SHARE + _TIMES * chance + _SIGMAS * math.sqrt(chance / n)
+    if float(lengths[single].sum()) < needed * n:
+        single[:] = False
+    if not (long | single).any():
+        return None
+    x = stream.column(channel)
+    # What is all equal is stuck, and no line.
+    moves = np.cumsum(np.concatenate(([False, False], x[1:] != x[:-1])))
+    level = moves[first + lengths] == moves[first]
+    long &= ~level
+    single &= ~level
+    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at):
+        single[:] = False
+    kept = long | single
+    if not kept.any():
+        return None
+    random_walk, short = _of_singles(first[single], lengths[single], n)
+    part = float(lengths[single].sum()) / n
+    true = max(1 - chance / part, 0.0) if part else 0.0
+    return Filled(
+        first=first[kept],
+        lengths=lengths[kept],
+        n=n,
+        singles=part * true,
+        random_walk=1 + (random_walk - 1) * true,
+        short=1 + (short - 1) * true,
+    )
+
+
+def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
+    """Whether neighbouring changes away from the lines are no parts of one line.
+
+    Those of interpolation to less than 2.5 times the rate, whose samples are not all on lines, have a correlation of +0.2;
+    of white noise −1/2, behind a filter up to 1. There the lengths between lines tell: lines between samples of a lower
+    rate leave an even number of samples, or one.
+    """
+    between = np.ones(len(x), dtype=bool)
+    between[straight] = False
+    far = between[1:-1] & between[2:] & between[:-2]
+    change = np.diff(x)
+    a, b = change[:-1][far], change[1:][far]
+    known = np.isfinite(a) & np.isfinite(b)
+    a, b = a[known], b[known]
+    if len(a) < _LEAST:
+        return False
+    if float(a @ b) < -0.1 * float(a @ a):
+        return True
+    _, lengths = runs_of_places(np.flatnonzero(between))
+    odd = (lengths % 2 == 1) & (lengths > 1)
+    return bool(np.count_nonzero(odd) > 0.25 * len(lengths))
+
+
+def _of_singles(first: NDArray[np.int64], lengths: NDArray[np.int64], n: int) -> tuple[float, float]:
+    """N at long τ and σ at one sample, over those of the sensor.
+
+    A gap of g samples gives g/2 of weight to each of the two that it lies between: N² is as the mean of the squared weights
+    over all rows. The g + 1 changes across it are each (b − a)/(g + 1): (g + 1)⁻¹ of the squares in place of g + 1.
+    """
+    weight = np.ones(n + 2)
+    gone = np.zeros(n + 2, dtype=np.int8)
+    np.add.at(weight, first, lengths / 2)  # row 0 of `weight` is before the first sample
+    np.add.at(weight, first + lengths + 1, lengths / 2)
+    np.add.at(gone, first + 1, 1)
+    np.add.at(gone, first + lengths + 1, -1)
+    weight[np.cumsum(gone) > 0] = 0.0
+    squares = float(weight @ weight) - 2 - float(np.sum(weight[[0, -1]] ** 2 - 1))
+    changes = n - float(np.sum(lengths + 1 - 1 / (lengths + 1)))
+    return math.sqrt(squares / n), math.sqrt(max(changes, 0.0) / n)

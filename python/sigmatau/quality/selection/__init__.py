@@ -1,0 +1,1 @@
+"""The part of a record that is analysed."""

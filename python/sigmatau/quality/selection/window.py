@@ -1,0 +1,300 @@
+"""A part of a record by time, or by its calm.
+
+The paper analyses the best two hours of four. A window that is chosen by the least scatter of the very noise that is then
+measured shows less of that noise: `sigmatau.quality.selection.selection_bias`. So the choice is made by something else
+where there is
+anything: the temperature, which knows nothing of the noise; else for the gyros the accelerometers and for these the gyros.
+The noise of one kind tells nothing of that of the other, and what disturbs both (motion, temperature, supply) still shows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import OptionError
+from sigmatau.quality.drift.block_means import block_means
+from sigmatau.quality.selection.time_text import time_of
+from sigmatau.record.record import MIN_SAMPLES, Record
+from sigmatau.record.streams import Stream
+from sigmatau.results import Finding, duration_text, seconds
+
+__all__ = [
+    "BLOCK",
+    "Criterion",
+    "block_length",
+    "choose",
+    "criterion",
+    "cut",
+    "most_stable",
+    "scatter",
+    "wanted_length",
+]
+
+Floats = NDArray[np.float64]
+
+BLOCK = 60.0
+"""Means over so long are compared. [s]"""
+
+_LEAST_BLOCKS = 10
+_MOST_EMPTY = 0.1
+
+_FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-stable=2h"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Criterion:
+    """By what the window of a stream is chosen.
+
+    Attributes
+    ----------
+    kind : {"temperature", "other", "own"}
+        The change of a temperature; the scatter of the other kind of sensor; that of the stream itself.
+    stream : Stream
+        Which is looked at.
+    """
+
+    kind: Literal["temperature", "other", "own"]
+    stream: Stream
+
+
+def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
+    """The part of a record that an option ``--window`` names.
+
+    Parameters
+    ----------
+    record : Record
+    text : str
+        ``"600s:7800s"``, ``"600s:"``, ``":2h"``: times from the beginning of the record; units ms, s, min, h, d.
+        ``"most-stable=2h"``: see `most_stable`.
+
+    Returns
+    -------
+    Record, list of Finding
+        ``"window_chosen"``, an info, says by what a most stable window was found; what a choice by its own noise did to the
+        coefficients needs their fits: `sigmatau.quality.selection.selection_bias.bias_finding`.
+
+    Raises
+    ------
+    OptionError
+        For a text that is none of these, or a window that the record has not.
+    """
+    length = wanted_length(text)
+    return (cut(record, text), []) if length is None else most_stable(record, length)
+
+
+def wanted_length(text: str) -> float | None:
+    """The length in ``"most-stable=2h"`` [s]; None for two times."""
+    name, equals, value = text.partition("=")
+    if not equals:
+        return None
+    if name.strip() != "most-stable":
+        raise OptionError(f"`window` {text!r} is not understood: {_FORMS}", option="window")
+    length = _time(value, text)
+    if not length > 0:
+        raise OptionError(f"`window` {text!r}: a window must be longer than 0 s; {_FORMS}", option="window")
+    return length
+
+
+def cut(record: Record, text: str) -> Record:
+    """The part of a record between two times, ``"600s:7800s"``, from the beginning of its first stream.
+
+    Raises
+    ------
+    OptionError
+        For a text that is no window, or one that the record has not.
+    """
+    first, colon, last = text.partition(":")
+    if not colon or ":" in last:
+        raise OptionError(f"`window` {text!r} is not understood: {_FORMS}", option="window")
+    origin = min(stream.grid.start for stream in record.streams)
+    end = max(stream.grid.start + stream.grid.duration for stream in record.streams) - origin
+    start = _time(first, text) if first.strip() else 0.0
+    stop = _time(last, text) if last.strip() else end
+    slack = max(stream.grid.tau0 for stream in record.streams)
+    if start >= stop:
+        raise OptionError(f"`window` {text!r} ends at {seconds(stop)} s, before it begins", option="window")
+    if stop > end + slack:
+        raise OptionError(
+            f"`window` {text!r} ends at {seconds(stop)} s; the record is {seconds(end)} s long", option="window"
+        )
+    streams = [_between(stream, start + origin, stop + origin, text) for stream in record.streams]
+    return _with_streams(record, streams, f"window from {seconds(start)} s to {seconds(min(stop, end))} s")
+
+
+def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
+    """Of all windows of a length the most stable one, for each stream by a criterion that is independent if possible.
+
+    A temperature: the window in which its means over 60 s range least, for all streams. Without one: for gyros the window
+    in which the standard deviation of the accelerometers' means over 60 s is least, and the other way round. Without that
+    either: the stream's own. Of several axes the product of the standard deviations counts.
+
+    Parameters
+    ----------
+    record : Record
+        Missing samples are NaN.
+    length : float
+        [s]
+
+    Returns
+    -------
+    Record, list of Finding
+        The streams, each cut to its window, and the finding ``"window_chosen"``.
+
+    Raises
+    ------
+    OptionError
+        For a window longer than the record, or of fewer than 4 samples.
+    """
+    streams, said = [], []
+    for stream in record.streams:
+        by = criterion(record, stream)
+        total = stream.grid.duration
+        if not 0 < length <= total * (1 + 1e-9):
+            raise OptionError(
+                f"most-stable={seconds(length)}s: {stream.name} is {seconds(total)} s long", option="window"
+            )
+        start, relative = _calmest(by, length)
+        # In the clock of the log, so that streams on grids of their own are cut alike.
+        begin = max(by.stream.grid.start + start, stream.grid.start)
+        begin = min(begin, stream.grid.start + total - length)
+        streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
+        if stream.quantity != "temperature":
+            said.append(_in_words(stream, by, begin - stream.grid.start, length, relative))
+    chosen = _with_streams(record, streams, f"most stable window of {seconds(length)} s")
+    own = any(criterion(record, stream).kind == "own" for stream in record.streams)
+    return chosen, [
+        Finding(
+            code="window_chosen",
+            severity="info",
+            message="; ".join(said),
+            size=length,
+            unit="s",
+            effect=(
+                "a window chosen by its own calm shows less noise at long averaging times than the sensor has"
+                if own
+                else "the choice does not look at the noise that is measured, so it does not lower it"
+            ),
+            remedy="analyse all of the record, or give a window by time" if own else "",
+        )
+    ]
+
+
+def criterion(record: Record, stream: Stream) -> Criterion:
+    """By what the most stable window of a stream is chosen; see `most_stable`."""
+    for other in record.streams:
+        if other.quantity == "temperature" and other is not stream and _usable(other):
+            return Criterion(kind="temperature", stream=other)
+    kinds = {"angular_rate": "acceleration", "acceleration": "angular_rate"}
+    for other in record.streams:
+        if other.quantity == kinds.get(stream.quantity) and _usable(other):
+            return Criterion(kind="other", stream=other)
+    return Criterion(kind="own", stream=stream)
+
+
+def _usable(stream: Stream) -> bool:
+    return stream.grid.duration >= 2 * BLOCK and stream.grid.tau0 <= BLOCK
+
+
+def block_length(length: float, tau0: float) -> int:
+    """Samples in a block: 60 s, or a tenth of the window if that is less."""
+    return max(round(min(BLOCK, length / _LEAST_BLOCKS) / tau0), 1)
+
+
+def scatter(means: Floats, size: int) -> Floats:
+    """Logarithm of the standard deviation of block means in each window of `size` blocks, summed over channels.
+
+    Parameters
+    ----------
+    means : ndarray, shape (..., n_channels, n_blocks)
+        NaN where a block has no mean.
+    size : int
+
+    Returns
+    -------
+    ndarray, shape (..., n_blocks − size + 1)
+        Infinite where more than a tenth of the blocks has no mean.
+    """
+    there = ~np.isnan(means)
+    centred = np.where(there, means - np.nanmean(means, axis=-1, keepdims=True), 0.0)
+    number = _running(there.astype(float), size)
+    mean = _running(centred, size) / np.maximum(number, 1)
+    square = _running(centred**2, size) - number * mean**2
+    variance = np.maximum(square, 0.0) / np.maximum(number - 1, 1)
+    least = np.finfo(float).tiny
+    result = 0.5 * np.log(np.maximum(variance, least)).sum(axis=-2)
+    return np.asarray(np.where((number >= (1 - _MOST_EMPTY) * size).all(axis=-2), result, np.inf))
+
+
+def _running(values: Floats, size: int) -> Floats:
+    total = np.cumsum(values, axis=-1)
+    total = np.concatenate([np.zeros_like(total[..., :1]), total], axis=-1)
+    return np.asarray(total[..., size:] - total[..., :-size])
+
+
+def _calmest(by: Criterion, length: float) -> tuple[float, float]:
+    """Beginning of the calmest window, from the first sample of what is looked at, and its scatter over the median."""
+    stream = by.stream
+    block = block_length(length, stream.grid.tau0)
+    means = [_means(stream, channel, block) for channel in stream.channels]
+    kept = [one for one in means if np.nanmax(one, initial=-np.inf) > np.nanmin(one, initial=np.inf)]
+    size = round(length / (block * stream.grid.tau0))
+    if not kept or size >= len(kept[0]) or size < 2:
+        return 0.0, 1.0
+    table = np.stack(kept)
+    if by.kind == "temperature":
+        windows = np.lib.stride_tricks.sliding_window_view(np.where(np.isnan(table), np.inf, table), size, axis=-1)
+        with np.errstate(invalid="ignore"):
+            span = np.ptp(windows, axis=-1).sum(axis=0)
+        score = np.where(np.isfinite(span), span, np.inf)
+        middle = float(np.median(score[np.isfinite(score)])) if np.isfinite(score).any() else 1.0
+        k = int(np.argmin(score))
+        return k * block * stream.grid.tau0, float(score[k] / middle) if middle > 0 else 1.0
+    score = scatter(table, size)
+    if not np.isfinite(score).any():
+        return 0.0, 1.0
+    k = int(np.argmin(score))
+    relative = math.exp((score[k] - float(np.median(score[np.isfinite(score)]))) / len(table))
+    return k * block * stream.grid.tau0, relative
+
+
+def _means(stream: Stream, channel: str, block: int) -> Floats:
+    found = block_means(stream, channel, length=block, gaps=True)
+    return np.full(1, np.nan) if found is None else found.means
+
+
+def _in_words(stream: Stream, by: Criterion, start: float, length: float, relative: float) -> str:
+    where = f"{stream.name}: the {duration_text(length)} from t = {seconds(start)} s on"
+    if by.kind == "temperature":
+        return f"{where}, in which {by.stream.name} changes least: {relative:.2f} times the median of all windows"
+    whose = "its own" if by.kind == "own" else f"{by.stream.name}'s"
+    block = seconds(block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0)
+    return f"{where}, in which {whose} {block} s means scatter least: {relative:.2f} times the median of all windows"
+
+
+def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:
+    """Samples from `start` to `stop` in the clock of the log."""
+    grid = stream.grid
+    first = max(round((start - grid.start) / grid.tau0), 0)
+    last = min(round((stop - grid.start) / grid.tau0), grid.n)
+    if last - first < MIN_SAMPLES:
+        got = max(last - first, 0)
+        raise OptionError(
+            f"`window` {text!r} leaves {got} samples of {stream.name}; at least {MIN_SAMPLES} are needed",
+            option="window",
+        )
+    return stream if (first, last) == (0, grid.n) else stream.cut(first, last)
+
+
+def _with_streams(record: Record, streams: Sequence[Stream], said: str) -> Record:
+    provenance = replace(record.provenance, conversions=(*record.provenance.conversions, said))
+    return replace(record, streams=tuple(streams), provenance=provenance)
+
+
+def _time(text: str, whole: str) -> float:
+    return time_of(text, whole, option="window", forms=_FORMS)

@@ -1,0 +1,1 @@
+"""Checks of spectra: lines, low-pass filters, resampling, noise common to axes."""

@@ -1,0 +1,298 @@
+"""Records that were interpolated to a higher rate, by the marks that this leaves.
+
+Interpolation between samples of another rate weights them by where it falls between them, so that the power of differences
+of the record goes up and down at the true rate: a line in the spectrum of the squared differences, which no stationary
+noise has, filtered or not. An interpolation so good that it leaves no such line leaves the spectrum empty above half the
+true rate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.quality.spectrum import filter_models
+from sigmatau.quality.spectrum.filter_fit import fit_low_pass
+from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
+from sigmatau.record.streams import Stream
+from sigmatau.results import Finding, Printed, seconds
+from sigmatau.spectrum.estimate import welch
+from sigmatau.spectrum.result import Spectrum
+from sigmatau.spectrum.tapers import good_length
+
+__all__ = ["Resampled", "resampled", "upsampled"]
+
+Floats = NDArray[np.float64]
+
+DEPTH = 0.25
+"""Least swing of the squared differences, over their mean. Linear interpolation from 63 to 200 Hz has 1.3, from 95 to 100 Hz
+0.6; a clean record of 2^17 samples has 0.02 at the largest of its frequencies."""
+
+EMPTY = 1e-3
+"""A band is empty where its density is below this share of that beside it, over a tenth of the spectrum at least."""
+
+_SAMPLES = 1 << 16
+_SHORTEST = 1 << 10
+_EXACT = 1e-6  # of the root mean square: differences below are none
+_SKIRT = 64.0  # bins: a transform without a taper spreads a line far
+_LEAST_NOTHING = 0.02
+_OUTLIER = 16.0
+_FITS = 3.0  # deviance a point: by chance 1 ± 0.15; an empty band has hundreds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resampled(Printed):
+    """How a channel was interpolated.
+
+    Attributes
+    ----------
+    kind : {"held", "linear", "smooth", "empty"}
+        Values repeated; lines between samples; some other interpolation; spectrum empty above half the true rate.
+    rate : float
+        Of the samples that it was made from, probably. [Hz]
+    short : float
+        σ at one sample over what the random walk makes there.
+    right_from : float
+        Averaging time from which σ is within 1 % of what the random walk makes. [s]
+    depth : float
+        Swing of the squared differences over their mean; for an empty band, its density over that beside it.
+    """
+
+    kind: str
+    rate: float
+    short: float
+    right_from: float
+    depth: float
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "kind": self.kind,
+            "rate_hz": self.rate,
+            "short": self.short,
+            "right_from_s": self.right_from,
+            "depth": self.depth,
+        }
+
+
+_WORDS = {
+    "held": "each sample repeated until the next",
+    "linear": "straight lines between samples",
+    "smooth": "interpolated between samples",
+    "empty": "nothing above half that rate",
+}
+
+
+def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> list[Finding]:
+    """Findings ``interpolated``: one a channel that was interpolated from samples at a lower rate.
+
+    Parameters
+    ----------
+    stream : Stream
+        Static data. The first stretch of 2^16 samples without a missing one is looked at, or the longest.
+    spectra : mapping of str to Spectrum, optional
+        As of `sigmatau.spectrum.estimate.psd`, where they are at hand. Default: computed.
+
+    Returns
+    -------
+    list of Finding
+        Warnings. `changes` holds the random walk read at one sample over the sensor's own.
+    """
+    found = []
+    for channel in stream.channels:
+        y = np.ascontiguousarray(stream.column(channel))
+        spectrum = None if spectra is None else spectra.get(channel)
+        if spectrum is None:
+            try:
+                spectrum = welch(y, stream, channel)
+            except DataError:
+                continue
+        what = resampled(y, spectrum)
+        if what is None:
+            continue
+        tau0 = stream.grid.tau0
+        found.append(
+            Finding(
+                code="interpolated",
+                severity="warning",
+                channel=channel,
+                message=(
+                    f"{stream.grid.rate:.4g} Hz were made from samples at about {what.rate:.4g} Hz: {_WORDS[what.kind]}"
+                ),
+                size=what.rate,
+                unit="Hz",
+                effect=(
+                    f"σ at one sample, τ = {seconds(tau0)} s, is {what.short:.2f} of what the random walk makes, and so is a"
+                    f" random walk read there; within 1 % from τ = {seconds(what.right_from)} s on"
+                ),
+                changes=(("random_walk", what.short),),
+                remedy=(
+                    "record the sensor's own samples with their own stamps; of this record use averaging times from"
+                    f" {seconds(what.right_from)} s on"
+                ),
+            )
+        )
+    return found
+
+
+def resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
+    """How a channel was interpolated, or None; see `upsampled`."""
+    tau0 = spectrum.tau0
+    piece = _piece(y)
+    if piece is None:
+        return None
+    nothing = []
+    for order in (1, 2):
+        difference = np.diff(piece, n=order)
+        power = difference * difference
+        mean = float(power.mean())
+        if not mean > 0:
+            return None
+        nothing.append(float(np.mean(power < (_EXACT * _EXACT) * mean)))
+        np.minimum(power, _OUTLIER * mean, out=power)
+        swing = _swing(power)
+        if swing is None:
+            continue
+        rest = _without_lines(difference)
+        if rest is not difference:
+            power = rest * rest
+            mean = float(power.mean())
+            swing = _swing(np.minimum(power, _OUTLIER * mean)) if mean > 0 else None
+            if swing is None:
+                continue
+        if order == 1:
+            second = np.diff(piece, n=2)
+            nothing.append(float(np.mean(second * second < (_EXACT * _EXACT) * mean)))
+        kind, rate = _source(swing[0], nothing[0], nothing[1], spectrum)
+        shape = "mean" if kind == "held" else "bartlett"
+        corner = filter_models.mean_corner(shape, 1 / rate)
+        if kind == "smooth":
+            short = _short(spectrum, rate)
+        else:
+            short = math.sqrt(float(filter_models.relative_avar(shape, corner, 1, 1.0)[0]))
+        if short >= 1:
+            continue  # interpolation takes power from the short times: this is a vibration that comes and goes
+        return Resampled(
+            kind=kind,
+            rate=rate / tau0,
+            short=short,
+            right_from=filter_models.right_from(shape, corner, 1.0) * tau0,
+            depth=swing[1],
+        )
+    return _empty(spectrum)
+
+
+def _piece(y: Floats) -> Floats | None:
+    """The first stretch of `_SAMPLES` without a missing sample, or the longest there is."""
+    piece = y[:_SAMPLES]
+    if np.isnan(piece).any():
+        edges = np.concatenate(([-1], np.flatnonzero(np.isnan(y)), [len(y)]))
+        runs = np.diff(edges)
+        long = np.flatnonzero(runs > _SAMPLES)
+        k = int(long[0]) if len(long) else int(np.argmax(runs))
+        piece = y[edges[k] + 1 : min(edges[k + 1], edges[k] + 1 + _SAMPLES)]
+    return piece if len(piece) >= _SHORTEST else None
+
+
+def _swing(power: Floats) -> tuple[float, float] | None:
+    """Frequency, in sampling rates, at which squared differences go up and down, and by how much over their mean."""
+    length = good_length(len(power) - len(power) % 2)
+    z = power[:length] - power[:length].mean()
+    mean = float(power.mean())
+    turns = np.abs(float(z[::2].mean() - z[1::2].mean())) / mean  # at half the sampling rate: true rate 1/2
+    sd = float(z.std()) / mean * math.sqrt(4 / length)
+    if turns > max(2 * DEPTH, 6 * sd) and length % 2 == 0:
+        return 0.5, turns
+    found = strongest_line(z)
+    if found is None:
+        return None
+    frequency, amplitude = found
+    return (frequency, amplitude / mean) if amplitude > DEPTH * mean else None
+
+
+def _without_lines(difference: Floats) -> Floats:
+    """Differences without the lines of the record itself: a sinusoid's square swings at twice its frequency."""
+    length = good_length(len(difference))
+    found = measured_lines(periodogram(difference[:length], 1.0), unit="")
+    if not found:
+        return difference
+    transform = np.fft.rfft(difference[:length])
+    frequency = np.arange(len(transform)) / length
+    for line in found:
+        skirt = max(line.high - line.low, _SKIRT / length)
+        transform[(frequency > line.low - skirt) & (frequency < line.high + skirt)] = 0
+    return np.fft.irfft(transform, length)
+
+
+def _source(frequency: float, held: float, straight: float, spectrum: Spectrum) -> tuple[str, float]:
+    """How it was interpolated, and the true rate, in sampling rates.
+
+    The swing is at the true rate or at a multiple of it, folded. The shares of first and second differences that are nothing
+    tell which: held samples leave 1 − rate, straight lines 1 − 2·rate. If there are none, the spectrum tells, which is down
+    to a half at 0.32 (straight lines) to 0.5 (the best interpolation) of the true rate.
+    """
+    rates = [f / k for k in (1, 2, 3) for f in (frequency, 1 - frequency)]
+    for kind, share, count in (("held", held, 1), ("linear", straight, 2)):
+        if share > _LEAST_NOTHING:
+            guess = (1 - share) / count
+            nearest = min(rates, key=lambda rate: abs(rate - guess))
+            if abs(nearest - guess) < 0.02:
+                return kind, nearest
+    f, density = spectrum.frequency * spectrum.tau0, spectrum.density
+    plateau = float(np.median(density[(f > 0.02) & (f < 0.08)]))
+    half = float(f[np.flatnonzero(density > 0.5 * plateau)[-1]])
+
+    def away(rate: float) -> float:
+        x = math.log(rate / half)
+        return max(math.log(2.0) - x, x - math.log(3.13), 0.0)
+
+    rate = min(rates[:2], key=away)
+    return "smooth", rate
+
+
+def _short(spectrum: Spectrum, rate: float) -> float:
+    """σ at one sample over what white noise at the plateau makes; eq. (11) for samples is 4·∫S·sin²(πf)df there."""
+    f, density = spectrum.frequency * spectrum.tau0, spectrum.density
+    plateau = float(np.median(density[(f > 0.02 * rate) & (f < 0.15 * rate)]))
+    return math.sqrt(4 * float(density @ np.sin(np.pi * f) ** 2) * float(f[1] - f[0]) / plateau)
+
+
+def _empty(spectrum: Spectrum) -> Resampled | None:
+    """A band up to half the sampling rate with nothing in it, beyond an edge steeper than a filter's of eighth order."""
+    density, frequency = spectrum.density, spectrum.frequency
+    blocks = len(density) // 8
+    if blocks < 16:
+        return None
+    levels = np.median(density[: blocks * 8].reshape(blocks, 8), axis=1)
+    centres = frequency[: blocks * 8].reshape(blocks, 8).mean(axis=1)
+    top = float(np.median(levels[-blocks // 10 :]))
+    if not top > 0:
+        return None
+    full = np.flatnonzero(levels > 0.25 * np.median(levels[: max(blocks // 4, 2)]))
+    gone = np.flatnonzero(levels > 2 * EMPTY * levels[full].max() if len(full) else levels > np.inf)
+    if not len(full) or not len(gone):
+        return None
+    edge, end = int(full[-1]), int(gone[-1]) + 1
+    if end >= 0.9 * blocks or end - edge > max(3, edge // 3):
+        return None
+    share = float(np.median(levels[end:]) / np.median(levels[max(edge - 8, 0) : edge + 1]))
+    if share > EMPTY:
+        return None
+    fitted = fit_low_pass(spectrum)
+    if fitted is not None and fitted.misfit < _FITS:
+        return None  # a digital filter of fourth order is as steep, but not as sudden
+    band = 2 * float(centres[edge])
+    brick = band * spectrum.tau0
+    return Resampled(
+        kind="empty",
+        rate=band,
+        # White noise up to f_b alone: AVAR(1) is half the mean square of first differences.
+        short=math.sqrt(max(brick * (1 - float(np.sinc(brick))), 0.0)),
+        right_from=max(2 / brick, 1.0) * 4 * spectrum.tau0,
+        depth=share,
+    )

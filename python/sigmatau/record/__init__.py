@@ -1,0 +1,1 @@
+"""Records: streams of samples on uniform grids, missing samples, thermometers, memory."""

@@ -1,0 +1,386 @@
+"""Records: what every reader returns and every estimator takes.
+
+A `Record` is a tuple of streams, a note of where they came from, and what was noticed on the way.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import units
+from sigmatau._native import kernels
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.record.missing import mask_of, missing_values
+from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform
+from sigmatau.record.thermometers import CELSIUS as TEMPERATURE
+from sigmatau.record.thermometers import TO_CELSIUS, thermometers
+from sigmatau.results import Finding, Printed
+
+__all__ = [
+    "MIN_SAMPLES",
+    "QUANTITIES",
+    "TEMPERATURE",
+    "Checksum",
+    "Provenance",
+    "Record",
+    "conversion",
+    "make_stream",
+    "real_numbers",
+    "stream_name",
+]
+
+_SLOWEST, _FASTEST = 1e-15, 1e15
+"""Beyond, powers of the sample interval leave the range of numbers. [Hz]"""
+
+QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
+"""Quantities with a unit of their own; any other signal keeps the unit it came in."""
+
+MIN_SAMPLES = 4
+"""Fewer samples than this give no curve worth the name."""
+
+
+class Checksum:
+    """The SHA-256 of a file, computed when it is first asked for: of a large log it takes as long as to read it.
+
+    Parameters
+    ----------
+    file : Path
+        As it is now: if it is changed before the checksum is asked for, there is none.
+    """
+
+    __slots__ = ("_file", "_found", "_state")
+
+    def __init__(self, file: Path) -> None:
+        self._file = file.absolute()
+        self._state = _state(file.stat())
+        self._found: str | None = None
+
+    def value(self) -> str | None:
+        """The checksum; None if the file is not what it was."""
+        if self._found is None:
+            import hashlib
+
+            try:
+                if self._file.is_dir():  # of several files
+                    return None
+                with self._file.open("rb") as stream:
+                    if _state(os.fstat(stream.fileno())) != self._state:
+                        return None
+                    digest = hashlib.file_digest(stream, "sha256").hexdigest()
+                    if _state(os.fstat(stream.fileno())) != self._state:
+                        return None
+            except OSError:
+                return None
+            self._found = digest
+        return self._found
+
+
+def _state(status: os.stat_result) -> tuple[int, ...]:
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """Where a record came from and what was done to it.
+
+    Attributes
+    ----------
+    path : str or None
+        File, as it was named by the caller.
+    format : str
+        ``"text"``, ``"npy"``, ``"npz"``, ``"array"``, ``"simulation"``.
+    topics : tuple of str
+        What was read of a file that holds several.
+    rows : int
+        Rows of data read.
+    conversions : tuple of str
+        Each conversion and choice, in words.
+    ignored : tuple of str
+        Columns that the file has and the record has not.
+    """
+
+    path: str | None = None
+    format: str = "array"
+    topics: tuple[str, ...] = ()
+    rows: int = 0
+    conversions: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
+    checksum: Checksum | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def sha256(self) -> str | None:
+        """Checksum of the file's bytes, computed when it is first asked for; None if the file has been changed since."""
+        return None if self.checksum is None else self.checksum.value()
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "path": self.path,
+            "format": self.format,
+            **({"topics": list(self.topics)} if self.topics else {}),
+            "sha256": self.sha256,
+            "rows": self.rows,
+            "conversions": list(self.conversions),
+            "ignored_columns": list(self.ignored),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Record(Printed):
+    """A static record: streams and where they came from.
+
+    Attributes
+    ----------
+    streams : tuple of Stream
+    provenance : Provenance
+    findings : tuple of sigmatau.results.Finding
+        What the reader noticed about the file.
+    """
+
+    streams: tuple[Stream, ...]
+    provenance: Provenance = Provenance()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of all channels, stream by stream."""
+        return tuple(name for stream in self.streams for name in stream.channels)
+
+    def stream_of(self, channel: str) -> Stream:
+        """The stream that holds a channel."""
+        for stream in self.streams:
+            if channel in stream.channels:
+                return stream
+        raise KeyError(f"no channel {channel!r}; the record has {', '.join(self.channels)}")
+
+    def longest_run(self) -> Record:
+        """Each stream cut to its longest run without a missing sample."""
+        return replace(self, streams=tuple(s.longest_run() for s in self.streams))
+
+    def __repr__(self) -> str:
+        lines = [f"Record of {len(self.streams)} stream{'s' if len(self.streams) != 1 else ''}"]
+        for s in self.streams:
+            missing = "" if s.mask is None else f", {int(s.mask.any(axis=1).sum())} samples missing"
+            lines.append(
+                f"  {s.name}: {', '.join(s.channels)} [{s.unit}], {s.grid.n} samples at {s.grid.rate:.6g} Hz"
+                f" ({s.grid.duration:.6g} s{missing})"
+            )
+        return "\n".join(lines)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        rate: float,
+        unit: Mapping[str, str] | None = None,
+        input: InputKind = "rate",  # noqa: A002  the word users know from --input
+        **channels: ArrayLike,
+    ) -> Record:
+        """A record from arrays in memory.
+
+        Parameters
+        ----------
+        rate : float
+            Sampling rate. [Hz]
+        unit : mapping, optional
+            Unit by stream (``"gyro"``, ``"accel"``) or channel. Default: SI.
+        input : {"rate", "increments", "accumulated"}
+            What the numbers are; see `Transform`.
+        **channels : array_like, shape (n,) or (n, 3)
+            ``gyro_x=…`` one axis, ``gyro=…`` an array of three; names that begin with ``gyro`` or ``accel`` are angular
+            rates and accelerations; one that is called ``temperature`` or ``temp`` (``imu_temp`` …) stands beside them and
+            says why they drift, in °C if `unit` does not say ``"K"`` or ``"degF"``, or another unit for another signal;
+            all others are signals. NaN marks a missing sample. A float64 array is not copied: do not change it while the
+            record is in use.
+
+        Raises
+        ------
+        OptionError
+            For a rate that is not positive, or beyond 1e±15 Hz, or an unknown unit.
+        DataError
+            For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
+        """
+        number = isinstance(rate, int | float | np.integer | np.floating) and not isinstance(rate, bool)
+        if not (number and _SLOWEST <= rate <= _FASTEST):
+            raise OptionError(
+                f"`rate` must be a positive number of hertz, {_SLOWEST:g} to {_FASTEST:g}, not {rate!r}", option="rate"
+            )
+        if unit is not None and not isinstance(unit, Mapping):
+            raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
+        if input not in get_args(InputKind):
+            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
+        by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
+        arrays = {name: real_numbers(name, values) for name, values in channels.items()}
+        finite = dict(zip(arrays, kernels.all_finite(list(arrays.values())), strict=True))
+        with_gaps = {stream_name(name) for name in arrays if not finite[name]}
+        for name, values in arrays.items():
+            array = values.view()
+            array.setflags(write=False)
+            stream = stream_name(name)
+            if array.ndim == 2 and array.shape[1] == 3:
+                columns = {f"{name}_{axis}": array[:, i] for i, axis in enumerate("xyz")}
+            elif array.ndim == 1:
+                columns = {name: array}
+            else:
+                raise DataError(f"`{name}` has shape {array.shape}; want (n,) or (n, 3)")
+            twice = set(by_stream.setdefault(stream, {})) & set(columns)
+            if twice:
+                raise DataError(f"`{min(twice)}` is given twice, by itself and in an array of three")
+            by_stream[stream].update(columns)
+        if not by_stream:
+            raise DataError("no channel was given; give at least one array, e.g. gyro_x=…")
+        known = dict.fromkeys([*by_stream, *(channel for columns in by_stream.values() for channel in columns)])
+        for key in unit or {}:
+            if key not in known:
+                raise OptionError(
+                    f"`unit` names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
+                )
+        warm, notes = thermometers(by_stream, unit or {})
+        streams = [
+            _thermometer(name, columns[name], warm[name], rate)
+            if name in warm
+            else make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input, finite=name not in with_gaps)
+            for name, columns in by_stream.items()
+        ]
+        lost = {
+            channel: s.mask[:, k]
+            for s in streams
+            if s.mask is not None and s.quantity != "temperature"  # which may be read more rarely
+            for k, channel in enumerate(s.channels)
+            if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES  # of others the analysis says that there is nothing
+        }
+        return cls(
+            streams=tuple(streams),
+            provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values()), conversions=notes),
+            findings=missing_values(lost, lambda k: f"index {k} (t = {k / rate:.6g} s)", 1 / rate, rows="samples"),
+        )
+
+
+def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float) -> Stream:
+    scale, offset = TO_CELSIUS[unit]
+    made = make_stream(
+        "temperature",
+        {"temperature": values},
+        rate=rate,
+        unit={"temperature": TEMPERATURE},
+        scale={"temperature": scale},
+        offset={"temperature": offset},
+    )
+    return replace(made, name=name, channels=(name,))
+
+
+def real_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Numbers as float64, masked ones as NaN."""
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    array = np.asarray(values)
+    if array.dtype.kind not in "buifO":
+        raise DataError(f"`{name}` holds {array.dtype} values; want real numbers")
+    try:
+        return np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise DataError(f"`{name}` holds what is no number") from None
+
+
+def stream_name(channel: str) -> str:
+    """The stream a channel belongs to, by its name."""
+    for stream in ("gyro", "accel"):
+        if channel == stream or channel.startswith(stream + "_"):
+            return stream
+    return channel
+
+
+def make_stream(
+    name: str,
+    columns: Mapping[str, NDArray[Any]],
+    *,
+    rate: float,
+    unit: Mapping[str, str],
+    kind: InputKind = "rate",
+    scale: Mapping[str, float] | None = None,
+    offset: Mapping[str, float] | None = None,
+    grid_source: str = "given",
+    start: float = 0.0,
+    jitter: float | None = None,
+    finite: bool = False,
+) -> Stream:
+    """A stream from raw columns; units, scales and offsets are looked up by channel, then by stream.
+
+    A missing unit means SI here; a reader asks for it before it comes to this (see `sigmatau.io.read`). `finite` says
+    that the raw columns have been found free of NaN and infinities.
+    """
+    transforms = []
+    for channel in columns:
+        quantity, si, factor = conversion(channel, unit, kind)
+        transforms.append(
+            Transform(
+                scale=_lookup(scale, channel, name, 1.0),
+                offset=_lookup(offset, channel, name, 0.0),
+                factor=factor,
+                kind=kind,
+            )
+        )
+    lengths = {channel: len(values) for channel, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{c}: {n}" for c, n in lengths.items())
+        raise DataError(f"the channels of {name} have unequal lengths ({listed}); one stream has one grid")
+    samples = Columns(tuple(columns.values()), tuple(transforms), 1.0 / rate)
+    n = len(samples)
+    if n < MIN_SAMPLES:
+        raise RecordTooShortError(f"{name} has {n} samples; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n)
+    return Stream(
+        name=name,
+        quantity=quantity,
+        unit=si,
+        channels=tuple(columns),
+        grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source, jitter=jitter),
+        samples=samples,
+        mask=mask_of(samples, tuple(columns), finite=finite),
+    )
+
+
+def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[str, str, float]:
+    """Quantity of a channel, unit of its rates, and the factor to it from the unit that is given for it or its stream.
+
+    Without a unit it is in SI already. A signal keeps its unit.
+    """
+    stream = stream_name(channel)
+    quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream, "signal")
+    spelled = unit.get(channel, unit.get(stream))
+    si = QUANTITIES.get(quantity)
+    if stream == "temperature" and spelled == TEMPERATURE and kind == "rate":
+        return "temperature", TEMPERATURE, 1.0
+    if si is None:
+        return quantity, _rate_of(spelled or "1", kind), 1.0
+    return quantity, si, 1.0 if spelled is None else _factor(spelled, channel, si, kind)
+
+
+def _lookup(values: Mapping[str, float] | None, channel: str, stream: str, default: float) -> float:
+    values = values or {}
+    return float(values.get(channel, values.get(stream, default)))
+
+
+def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
+    wanted = si if kind == "rate" else units.integral(si)
+    found = units.find(spelled, si=(si, units.integral(si)))
+    if found.si != wanted:
+        choices = ", ".join(units.known(wanted))
+        if kind == "rate":
+            remedy = f"is no unit of a rate: say --input increments or accumulated, or give one of {choices}"
+        else:
+            remedy = f"is the unit of a rate, but the input is {kind}: give one of {choices}"
+        raise OptionError(f"{channel}: {spelled!r} {remedy}", option="unit")
+    return found.factor
+
+
+def _rate_of(spelled: str, kind: InputKind) -> str:
+    """Unit of the rate of a signal: a phase in seconds has a rate in 1."""
+    if kind == "rate":
+        return spelled
+    return "1" if spelled == "s" else f"{spelled}/s"

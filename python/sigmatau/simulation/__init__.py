@@ -1,0 +1,1 @@
+"""Simulated records: in memory, or straight into a file of any length."""

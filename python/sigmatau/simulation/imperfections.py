@@ -1,0 +1,288 @@
+"""What a log of a real sensor has beside noise: levels, drifts, steps of its numbers, lost rows, wrong stamps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import OptionError
+from sigmatau.model.processes import LARGEST, SMALLEST, real
+from sigmatau.record.record import stream_name
+from sigmatau.record.streams import InputKind
+from sigmatau.results import Printed
+
+__all__ = ["Imperfections", "Outage", "Temperature", "WarmUp"]
+
+Floats = NDArray[np.float64]
+
+_DAY = 86400.0
+_MOST_LOST = 0.5
+_MOST_JITTER = 0.1  # of the sample interval
+_ABSOLUTE_ZERO = -273.15  # °C
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WarmUp:
+    """A level that dies away after turning on: amplitude·exp(−t/time).
+
+    Attributes
+    ----------
+    amplitude : float
+        At the start, of either sign. [unit of the rate]
+    time : float
+        [s]
+    """
+
+    amplitude: float
+    time: float
+
+    def __post_init__(self) -> None:
+        _finite("the amplitude of a warm-up", self.amplitude)
+        _positive("the time of a warm-up", self.time)
+
+    def at(self, t: Floats) -> Floats:
+        """Its level at the times `t`; shape as `t`."""
+        return self.amplitude * np.exp(-t / self.time)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Temperature:
+    """The temperature of the sensor, what it does to the channels, and the thermometer in the log.
+
+    end + (start − end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
+
+    Attributes
+    ----------
+    start, end : float
+        At turning on and long after. [°C]
+    time : float
+        How long the change takes, to 1/e. [s]
+    swing : float
+        Half the difference between day and night. [K]
+    resolution : float
+        Step of the thermometer's numbers; 0 for none. [K]
+    sensitivity : mapping of str to float
+        Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start.
+        [unit of the rate per K]
+    """
+
+    start: float
+    end: float
+    time: float = 1200.0
+    swing: float = 0.0
+    resolution: float = 0.01
+    sensitivity: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for where, value in (("start", self.start), ("end", self.end)):
+            _finite(f"the temperature at the {where}", value)
+            if value < _ABSOLUTE_ZERO:
+                raise OptionError(f"the temperature at the {where} must be above {_ABSOLUTE_ZERO} °C, not {value!r}")
+        _positive("the time of the temperature", self.time)
+        _finite("the swing of the temperature", self.swing)
+        _not_negative("the resolution of the thermometer", self.resolution)
+        if not isinstance(self.sensitivity, Mapping):
+            raise OptionError(f"`sensitivity` must be by channel or sensor, {{'gyro': 1e-6}}, not {self.sensitivity!r}")
+        for name, value in self.sensitivity.items():
+            _finite(f"the sensitivity of {name} to temperature", value)
+
+    def at(self, t: Floats) -> Floats:
+        """The true temperature at the times `t`; shape as `t`. [°C]"""
+        settled = self.end + (self.start - self.end) * np.exp(-t / self.time)
+        return np.asarray(settled + self.swing * np.sin(2 * math.pi * t / _DAY))
+
+    def shown(self, t: Floats) -> Floats:
+        """What the thermometer shows at the times `t`; shape as `t`. [°C]"""
+        return rounded(self.at(t), self.resolution)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outage:
+    """A time in which no row is logged.
+
+    Attributes
+    ----------
+    start, length : float
+        [s]
+    """
+
+    start: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _not_negative("the start of an outage", self.start)
+        _positive("the length of an outage", self.length)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Imperfections(Printed):
+    """What a simulated log has beside the model's noise. Nothing of it is there unless it is given.
+
+    Mappings are by channel (``"accel_z"``) or sensor (``"accel"``); a channel's own value goes before its sensor's. To the
+    noise are added level, warm-up and what the temperature does; the sum is clipped by `saturation`, then put into the form
+    of `output` and rounded to steps of `lsb`.
+
+    Attributes
+    ----------
+    level : mapping of str to float
+        A constant, such as gravity on an axis. [unit of the rate]
+    warm_up : mapping of str to WarmUp
+    temperature : Temperature or None
+    saturation : mapping of str to float
+        The largest rate, of either sign, that the sensor shows. [unit of the rate]
+    output : {"rate", "increments", "accumulated"}
+        What the numbers of the log are, as `sigmatau.read` takes it by `input`: rates; the angle (velocity) of one sample
+        interval; or their running sum from 0, of one row more. Only rates of a model with other
+        signals than gyros and accelerometers.
+    lsb : mapping of str to float
+        Step of the numbers. Of rates each is rounded by itself; of the other two the running sum is, and increments are
+        differences of the rounded sum, as an integrating sensor forms them: quantization noise of lsb/√12.
+        [unit of the rate; for increments and accumulated output rad or m/s]
+    lost : float
+        Part of the rows that are lost, each by chance and by itself; 0 to 0.5. The first and the last row are always there.
+    outages : tuple of Outage
+        Times in which all rows are lost, but for the first and the last.
+    jitter : float
+        Standard deviation of the time stamps about the times of the samples, which are regular: it is the stamps that are
+        measured wrongly. At most a tenth of the sample interval, beyond which stamps would come out of order; normal, but
+        never more than 4.5 times as large. [s]
+    """
+
+    level: Mapping[str, float] = field(default_factory=dict)
+    warm_up: Mapping[str, WarmUp] = field(default_factory=dict)
+    temperature: Temperature | None = None
+    saturation: Mapping[str, float] = field(default_factory=dict)
+    output: InputKind = "rate"
+    lsb: Mapping[str, float] = field(default_factory=dict)
+    lost: float = 0.0
+    outages: tuple[Outage, ...] = ()
+    jitter: float = 0.0
+
+    def __post_init__(self) -> None:
+        for what in ("level", "saturation", "lsb", "warm_up"):
+            given = getattr(self, what)
+            if not isinstance(given, Mapping):
+                example = "WarmUp(…)" if what == "warm_up" else "0.1"
+                raise OptionError(f"`{what}` must be by channel or sensor, {{'gyro': {example}}}, not {given!r}")
+        for name, warming in self.warm_up.items():
+            if not isinstance(warming, WarmUp):
+                raise OptionError(f"the warm-up of {name} must be a WarmUp(amplitude=…, time=…), not {warming!r}")
+        if not isinstance(self.outages, tuple | list) or not all(isinstance(one, Outage) for one in self.outages):
+            raise OptionError(f"`outages` must be a tuple of Outage(start=…, length=…), not {self.outages!r}")
+        object.__setattr__(self, "outages", tuple(self.outages))
+        if not (self.temperature is None or isinstance(self.temperature, Temperature)):
+            raise OptionError(f"`temperature` must be a Temperature(start=…, end=…), not {self.temperature!r}")
+        for name, value in self.level.items():
+            _finite(f"the level of {name}", value)
+        for name, value in self.saturation.items():
+            _positive(f"the saturation of {name}", value)
+        for name, value in self.lsb.items():
+            _positive(f"the step (lsb) of {name}", value)
+        if self.output not in get_args(InputKind):
+            raise OptionError(f"`output` must be one of {', '.join(get_args(InputKind))}, not {self.output!r}")
+        if not (_is_number(self.lost) and 0 <= self.lost <= _MOST_LOST):
+            raise OptionError(f"`lost` must be the part of the rows, 0 to {_MOST_LOST}, not {self.lost!r}")
+        _not_negative("the jitter of the stamps", self.jitter)
+
+    def check(self, channels: Iterable[str], tau0: float, duration: float) -> None:
+        """Refuse what does not fit a record of these channels, sample interval and length; raises `OptionError`."""
+        names = list(channels)
+        known = {*names, *map(stream_name, names)}
+        sensitivity = {} if self.temperature is None else self.temperature.sensitivity
+        given = {
+            "level": self.level,
+            "warm_up": self.warm_up,
+            "saturation": self.saturation,
+            "lsb": self.lsb,
+            "sensitivity": sensitivity,
+        }
+        for what, values in given.items():
+            for name in values:
+                if name not in known:
+                    raise OptionError(f"`{what}` names {name!r}, which is no channel; channels: {', '.join(names)}")
+        if self.temperature is not None and "temperature" in names:
+            raise OptionError("the model has a channel `temperature`, so that there can be no thermometer of that name")
+        for outage in self.outages:
+            if outage.start >= duration:
+                raise OptionError(f"an outage at {outage.start:g} s is behind the end of the record, {duration:g} s")
+            if outage.start <= tau0 and outage.start + outage.length >= duration - tau0:
+                raise OptionError(f"an outage of {outage.length:g} s leaves nothing of a record of {duration:g} s")
+        if self.jitter > _MOST_JITTER * tau0:
+            raise OptionError(
+                f"a jitter of {self.jitter:g} s is more than a tenth of the sample interval, {tau0:g} s; stamps would come"
+                " out of order"
+            )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, of what is given alone."""
+        content: dict[str, Any] = {"output": self.output}
+        if self.level:
+            content["level"] = dict(self.level)
+        if self.warm_up:
+            content["warm_up"] = {n: {"amplitude": w.amplitude, "time_s": w.time} for n, w in self.warm_up.items()}
+        if self.temperature is not None:
+            warm = self.temperature
+            content["temperature"] = {
+                "start_degC": warm.start,
+                "end_degC": warm.end,
+                "time_s": warm.time,
+                "swing_K": warm.swing,
+                "resolution_K": warm.resolution,
+                "sensitivity": dict(warm.sensitivity),
+            }
+        if self.saturation:
+            content["saturation"] = dict(self.saturation)
+        if self.lsb:
+            content["lsb"] = dict(self.lsb)
+        if self.lost:
+            content["lost"] = self.lost
+        if self.outages:
+            content["outages"] = [{"start_s": o.start, "length_s": o.length} for o in self.outages]
+        if self.jitter:
+            content["jitter_s"] = self.jitter
+        return content
+
+    def __repr__(self) -> str:
+        lines = [f"level of {name}: {value:.6g}" for name, value in self.level.items()]
+        lines += [f"warm-up of {n}: {w.amplitude:.4g}, gone to 1/e in {w.time:.4g} s" for n, w in self.warm_up.items()]
+        if self.temperature is not None:
+            t = self.temperature
+            swing = f", ±{abs(t.swing):.3g} K by day and night" if t.swing else ""
+            lines.append(f"temperature {t.start:.4g} °C to {t.end:.4g} °C in {t.time:.4g} s{swing}")
+            lines += [f"sensitivity of {name}: {value:.4g} per K" for name, value in t.sensitivity.items()]
+        lines += [f"saturation of {name}: ±{value:.4g}" for name, value in self.saturation.items()]
+        lines += [f"step of {name}: {value:.4g}" for name, value in self.lsb.items()]
+        lines += [f"rows lost: {100 * self.lost:.3g} %"] if self.lost else []
+        lines += [f"outage of {o.length:.4g} s at {o.start:.4g} s" for o in self.outages]
+        lines += [f"jitter of the stamps: {self.jitter:.3g} s"] if self.jitter else []
+        return "\n".join([f"numbers of the log: {self.output} (SI)", *lines])
+
+
+def rounded(values: Floats, step: float) -> Floats:
+    """Values in whole steps; as they are if the step is 0."""
+    # No instrument writes -0: the sum of -0 and 0 is 0.
+    return np.asarray(np.rint(values / step) * step + 0.0) if step else values
+
+
+def _is_number(value: object) -> bool:
+    return abs(real(value)) <= LARGEST
+
+
+def _finite(what: str, value: float) -> None:
+    if not _is_number(value):
+        raise OptionError(f"{what} must be a number of up to {LARGEST:g}, not {value!r}")
+
+
+def _positive(what: str, value: float) -> None:
+    if not (_is_number(value) and value >= SMALLEST):
+        raise OptionError(f"{what} must be a positive number, {SMALLEST:g} to {LARGEST:g}, not {value!r}")
+
+
+def _not_negative(what: str, value: float) -> None:
+    if not (_is_number(value) and (value == 0 or value >= SMALLEST)):
+        raise OptionError(f"{what} must be 0 or a positive number, {SMALLEST:g} to {LARGEST:g}, not {value!r}")

@@ -1,0 +1,122 @@
+"""Records simulated in memory."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.record.record import TEMPERATURE, Provenance, Record, make_stream, stream_name
+from sigmatau.record.streams import CHUNK, InputKind, Stream
+from sigmatau.simulation.generators import Flicker
+from sigmatau.simulation.imperfections import Imperfections
+from sigmatau.simulation.rows import Channel, Job, Stamps, job
+
+__all__ = ["simulate"]
+
+Floats = NDArray[np.float64]
+
+
+def simulate(
+    model: NoiseModel,
+    *,
+    duration: float,
+    rate: float,
+    rng: int | np.random.Generator,
+    imperfections: Imperfections | None = None,
+    flicker: Flicker = "exact",
+) -> Record:
+    """A record with the model's noise, by exact generators.
+
+    Every term is drawn as the sampled process whose Allan variance `NoiseModel.avar` states: quantization as differences
+    of white phase, the random walk as white noise (behind a bandwidth as the filter's states, sampled), bias instability
+    as discrete flicker noise by circulant embedding of its first differences (Davies and Harte), the rate random walk as a
+    sampled walk, the ramp as a line, Gauss-Markov processes as stationary recursions, sinusoids with a random phase.
+
+    Parameters
+    ----------
+    model : NoiseModel
+    duration : float
+        Length of the record. [s]
+    rate : float
+        Sampling rate. [Hz]
+    rng : int or numpy.random.Generator
+        Seed, or a generator that one is drawn from. The same seed gives the same record; a channel's noise does not
+        depend on which other channels and terms the model has, but for those it is correlated with.
+    imperfections : Imperfections, optional
+        What a real log has beside noise. Default: nothing.
+    flicker : {"exact", "poles"}
+        How bias instability is made: exactly, or as `simulate_to` does it; then both give the same samples.
+
+    Returns
+    -------
+    Record
+        Rates in SI, one stream for the gyros, one for the accelerometers, one for each other signal and the temperature;
+        each channel of shape (n,), NaN where rows are lost. Stamps with jitter are not kept: samples lie on their grid.
+
+    Raises
+    ------
+    OptionError
+        For a rate or duration that is not positive, fewer than 4 samples, or imperfections that do not fit.
+
+    References
+    ----------
+    R. B. Davies and D. S. Harte, "Tests for Hurst effect", Biometrika 74(1), 1987, :doi:`10.1093/biomet/74.1.95`.
+    """
+    given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
+    wrong = given.imperfections
+    there = _rows_there(given)
+    by_stream: dict[str, dict[str, Floats]] = {}
+    for name in model.channels:
+        by_stream.setdefault(stream_name(name), {})[name] = _column(given, name, there)
+    if wrong.temperature is not None:
+        by_stream["temperature"] = {"temperature": _marked(wrong.temperature.shown(given.times(0, given.rows)), there)}
+
+    def stream(name: str, columns: dict[str, Floats], unit: str, kind: InputKind) -> Stream:
+        return make_stream(
+            name,
+            columns,
+            rate=rate,
+            unit={name: unit},
+            kind=kind,
+            grid_source="simulated",
+            jitter=wrong.jitter or None,
+            finite=there is None,
+        )
+
+    streams = [
+        stream(name, columns, TEMPERATURE, "rate")
+        if name == "temperature" and wrong.temperature is not None
+        else stream(name, columns, given.unit(next(iter(columns))), wrong.output)
+        for name, columns in by_stream.items()
+    ]
+    return Record(
+        streams=tuple(streams),
+        provenance=Provenance(format="simulation", rows=given.rows, conversions=(f"simulated with seed {given.seed}",)),
+    )
+
+
+def _rows_there(given: Job) -> NDArray[np.bool_] | None:
+    """Which rows are not lost; None for all."""
+    stamps = Stamps(given)
+    pieces = [stamps.next(min(CHUNK, given.rows - start))[1] for start in range(0, given.rows, CHUNK)]
+    return np.concatenate([p for p in pieces if p is not None]) if pieces[0] is not None else None
+
+
+def _column(given: Job, name: str, there: NDArray[np.bool_] | None) -> Floats:
+    channel = Channel(given, name)
+    column = np.empty(given.rows)
+    at = 0
+    for start in range(0, given.n, CHUNK):
+        piece = channel.next(min(CHUNK, given.n - start))
+        column[at : at + len(piece)] = piece
+        at += len(piece)
+    return _marked(column, there)
+
+
+def _marked(column: Floats, there: NDArray[np.bool_] | None) -> Floats:
+    """A column with NaN in lost rows, to be read only."""
+    if there is not None:
+        column[~there] = np.nan
+    column.setflags(write=False)
+    return column

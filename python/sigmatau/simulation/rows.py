@@ -1,0 +1,234 @@
+"""The rows of a simulated log, piece by piece: what each channel shows, the stamps, and which rows are lost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import OptionError
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.processes import real, sampling_rate
+from sigmatau.record.record import MIN_SAMPLES, QUANTITIES, stream_name
+from sigmatau.simulation.generators import Flicker, noise_of, normal
+from sigmatau.simulation.imperfections import Imperfections, rounded
+from sigmatau.units import integral
+
+__all__ = ["Channel", "Job", "Stamps", "job"]
+
+Floats = NDArray[np.float64]
+T = TypeVar("T")
+
+_LARGEST = {"exact": 1 << 30, "poles": 1 << 40}  # samples
+# Channels' numbers have 32 bits.
+_LOSSES, _JITTER = 1 << 32, 2 << 32
+_CLIPPED = 4.5  # standard deviations of the jitter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What is to be simulated, checked.
+
+    Attributes
+    ----------
+    n : int
+        Samples.
+    rate : float
+        [Hz]
+    seed : int
+    """
+
+    model: NoiseModel
+    n: int
+    rate: float
+    seed: int
+    imperfections: Imperfections
+    flicker: Flicker
+
+    @property
+    def tau0(self) -> float:
+        """Sample interval. [s]"""
+        return 1 / self.rate
+
+    @property
+    def first(self) -> int:
+        """Rows before that of the first sample: the 0 that a running sum begins with."""
+        return int(self.imperfections.output == "accumulated")
+
+    @property
+    def rows(self) -> int:
+        """Rows of the log, with those that are lost."""
+        return self.n + self.first
+
+    def unit(self, channel: str) -> str:
+        """SI unit of what the log holds of a channel."""
+        unit = self.model.channels[channel].unit
+        return unit if self.imperfections.output == "rate" else integral(unit)
+
+    def times(self, start: int, stop: int) -> Floats:
+        """Of some rows. [s]"""
+        return np.arange(start, stop) / self.rate
+
+
+def job(
+    model: NoiseModel,
+    *,
+    duration: float,
+    rate: float,
+    rng: int | np.random.Generator,
+    imperfections: Imperfections | None,
+    flicker: Flicker,
+) -> Job:
+    """Check what `sigmatau.simulate` takes; raises `OptionError`."""
+    if not isinstance(model, NoiseModel):
+        raise OptionError(
+            f"`model` must be a NoiseModel, NoiseModel(channels={{…}}), not {model!r:.80}", option="model"
+        )
+    if not (imperfections is None or isinstance(imperfections, Imperfections)):
+        raise OptionError(
+            f"`imperfections` must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",
+            option="imperfections",
+        )
+    sampling_rate(rate)
+    if not (math.isfinite(real(duration)) and duration > 0):
+        raise OptionError(f"the duration must be a positive number, not {duration!r} s", option="hours")
+    if flicker not in _LARGEST:
+        raise OptionError(f"`flicker` must be 'exact' or 'poles', not {flicker!r}", option="flicker")
+    samples = float(duration) * float(rate)
+    if samples > _LARGEST[flicker]:
+        where = "in memory; write them to a file, with flicker noise by poles" if flicker == "exact" else "at once"
+        raise OptionError(
+            f"{duration:g} s at {rate:g} Hz are {samples:.10g} samples; at most {_LARGEST[flicker]} can be simulated {where}"
+        )
+    n = round(samples)
+    if n < MIN_SAMPLES:
+        raise OptionError(f"{duration:g} s at {rate:g} Hz are {n} samples; at least {MIN_SAMPLES} are needed")
+    if isinstance(rng, np.random.Generator):
+        seed = int(rng.integers(1 << 63))
+    elif isinstance(rng, int | np.integer) and not isinstance(rng, bool) and 0 <= rng < 1 << 64:
+        seed = int(rng)
+    else:
+        raise OptionError(f"the seed must be an integer from 0 to 2^64 - 1, not {rng!r}", option="seed")
+    given = imperfections or Imperfections()
+    given.check(model.channels, 1 / rate, duration)
+    if given.output != "rate":
+        for name, channel in model.channels.items():
+            if channel.unit not in QUANTITIES.values():
+                raise OptionError(
+                    f"{name} is a signal in {channel.unit}: its log holds rates, not {given.output}; leave it out of the"
+                    " model, NoiseModel.of, or take rates",
+                    option="input",
+                )
+    return Job(model=model, n=n, rate=rate, seed=seed, imperfections=given, flicker=flicker)
+
+
+class Channel:
+    """What the log shows of one channel.
+
+    Parameters
+    ----------
+    job : Job
+    name : str
+    """
+
+    def __init__(self, job: Job, name: str) -> None:
+        given = job.imperfections
+        self._job = job
+        self._noise = noise_of(job.model, name, n=job.n, tau0=job.tau0, seed=job.seed, flicker=job.flicker)
+        self._level = _own(given.level, name, 0.0)
+        self._warm_up = _own(given.warm_up, name, None)
+        self._sensitivity = 0.0 if given.temperature is None else _own(given.temperature.sensitivity, name, 0.0)
+        self._saturation = _own(given.saturation, name, 0.0)
+        self._lsb = _own(given.lsb, name, 0.0)
+        # A sum of many terms keeps its digits in the longest float that the machine has.
+        self._sum = np.longdouble(0)
+        self._made = 0
+
+    def next(self, n: int) -> Floats:
+        """The next rows, those of `n` samples; the first piece of accumulated output has one more."""
+        rate = np.empty(n)
+        self._noise.fill(rate)
+        start, self._made = self._made, self._made + n
+        self._drift(rate, start)
+        if self._saturation:
+            np.clip(rate, -self._saturation, self._saturation, out=rate)
+        output = self._job.imperfections.output
+        if output == "rate":
+            return rounded(rate, self._lsb)
+        if output == "increments" and not self._lsb:
+            return np.asarray(rate * self._job.tau0)
+        sums = np.empty(n + 1, dtype=np.longdouble)
+        sums[0] = self._sum
+        np.multiply(rate, self._job.tau0, out=sums[1:])
+        np.cumsum(sums, out=sums)
+        self._sum = sums[-1]
+        if output == "accumulated":
+            return rounded(np.asarray(sums[int(start > 0) :], dtype=np.float64), self._lsb)
+        # Whole steps first, so that no digit is lost in the difference.
+        steps = np.diff(np.rint(np.asarray(sums, dtype=np.float64) / self._lsb))
+        return np.asarray(steps * self._lsb + 0.0)  # no -0
+
+    def _drift(self, rate: Floats, start: int) -> None:
+        """Add what is no noise."""
+        if self._level:
+            rate += self._level
+        if self._warm_up is None and not self._sensitivity:
+            return
+        t = self._job.times(start, start + len(rate))
+        if self._warm_up is not None:
+            rate += self._warm_up.at(t)
+        warmth = self._job.imperfections.temperature
+        if warmth is not None and self._sensitivity:
+            rate += self._sensitivity * (warmth.at(t) - warmth.start)
+
+
+class Stamps:
+    """The time stamps of the log's rows, and which rows are lost.
+
+    Parameters
+    ----------
+    job : Job
+    """
+
+    def __init__(self, job: Job) -> None:
+        from scipy.special import ndtri
+
+        given = job.imperfections
+        self._job = job
+        self._losses = normal(job.rows, seed=job.seed, channel=_LOSSES) if given.lost else None
+        self._lost_below = float(ndtri(given.lost))
+        self._jitter = normal(job.rows, seed=job.seed, channel=_JITTER) if given.jitter else None
+        self._made = 0
+
+    def next(self, n: int) -> tuple[Floats, NDArray[np.bool_] | None]:
+        """Stamps of the next `n` rows, and which of them are there; None for all."""
+        job, given = self._job, self._job.imperfections
+        start, self._made = self._made, self._made + n
+        t = job.times(start, start + n)
+        there: NDArray[np.bool_] | None = None
+        if self._losses is not None or given.outages:
+            there = np.ones(n, dtype=bool)
+            if self._losses is not None:
+                drawn = np.empty(n)
+                self._losses.fill(drawn)
+                there = drawn >= self._lost_below
+            for outage in given.outages:
+                there &= (t < outage.start) | (t >= outage.start + outage.length)
+            if start == 0:
+                there[0] = True
+            if start + n == job.rows:
+                there[-1] = True
+        if self._jitter is not None:
+            drawn = np.empty(n)
+            self._jitter.fill(drawn)
+            t = t + given.jitter * np.clip(drawn, -_CLIPPED, _CLIPPED)
+        return t, there
+
+
+def _own(values: Mapping[str, T], channel: str, default: T) -> T:
+    """What is given for a channel, or for its sensor."""
+    return values.get(channel, values.get(stream_name(channel), default))

@@ -1,0 +1,159 @@
+"""Records simulated into a file, piece by piece."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sigmatau.errors import OptionError
+from sigmatau.io.write import table_writer
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.record.record import TEMPERATURE
+from sigmatau.record.streams import CHUNK
+from sigmatau.results import Printed, duration_text
+from sigmatau.simulation.generators import Flicker
+from sigmatau.simulation.imperfections import Imperfections
+from sigmatau.simulation.rows import Channel, Stamps, job
+
+__all__ = ["Simulated", "simulate_to"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulated(Printed):
+    """What was written.
+
+    Attributes
+    ----------
+    path : str
+    channels : tuple of str
+    samples : int
+    lost : int
+        Rows that were lost on the way, by `Imperfections`.
+    rate : float
+        [Hz]
+    seed : int
+    """
+
+    path: str
+    channels: tuple[str, ...]
+    samples: int
+    lost: int
+    rate: float
+    seed: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "path": self.path,
+            "channels": list(self.channels),
+            "samples": self.samples,
+            "lost_rows": self.lost,
+            "sample_rate_hz": self.rate,
+            "seed": self.seed,
+        }
+
+    def __repr__(self) -> str:
+        lost = f", {self.lost} rows lost" if self.lost else ""
+        return (
+            f"{self.path}: {self.samples} samples of {len(self.channels)} channels,"
+            f" {duration_text(self.samples / self.rate)} at {self.rate:g} Hz{lost}, seed {self.seed}"
+        )
+
+
+def simulate_to(
+    path: str | os.PathLike[str],
+    model: NoiseModel,
+    *,
+    duration: float,
+    rate: float,
+    rng: int | np.random.Generator,
+    imperfections: Imperfections | None = None,
+    flicker: Flicker = "poles",
+    chunk: int = CHUNK,
+    progress: Callable[[float], None] | None = None,
+) -> Simulated:
+    """Simulate a record into a file, which need not fit in memory; `sigmatau.read` gives the record of `simulate`.
+
+    Of channels that are neither ``gyro_x`` … ``accel_z`` nor the temperature, `sigmatau.read` gives those that its
+    `channels` names; a finding says which it left out.
+
+    Parameters
+    ----------
+    path : str or path
+        ``.csv``, ``.csv.gz``, ``.npy`` (a structured array of 64-bit floats, a field a column), ``.npz`` (an array a
+        column), ``.parquet`` or ``.h5`` (a dataset a column): time, channels and temperature, in SI, with their units.
+    model, duration, rate, rng, imperfections
+        As `simulate` takes them. The log of increments or accumulated output is read with ``input=`` saying so.
+    flicker : {"poles", "exact"}
+        How bias instability is made: by a bank of poles that span the record, whose Allan deviation is within 0.002 % of
+        the exact one up to a third of it; or exactly, which keeps all samples of the channels that have it in memory.
+    chunk : int
+        Samples made together. The file does not depend on it.
+    progress : callable, optional
+        Is told after each chunk which part is done, 0 to 1.
+
+    Returns
+    -------
+    Simulated
+
+    Raises
+    ------
+    OptionError
+        As `simulate`, and for a file name of another ending.
+    DataError
+        If the file cannot be written, or a library is not installed that its format needs. Nothing is left of a file that
+        was not finished, be it by an error or an interruption.
+
+    Notes
+    -----
+    The filter of flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`) is (1 − z⁻¹)^(−1/2) =
+    (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1; by a trapezoidal rule it is a sum of poles that share one
+    white noise. They start with their joint stationary covariance.
+    """
+    if isinstance(chunk, bool) or not isinstance(chunk, int | np.integer) or chunk < 1:
+        raise OptionError(f"`chunk` must be a positive number of samples, not {chunk!r}", option="chunk")
+    given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
+    warmth = given.imperfections.temperature
+    columns = [("time", "s"), *((name, given.unit(name)) for name in model.channels)]
+    if warmth is not None:
+        columns.append(("temperature", TEMPERATURE))
+    target = Path(path)
+    kept = 0
+    with table_writer(target, columns) as put, ThreadPoolExecutor(_threads(len(model.channels))) as pool:
+        channels = [Channel(given, name) for name in model.channels]
+        stamps = Stamps(given)
+        row = 0
+        for start in range(0, given.n, chunk):
+            size = min(chunk, given.n - start)
+            pieces = list(pool.map(lambda channel, size=size: channel.next(size), channels))
+            rows = len(pieces[0])
+            t, there = stamps.next(rows)
+            if warmth is not None:
+                pieces.append(warmth.shown(given.times(row, row + rows)))
+            pieces.insert(0, t)
+            if there is not None:
+                pieces = [piece[there] for piece in pieces]
+            if len(pieces[0]):
+                put(pieces)
+            row += rows
+            kept += len(pieces[0])
+            if progress is not None:
+                progress((start + size) / given.n)
+    return Simulated(
+        path=str(target),
+        channels=tuple(name for name, _ in columns[1:]),
+        samples=given.n,
+        lost=given.rows - kept,
+        rate=rate,
+        seed=given.seed,
+    )
+
+
+def _threads(channels: int) -> int:
+    return max(1, min(channels, os.cpu_count() or 1))

@@ -1,0 +1,344 @@
+"""Noise models as ARIMA processes: the difference equation with the same spectrum.
+
+The moving average is the spectral factor of the sum of all terms, see `sigmatau.statespace.spectral_factor`; what is
+returned is held against the model's own spectrum first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.misplaced import one_channel
+from sigmatau.model.processes import interval
+from sigmatau.results import Printed
+from sigmatau.statespace.spectral_factor import Spectrum
+from sigmatau.statespace.state_space import flicker_of
+
+__all__ = ["Arma", "arma"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_LOST = 1e-6
+"""What rounded coefficients may change the gain at zero frequency by, relative, roots at 1 left out."""
+
+_LONGEST = 1e12
+"""Samples of the longest period at which the spectrum is held against the model's: flicker's longest band."""
+
+_PER_DECADE = 8
+
+_WRONG = 1e-4
+"""Relative error of a spectrum that is not returned. A root rounded to double precision moves 1 − φ by 1e-16, which is 1e-4
+of it at a correlation time of 10¹² samples; all else is below 1e-12."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Arma(Printed):
+    """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
+
+    To filter with it, take `sections`: of roots close to 1, which flicker noise and long correlation times have, double
+    precision has no coefficients of a polynomial, and a filter made of such coefficients is unstable.
+
+    Attributes
+    ----------
+    d : int
+        Differences: 1 with a rate random walk or a ramp, else 0.
+    variance : float
+        Of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
+    drift : float
+        Mean of the differenced process before `ar`: a ramp. [unit of the rate]
+    ar_roots : ndarray, shape (p,)
+        Factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle.
+    ma_roots : ndarray, shape (q,)
+        Factors ϑ of ma = Π(1 − ϑL); invertible.
+    dt : float
+        [s]
+    unit : str
+        Of the rate, SI.
+    flicker_error : float
+        Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without.
+    tau_max : float or None
+        The longest averaging time for which the flicker noise is right. [s]
+    error : float
+        Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and down
+        to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see `flicker_error`.
+    """
+
+    d: int
+    variance: float
+    drift: float
+    ar_roots: Complexes
+    ma_roots: Complexes
+    dt: float
+    unit: str
+    flicker_error: float = 0.0
+    tau_max: float | None = None
+    error: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("ar_roots", "ma_roots"):
+            array = np.array(getattr(self, name))
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def p(self) -> int:
+        """Order of the autoregressive part."""
+        return len(self.ar_roots)
+
+    @property
+    def q(self) -> int:
+        """Order of the moving average."""
+        return len(self.ma_roots)
+
+    @property
+    def ar(self) -> Floats:
+        """1, −φ₁ … as it stands in front of y, the differences taken out; shape (p + 1,).
+
+        Raises `DataError` where coefficients in double precision do not have the roots; take `sections`.
+        """
+        return _coefficients("ar", self.ar_roots)
+
+    @property
+    def ma(self) -> Floats:
+        """1, θ₁ …, shape (q + 1,); raises `DataError` as `ar` does."""
+        return _coefficients("ma", self.ma_roots)
+
+    @property
+    def sections(self) -> Floats:
+        """The whole filter from e to y, differences too but for the drift, in factors of first and second order.
+
+        Returns
+        -------
+        ndarray, shape (n_sections, 6)
+            b₀, b₁, b₂, 1, a₁, a₂ of each: what `scipy.signal.sosfilt` takes. Real roots stand alone, so that each is as it
+            is in `ar_roots`.
+
+        Raises
+        ------
+        DataError
+            For complex roots so close to 1 that the coefficients of a pair lose them: a filter whose corner is below 5e-6 of
+            the rate.
+        """
+        if not self._has_sections():
+            raise DataError(
+                f"`sections`: complex roots so close to 1 ({self._closest():.3g}) have no coefficients in doubles;"
+                " take the state space, or a longer sample interval"
+            )
+        return _sections(np.append(self.ar_roots, np.ones(self.d)), self.ma_roots)
+
+    def _closest(self) -> float:
+        """Least distance to 1 of a complex root."""
+        roots = np.append(self.ar_roots, self.ma_roots)
+        return float(np.abs(1 - roots[roots.imag != 0]).min(initial=2.0))
+
+    def _has_sections(self) -> bool:
+        """1 + c₁ + c₂ = |1 − φ|² of a pair is what is left of numbers up to 2, which are rounded."""
+        return 4 * float(np.finfo(float).eps) <= _LOST * self._closest() ** 2
+
+    def psd(self, f: ArrayLike) -> Floats:
+        """Two-sided density of the process, without its drift; frequencies in Hz, positive. [(unit of the rate)²/Hz]"""
+        w = 4 * np.sin(math.pi * np.asarray(f, dtype=np.float64) * self.dt) ** 2
+        return np.asarray(
+            self.dt * self.variance * _gain(self.ma_roots, w) / (_gain(self.ar_roots, w) * w**self.d), dtype=np.float64
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Orders and coefficients as plain numbers."""
+        return {
+            "p": self.p,
+            "d": self.d,
+            "q": self.q,
+            "ar": self.ar.tolist() if _has_coefficients(self.ar_roots) else None,
+            "ma": self.ma.tolist() if _has_coefficients(self.ma_roots) else None,
+            "ar_roots": [[root.real, root.imag] for root in self.ar_roots.tolist()],
+            "ma_roots": [[root.real, root.imag] for root in self.ma_roots.tolist()],
+            "sections": self.sections.tolist() if self._has_sections() else None,
+            "variance": self.variance,
+            "drift": self.drift,
+            "dt_s": self.dt,
+            "unit": self.unit,
+            "flicker_error": self.flicker_error,
+            "tau_max_s": self.tau_max,
+            "error": self.error,
+        }
+
+    def __repr__(self) -> str:
+        head = f"ARIMA({self.p}, {self.d}, {self.q})" if self.d else f"ARMA({self.p}, {self.q})"
+        lines = [f"{head} every {self.dt:g} s, innovation variance {self.variance:.9g} ({self.unit})²"]
+        if self.tau_max is not None:
+            lines.append(
+                f"flicker noise: Allan deviation within {100 * self.flicker_error:.2g} % up to {self.tau_max:.4g} s"
+            )
+        lost = False
+        for name, symbol, roots in (("ar", "φ", self.ar_roots), ("ma", "ϑ", self.ma_roots)):
+            if _has_coefficients(roots):
+                lines.append(f"  {name} = {_polynomial(_expanded(roots))}")
+            lost |= not _has_coefficients(roots)
+            if len(roots):
+                lines.append(f"  {name} = Π(1 − {symbol}L), {symbol} = {', '.join(_root(r) for r in roots.tolist())}")
+        if lost:
+            way = "filter with `sections` (sosfilt)" if self._has_sections() else "take the state space"
+            lines.append(f"  multiplied out, double precision would lose these roots: {way}")
+        if self.drift:
+            lines.append(f"  drift = {self.drift:.9g} {self.unit}")
+        return "\n".join(lines)
+
+
+def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicker_error: float = 0.01) -> Arma:
+    """The ARIMA process with the spectrum of a channel's noise, sampled every `dt`.
+
+    Parameters
+    ----------
+    model : ChannelModel
+    dt : float
+        Sample interval. [s]
+    tau_max, flicker_error : float
+        As in `sigmatau.statespace.state_space`.
+
+    Returns
+    -------
+    Arma
+        Of m Gauss-Markov processes, those of flicker noise among them: ARMA(m, m) with a random walk, ARMA(m, m − 1)
+        without; a difference more with a rate random walk or a ramp, an order of the moving average more with each
+        of these and with quantization.
+
+    Raises
+    ------
+    OptionError
+        As `sigmatau.statespace.state_space`.
+    DataError
+        For a sinusoid, which is no such process, or a ramp with no noise; if the spectrum of what was found is not the
+        model's to 1e-4.
+
+    Notes
+    -----
+    Random walk and rate random walk: ϑ + 1/ϑ = 2 + K²dt²/N², which is the steady state of the Kalman filter, gain 1 − ϑ.
+
+    References
+    ----------
+    A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter," 1989, section 2.4, for the reduced form
+    of sums of processes; O. Aberth, Math. Comp. 27, 1973, :doi:`10.1090/S0025-5718-1973-0329236-7`, for the roots.
+    """
+    one_channel(model, kind=ChannelModel, function="arma")
+    interval("dt", dt)
+    if model.sinusoid:
+        raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
+    terms = model.terms
+    ramp = terms.get("rate_ramp", 0.0)
+    if not model.gauss_markov and not any(value for term, value in terms.items() if term != "rate_ramp"):
+        raise DataError("a ramp alone is no ARMA process: it has no noise")
+    processes = [(process.sigma, process.time) for process in model.gauss_markov]
+    level = terms.get("bias_instability", 0.0)
+    poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
+    if poles is not None:
+        processes += [(level * math.sqrt(v), t) for t, v in zip(poles.times, poles.variances, strict=True)]
+    n = terms.get("random_walk", 0.0)
+    spectrum = Spectrum.of(
+        dt=dt,
+        white=0.0 if model.bandwidth else n,
+        quantization=terms.get("quantization", 0.0),
+        walk=terms.get("rate_random_walk", 0.0),
+        processes=processes,
+        filtered=(n, model.bandwidth) if n and model.bandwidth else None,
+    )
+    zeros, variance = spectrum.factor()
+    ar_roots, ma_roots = spectrum.poles.array(), zeros.array()
+    d = 1 if spectrum.walk or ramp else 0
+    if d and not spectrum.walk:
+        ma_roots = np.append(1.0, ma_roots)  # the difference is in the noise too
+    found = Arma(
+        d=d,
+        variance=variance,
+        drift=ramp * dt * float(np.prod(1 - ar_roots).real),
+        ar_roots=ar_roots,
+        ma_roots=ma_roots,
+        dt=dt,
+        unit=model.unit,
+        flicker_error=poles.error if poles else 0.0,
+        tau_max=poles.tau_max if poles else None,
+    )
+    f = np.geomspace(1 / (_LONGEST * dt), 0.5 / dt, math.ceil(_PER_DECADE * math.log10(_LONGEST / 2)))
+    expected = dt * spectrum.at(4 * np.sin(math.pi * f * dt) ** 2)
+    error = float(np.abs(found.psd(f) / expected - 1).max())
+    if not error <= _WRONG:
+        raise DataError(
+            f"the roots of this model's ARMA process, rounded to double precision, have a spectrum that is off by"
+            f" {error:.2g} of it (at most {_WRONG:g} is returned); take its state space"
+        )
+    return replace(found, error=error)
+
+
+def _gain(roots: Complexes, w: Floats) -> Floats:
+    """|Π(1 − ϑ/z)|² at w."""
+    # A complex root comes with its conjugate, so that the product is real and the square of the magnitude.
+    factors = (1 - roots) ** 2 + roots * w[..., None]
+    return np.asarray(np.prod(factors, axis=-1).real)
+
+
+def _expanded(roots: Complexes) -> Floats:
+    """Coefficients of Π(1 − ϑL), from the lag 0 on."""
+    return np.atleast_1d(np.poly(roots)).real if len(roots) else np.ones(1)
+
+
+def _has_coefficients(roots: Complexes) -> bool:
+    """Whether the product, multiplied out in double precision, still has the roots."""
+    beside = 1 - roots[roots != 1]
+    size = float(np.abs(_expanded(roots)).sum())
+    return size * float(np.finfo(float).eps) <= _LOST * float(np.abs(np.prod(beside)))
+
+
+def _coefficients(name: str, roots: Complexes) -> Floats:
+    if not _has_coefficients(roots):
+        raise DataError(
+            f"`{name}` has no coefficients in double precision: multiplied out, the roots (the closest 1 −"
+            f" {float(np.abs(1 - roots).min()):.3g}) are lost and the filter is unstable; filter with `sections`,"
+            f" scipy.signal.sosfilt, or take `{name}_roots`"
+        )
+    return _expanded(roots)
+
+
+def _factors(roots: Complexes) -> list[tuple[complex, Floats]]:
+    """Real roots alone, complex ones with their conjugates: one of the roots, and 1, c₁, c₂."""
+    found = []
+    for root in roots.tolist():
+        if root.imag == 0:
+            found.append((root, np.array([1.0, -root.real, 0.0])))
+        elif root.imag > 0:
+            found.append((root, np.array([1.0, -2 * root.real, abs(root) ** 2])))
+    return found
+
+
+def _sections(poles: Complexes, zeros: Complexes) -> Floats:
+    """Each pole, the closest to the unit circle first, over the zero nearest to it of its own order."""
+    one = np.array([1.0, 0.0, 0.0])
+    left = _factors(zeros)
+    rows = []
+    for pole, below in sorted(_factors(poles), key=lambda factor: -abs(factor[0])):
+        alike = [k for k, (zero, _) in enumerate(left) if (zero.imag == 0) == (pole.imag == 0)]
+        above = left.pop(min(alike, key=lambda k: abs(left[k][0] - pole)))[1] if alike else one
+        rows.append(np.concatenate((above, below)))
+    rows += [np.concatenate((above, one)) for _, above in left]
+    return np.array(rows or [np.concatenate((one, one))])
+
+
+def _root(root: complex) -> str:
+    if root.imag:
+        return f"{root.real:.9g} {'+' if root.imag > 0 else '−'} {abs(root.imag):.9g}i"
+    # Nine digits of what is missing to 1, which is what matters, where they would be lost behind nines.
+    return f"1 − {1 - root.real:.9g}" if 0 < 1 - root.real < 0.01 else f"{root.real:.9g}"
+
+
+def _polynomial(coefficients: Floats) -> str:
+    return "1" + "".join(f" {'-' if c < 0 else '+'} {abs(c):.9g}·L{_power(k)}" for k, c in enumerate(coefficients) if k)
+
+
+def _power(k: int) -> str:
+    return "" if k == 1 else str(k).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,0 +1,143 @@
+"""Flicker noise as a sum of Gauss-Markov processes: what a filter or a simulator can hold in a few states.
+
+Flicker noise of density B²/(2πf) is the sum of Gauss-Markov processes of every correlation time, with the variance B²/π for
+each e-fold of it. A few of them, evenly spread over the logarithm of the time, do for a band of averaging times; their
+variances are those, none negative, whose worst error of the Allan variance is least.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native import kernels
+from sigmatau.errors import OptionError
+from sigmatau.model.processes import interval, real
+from sigmatau.results import Printed
+
+__all__ = ["LONGEST_BAND", "FlickerPoles", "flicker_poles"]
+
+Floats = NDArray[np.float64]
+
+LONGEST_BAND = 1e12
+"""The longest averaging time over the shortest."""
+
+_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
+_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
+_FINE = 8  # as many between, at which the error is taken
+_BEYOND = 0.5  # decades by which the poles reach past the band
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FlickerPoles(Printed):
+    """Gauss-Markov processes that stand for flicker noise of B = 1.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n_poles,)
+        Correlation times. [s]
+    variances : ndarray, shape (n_poles,)
+        [B²]
+    tau_min, tau_max : float
+        Averaging times for which they do. [s]
+    error : float
+        The largest relative error of the Allan deviation there.
+    """
+
+    times: Floats
+    variances: Floats
+    tau_min: float
+    tau_max: float
+    error: float
+
+    def __repr__(self) -> str:
+        rows = (f"  {t:10.4g} s  {v:.4g} B²" for t, v in zip(self.times, self.variances, strict=True))
+        head = (
+            f"flicker noise as {len(self.times)} Gauss-Markov processes: Allan deviation within {100 * self.error:.2g} %"
+            f" from {self.tau_min:.4g} s to {self.tau_max:.4g} s"
+        )
+        return "\n".join([head, *rows])
+
+
+def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerPoles:
+    """The fewest Gauss-Markov processes that stand for flicker noise, sampled every `dt`.
+
+    Parameters
+    ----------
+    dt : float
+        Sample interval, the shortest averaging time. [s]
+    tau_max : float
+        The longest averaging time. [s]
+    error : float
+        What the Allan deviation may be off by, relative; from 0.0001.
+
+    Returns
+    -------
+    FlickerPoles
+        With the error that is reached.
+
+    Raises
+    ------
+    OptionError
+        For times that are not positive or too far apart, or an error that cannot be reached.
+
+    Notes
+    -----
+    Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
+    :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
+    """
+    interval("dt", dt)
+    if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
+        raise OptionError(f"`tau_max` must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
+    if not 1e-4 <= real(error) < 1:
+        raise OptionError(f"`error` must be 0.0001 to 1, relative, not {error!r}", option="error")
+    times, variances, reached = _poles(tau_max / dt, error)
+    return FlickerPoles(times=dt * times, variances=variances.copy(), tau_min=dt, tau_max=tau_max, error=reached)
+
+
+@functools.lru_cache(maxsize=32)
+def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
+    """Times in samples, variances and the error reached."""
+    octaves = max(math.log2(band), 0.0)
+    sizes, fine = (
+        np.unique(np.round(2 ** np.linspace(0, octaves, int(number * octaves) + 2)).astype(np.int64))
+        for number in (_PER_OCTAVE, _PER_OCTAVE * _FINE)
+    )
+    exact, finely = (kernels.term_avar("bias_instability", 1.0, m, 1.0) for m in (sizes, fine))
+    best = np.empty(0), np.empty(0), math.inf
+    for per_decade in _PER_DECADE:
+        low, high = -_BEYOND, math.log10(band) + _BEYOND
+        times = 10 ** np.linspace(low, high, math.ceil(per_decade * (high - low)) + 1)
+        variances = _closest(_columns(times, sizes) / exact[:, None])
+        reached = float(np.abs(np.sqrt(_columns(times, fine) @ variances / finely) - 1).max())
+        kept = variances > 0
+        if reached < best[2]:
+            best = times[kept], variances[kept], reached
+        if reached <= error:
+            return best
+    raise OptionError(
+        f"`error`: {best[2]:.2g} is the least that poles reach for flicker noise over this band", option="error"
+    )
+
+
+def _columns(times: Floats, sizes: NDArray[np.int64]) -> Floats:
+    """Allan variances of processes of variance 1; shape (n_tau, n_poles)."""
+    return np.stack([kernels.gauss_markov_avar(1.0, float(time), sizes, 1.0) for time in times], axis=1)
+
+
+def _closest(columns: Floats) -> Floats:
+    """Weights, none negative, with which the columns add up to 1 with the least largest error; shape (n_poles,)."""
+    from scipy.optimize import linprog
+
+    rows, poles = columns.shape
+    # Minimise t with −t ≤ columns·weights − 1 ≤ t.
+    bounds = np.block([[columns, -np.ones((rows, 1))], [-columns, -np.ones((rows, 1))]])
+    limits = np.concatenate((np.ones(rows), -np.ones(rows)))
+    solved = linprog(np.append(np.zeros(poles), 1.0), A_ub=bounds, b_ub=limits, bounds=(0, None), method="highs")
+    if solved.x is None:
+        raise FloatingPointError(f"weights of flicker poles: {solved.message}")
+    return np.array(solved.x[:-1], dtype=np.float64)

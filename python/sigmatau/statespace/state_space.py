@@ -1,0 +1,407 @@
+"""Noise models as linear systems: the matrices that a Kalman filter needs.
+
+Of a channel, every `dt`:
+
+    x' = F·x + G·w,  cov w = Qd;   y = H·x + v,  var v = R;   cov x₀ = P0.
+
+Terms and their states: the random walk is v (behind a bandwidth, the states of its filter); a rate random walk is
+``bias``, with the ramp its slope; bias instability is a few Gauss-Markov states (`sigmatau.statespace.flicker`), a
+Gauss-Markov process one; a sinusoid a pair that turns; quantization the last two errors of the angle, whose difference
+over dt is in the rate. In the integrated form y is the angle (velocity) itself, and quantization is simply v.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native.arguments import whole_sizes
+from sigmatau.errors import OptionError
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.misplaced import one_channel
+from sigmatau.model.processes import LowPass, interval, real
+from sigmatau.results import Printed
+from sigmatau.statespace.doubling import Steps
+from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
+
+__all__ = ["Output", "StateSpace", "flicker_of", "state_space"]
+
+Floats = NDArray[np.float64]
+Output = Literal["rate", "increments", "integrated"]
+
+_HORIZON = 3600.0
+"""The longest averaging time if none is asked for, 1000 samples at least. [s]"""
+
+_FORGOTTEN = 100.0
+"""Time constants after which a filter keeps e^−100 of its state, nothing beside 1e-16 of it."""
+
+_SERIES = 40
+"""Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class StateSpace(Printed):
+    """A channel's noise as a linear system; see the module for its equations.
+
+    Attributes
+    ----------
+    F : ndarray, shape (n_states, n_states)
+    G : ndarray, shape (n_states, n_inputs)
+    H : ndarray, shape (1, n_states)
+    Qd : ndarray, shape (n_inputs, n_inputs)
+        Covariance of the noise of one step.
+    R : ndarray, shape (1, 1)
+        Variance of one measurement.
+    P0 : ndarray, shape (n_states, n_states)
+        Covariance at the start: that of the stationary process, of a bias the variance at turn-on.
+    states, inputs : tuple of str
+    dt : float
+        [s]
+    output : {"rate", "increments", "integrated"}
+        What y is: the mean rate of a step, its integral over the step, or since the start.
+    unit : str
+        Of the rate, SI.
+    flicker_error : float
+        Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without.
+    tau_max : float or None
+        The longest averaging time for which the flicker noise is right. [s]
+    """
+
+    F: Floats
+    G: Floats
+    H: Floats
+    Qd: Floats
+    R: Floats
+    P0: Floats
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    dt: float
+    output: Output = "rate"
+    unit: str = "rad/s"
+    flicker_error: float = 0.0
+    tau_max: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("F", "G", "H", "Qd", "R", "P0"):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def integrated(self) -> tuple[Steps, Floats, Floats, float]:
+        """One step of the system with the integral of y as its last state.
+
+        Returns
+        -------
+        step : Steps
+        before : ndarray, shape (n_states + 1, n_states + 1)
+            Covariance at the start, the integral being 0.
+        row : ndarray, shape (n_states + 1,)
+            What is measured of the integral.
+        noise : float
+            Variance of that measurement.
+        """
+        n = len(self.states)
+        if self.output == "integrated":
+            return Steps(self.F, self.G @ self.Qd @ self.G.T), np.array(self.P0), self.H[0].copy(), float(self.R[0, 0])
+        size = self.dt if self.output == "rate" else 1.0
+        transition, noise, before = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
+        transition[:n, :n], transition[n, :n], transition[n, n] = self.F, size * self.H[0], 1.0
+        noise[:n, :n], noise[n, n] = self.G @ self.Qd @ self.G.T, size**2 * float(self.R[0, 0])
+        before[:n, :n] = self.P0
+        return Steps(transition, noise), before, np.append(np.zeros(n), 1.0), 0.0
+
+    def avar(self, m: ArrayLike) -> Floats:
+        """Allan variance of the system's output, exact, for any linear model.
+
+        Parameters
+        ----------
+        m : array_like of int, shape (n_tau,)
+            Cluster sizes in steps.
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(unit of the rate)²]
+
+        Raises
+        ------
+        OptionError
+            For sizes that are not whole numbers from 1.
+
+        Notes
+        -----
+        Of a Gauss-Markov process of correlation time T the rounding of exp(−dt/T), 1e-16, moves T by 1e-16·T/dt, relative:
+        with dt = 0.01 s and T = 10⁴ s the variance is right to 1e-11.
+
+        The second difference of the integral is (H·F²ᵐ − 2H·Fᵐ + H)·x₀ + (H·Fᵐ − 2H)·w₁ + H·w₂ and the noise of three
+        measurements; random walks cancel in the first part. n steps are made by doubling, see
+        `sigmatau.statespace.doubling`.
+        """
+        sizes = whole_sizes(m, of="steps")
+        if sizes.size and sizes.min() < 1:
+            raise OptionError(f"`m` must be at least 1 step, got {sizes.min()}", option="m")
+        step, before, row, noise = self.integrated()
+        result = []
+        for size in sizes.tolist():
+            block = step.times(int(size))
+            there = row @ block.transition
+            start = there @ block.transition - 2 * there + row
+            first = there - 2 * row
+            power = start @ before @ start + first @ block.noise @ first + row @ block.noise @ row + 6 * noise
+            result.append(power / (2 * (size * self.dt) ** 2))
+        return np.array(result)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The matrices as lists, with the names of the states."""
+        matrices = {name: getattr(self, name).tolist() for name in ("F", "G", "H", "Qd", "R", "P0")}
+        return {
+            **matrices,
+            "states": list(self.states),
+            "inputs": list(self.inputs),
+            "dt_s": self.dt,
+            "output": self.output,
+            "unit": self.unit,
+            "flicker_error": self.flicker_error,
+            "tau_max_s": self.tau_max,
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"{len(self.states)} states every {self.dt:g} s, measured as {self.output}: {', '.join(self.states)}"]
+        if self.tau_max is not None:
+            lines.append(
+                f"flicker noise: Allan deviation within {100 * self.flicker_error:.2g} % up to {self.tau_max:.4g} s"
+            )
+        for name in ("F", "G", "H", "Qd", "R", "P0"):
+            rows = np.array2string(getattr(self, name), precision=6, max_line_width=120).splitlines()
+            lines.append(f"{name} = " + f"\n{' ' * (len(name) + 3)}".join(rows))
+        return "\n".join(lines)
+
+
+def state_space(
+    model: ChannelModel,
+    *,
+    dt: float,
+    output: Output = "rate",
+    tau_max: float | None = None,
+    flicker_error: float = 0.01,
+    turn_on: float = 0.0,
+) -> StateSpace:
+    """The noise of a channel as a linear system, for a filter of step `dt`.
+
+    Parameters
+    ----------
+    model : ChannelModel
+    dt : float
+        Step of the filter, the sample interval. [s]
+    output : {"rate", "increments", "integrated"}
+        What is measured: the mean rate over a step, the increment of the angle (velocity), or the angle itself, on which
+        quantization is white.
+    tau_max : float, optional
+        The longest averaging time for which flicker noise is right. [s] Default: an hour, 1000 steps at least and 10¹² at
+        most.
+    flicker_error : float
+        What the Allan deviation of flicker noise may be off by, relative; decides the number of its states.
+    turn_on : float
+        Standard deviation of the constant bias at the start, which no Allan variance shows; a state if it is not 0.
+        [unit of the rate]
+
+    Returns
+    -------
+    StateSpace
+
+    Raises
+    ------
+    OptionError
+        For a model of several channels, a step or time that is not positive, an unknown output, or a flicker error that
+        cannot be reached.
+
+    Notes
+    -----
+    The rate random walk is that of the samples, b' = b + K·√dt·w; a ramp is a slope of variance R². Exact at `dt` for all
+    but flicker noise.
+    """
+    one_channel(model, kind=ChannelModel, function="state_space")
+    interval("dt", dt)
+    if output not in ("rate", "increments", "integrated"):
+        raise OptionError(f"`output` must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
+    if not (math.isfinite(real(turn_on)) and turn_on >= 0):
+        raise OptionError(f"`turn_on` must be 0 or a positive number, not {turn_on!r}", option="turn_on")
+    system = _System(dt)
+    terms = model.terms
+    white = 0.0
+    if "random_walk" in terms:
+        if model.bandwidth is None:
+            white = terms["random_walk"] ** 2 / dt
+        else:
+            system.low_pass(terms["random_walk"], model.bandwidth)
+    if "rate_random_walk" in terms or "rate_ramp" in terms or turn_on:
+        system.walk(terms.get("rate_random_walk", 0.0), terms.get("rate_ramp", 0.0), turn_on)
+    poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
+    if poles is not None:
+        for k, (time, variance) in enumerate(zip(poles.times, poles.variances, strict=True), 1):
+            system.gauss_markov(f"flicker_{k}", terms["bias_instability"] ** 2 * variance, time)
+    for k, process in enumerate(model.gauss_markov, 1):
+        system.gauss_markov(f"gauss_markov_{k}", process.sigma**2, process.time)
+    for k, line in enumerate(model.sinusoid, 1):
+        system.sinusoid(k, line.amplitude, line.frequency)
+    quantization = terms.get("quantization", 0.0)
+    if output == "integrated":
+        system.integrate(white)
+        variance = quantization**2
+    else:
+        if quantization:
+            system.quantization(quantization)
+        variance = white if output == "rate" else white * dt**2
+    scale = dt if output == "increments" else 1.0
+    return StateSpace(
+        F=system.F,
+        G=system.G,
+        H=scale * system.H[None, :],
+        Qd=system.Qd,
+        R=np.array([[variance]]),
+        P0=system.P0,
+        states=tuple(system.states),
+        inputs=tuple(system.inputs),
+        dt=dt,
+        output=output,
+        unit=model.unit,
+        flicker_error=poles.error if poles else 0.0,
+        tau_max=poles.tau_max if poles else None,
+    )
+
+
+def flicker_of(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:
+    """The processes for a model's bias instability, up to an hour if no time is given; None without."""
+    if "bias_instability" not in model.terms:
+        return None
+    longest = min(max(_HORIZON, 1000 * dt), LONGEST_BAND * dt) if tau_max is None else tau_max
+    return flicker_poles(dt=dt, tau_max=longest, error=error)
+
+
+class _System:
+    """Matrices to which terms are added one after the other; y is the mean rate of a step."""
+
+    def __init__(self, dt: float) -> None:
+        self.dt = dt
+        self.states: list[str] = []
+        self.inputs: list[str] = []
+        self.F = self.P0 = self.Qd = np.zeros((0, 0))
+        self.G = np.zeros((0, 0))
+        self.H = np.zeros(0)
+
+    def _add(
+        self, states: list[str], f: Floats, g: Floats, h: Floats, q: Floats, p0: Floats, inputs: list[str]
+    ) -> None:
+        self.F, self.P0, self.Qd = _beside(self.F, f), _beside(self.P0, p0), _beside(self.Qd, q)
+        self.G = _beside(self.G, g)
+        self.H = np.concatenate((self.H, h))
+        self.states += states
+        self.inputs += inputs
+
+    def gauss_markov(self, name: str, variance: float, time: float) -> None:
+        kept = math.exp(-self.dt / time)
+        lost = -math.expm1(-2 * self.dt / time)
+        one = np.ones((1, 1))
+        self._add([name], kept * one, one, np.ones(1), variance * lost * one, variance * one, [name])
+
+    def walk(self, k: float, ramp: float, turn_on: float) -> None:
+        if ramp:
+            f = np.array([[1.0, self.dt], [0.0, 1.0]])
+            p0 = np.diag([turn_on**2, ramp**2])
+            states, h = ["bias", "ramp"], np.array([1.0, 0.0])
+        else:
+            f, p0, states, h = np.ones((1, 1)), np.array([[turn_on**2]]), ["bias"], np.ones(1)
+        inputs = ["rate_random_walk"] if k else []
+        g = np.eye(len(f), len(inputs))
+        self._add(states, f, g, h, np.full((len(inputs), len(inputs)), k**2 * self.dt), p0, inputs)
+
+    def sinusoid(self, number: int, amplitude: float, frequency: float) -> None:
+        turn = 2 * math.pi * math.fmod(frequency * self.dt, 1.0)
+        f = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+        names = [f"sinusoid_{number}", f"sinusoid_{number}_quadrature"]
+        p0 = amplitude**2 / 2 * np.eye(2)
+        self._add(names, f, np.zeros((2, 0)), np.array([1.0, 0.0]), np.zeros((0, 0)), p0, [])
+
+    def quantization(self, q: float) -> None:
+        f = np.array([[0.0, 0.0], [1.0, 0.0]])
+        h = np.array([1.0, -1.0]) / self.dt
+        names = ["angle_error", "angle_error_before"]
+        self._add(names, f, np.array([[1.0], [0.0]]), h, np.array([[q**2]]), q**2 * np.eye(2), ["quantization"])
+
+    def low_pass(self, n: float, bandwidth: LowPass) -> None:
+        """Butterworth filter at the samples' times, driven by the exact covariance of continuous white noise."""
+        from scipy.linalg import expm, solve_continuous_lyapunov
+        from scipy.signal import butter
+
+        corner = 2 * math.pi * bandwidth.corner
+        # In units of the corner, controllable form: all states are of one size.
+        _, denominator = butter(bandwidth.order, 1.0, analog=True)
+        order = bandwidth.order
+        a = np.zeros((order, order))
+        a[:-1, 1:] = np.eye(order - 1)
+        a[-1] = -denominator[:0:-1]
+        driven = np.zeros((order, order))
+        driven[-1, -1] = n**2 * corner
+        p0 = solve_continuous_lyapunov(a, -driven)
+        if corner * self.dt * math.sin(math.pi / (2 * order)) > _FORGOTTEN:
+            f, q = np.zeros((order, order)), p0  # the slowest pole has forgotten all: products of this size lose it
+        else:
+            f = expm(a * corner * self.dt)
+            q = _driven(a, driven, corner * self.dt)
+        names = [f"filter_{k}" for k in range(1, order + 1)]
+        h = np.eye(1, order)[0]
+        self._add(
+            names,
+            f,
+            np.eye(order),
+            h,
+            (q + q.T) / 2,
+            (p0 + p0.T) / 2,
+            [f"random_walk_{k}" for k in range(1, order + 1)],
+        )
+
+    def integrate(self, white: float) -> None:
+        """The integral of y as the first state, and as what is measured."""
+        n, k = len(self.states), len(self.inputs)
+        f, p0 = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
+        f[0, 0], f[0, 1:], f[1:, 1:] = 1.0, self.dt * self.H, self.F
+        p0[1:, 1:] = self.P0
+        g, q = np.zeros((n + 1, k)), self.Qd
+        g[1:] = self.G.reshape(n, k)
+        if white:
+            g = np.concatenate((np.eye(n + 1, 1), g), axis=1)
+            q = _beside(np.array([[white * self.dt**2]]), q)
+            self.inputs = ["random_walk", *self.inputs]
+        self.F, self.G, self.Qd, self.P0 = f, g, q, p0
+        self.H = np.eye(1, n + 1)[0]
+        self.states = ["integral", *self.states]
+
+
+def _driven(a: Floats, density: Floats, time: float) -> Floats:
+    """Covariance of ẋ = a·x + white noise after some time from x = 0: ∫ exp(a·s)·density·exp(a·s)ᵀ ds.
+
+    By its power series over a time so short that it converges at once, then doubled. The difference of the stationary
+    covariance and what is kept of it would lose all digits of a step that is short against the process.
+    """
+    from scipy.linalg import expm
+
+    doublings = max(math.ceil(math.log2(2 * float(np.linalg.norm(a)) * time)), 0)
+    step = time / 2**doublings
+    term = density * step
+    total = term.copy()
+    for k in range(2, _SERIES):
+        term = (a @ term + term @ a.T) * (step / k)
+        total += term
+    return Steps(expm(a * step), total).times(2**doublings).noise
+
+
+def _beside(a: Floats, b: Floats) -> Floats:
+    """Block diagonal matrix of two."""
+    result = np.zeros((a.shape[0] + b.shape[0], a.shape[1] + b.shape[1]))
+    result[: a.shape[0], : a.shape[1]] = a
+    result[a.shape[0] :, a.shape[1] :] = b
+    return result

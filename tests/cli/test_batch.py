@@ -1,0 +1,191 @@
+"""analyze with several logs: one process, one JSON each; a summary; an exit code that says if any failed."""
+
+import json
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import known
+import sigmatau as st
+from sigmatau.cli import batch, main
+from sigmatau.errors import DataError, OptionError
+
+
+def write(path, seed, n=2000):
+    columns = np.c_[np.arange(n) / 100, np.random.default_rng(known.seed_of(seed)).standard_normal((n, 3))]
+    header = "time [s],gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]"
+    np.savetxt(path, columns, delimiter=",", header=header, comments="", fmt="%.6f")
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs")
+    for name in ("b", "a"):
+        write(path / f"{name}.csv", name)
+    (path / "bad.csv").write_text("time [s],gyro_x [deg/s]\n1,2\nx,3\n")
+    (path / "notes.md").write_text("# what was done")
+    (path / ".hidden").write_text("x")
+    return path
+
+
+def run(*argv, capsys):
+    code = main([str(a) for a in argv])
+    return code, *capsys.readouterr()
+
+
+class TestCommand:
+    def test_a_folder(self, folder, tmp_path, capsys):
+        results, plots = tmp_path / "r", tmp_path / "p"
+        code, out, err = run(
+            "analyze", folder, "--jobs", 2, "--json", results, "--plot", plots, "--taus", "octave", capsys=capsys
+        )
+        assert code == 1
+        assert [line.split()[0] for line in out.splitlines() if line and line[0] != " "] == [
+            "log", "a.csv", "b.csv", "bad.csv", "2",
+        ]  # fmt: skip
+        assert "2 of 3 logs analysed" in out
+        assert "bad.csv, line 3: column time [s] has 'x'" in err
+        assert f"no logs, left out: {folder / 'notes.md'}" in err
+        assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
+        assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
+        alone = st.analyze(st.read(folder / "a.csv"), taus="octave").to_dict()
+        assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
+
+    def test_read_off_and_order(self, folder, capsys):
+        logs = [folder / "b.csv", folder / "a.csv"]
+        code, out, _ = run("analyze", *logs, "--method", "read-off", "-q", capsys=capsys)
+        assert code == 0
+        assert out.index("b.csv") < out.index("a.csv")
+        assert out.count("read off") == 6
+        assert " ± " in out
+
+    def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
+        damaged = st.Finding(code="broken_off", severity="error", message="half of it")
+        monkeypatch.setattr(
+            batch, "run", lambda logs, *_, **__: [batch.Outcome(log=log, findings=(damaged,)) for log in logs]
+        )
+        code, _, err = run("analyze", folder / "a.csv", folder / "b.csv", capsys=capsys)
+        assert code == 4
+        assert "a.csv: error: half of it" in err
+
+    def test_one_in_a_pattern(self, folder, tmp_path, capsys):
+        assert run("analyze", folder / "a.csv", "--jobs", 4, capsys=capsys)[0] == 0
+        assert run("analyze", folder / "a.csv", "--json", tmp_path, "-q", capsys=capsys)[0] == 0
+        assert (tmp_path / "a.csv.json").exists()
+
+    @pytest.mark.parametrize(
+        ("argv", "words"),
+        [
+            (["a.csv", "b.csv", "--json", "x.json"], "must be a folder"),
+            (["a.csv", "b.csv", "--json", "-"], "must be a folder"),
+            (["a.csv", "a.csv"], "given twice"),
+            (["a.csv", "b.csv", "--jobs", "0"], "--jobs 0"),
+            ([], "give a log"),
+        ],
+    )
+    def test_wrong_options(self, folder, monkeypatch, capsys, argv, words):
+        monkeypatch.chdir(folder)
+        code, out, err = run("analyze", *argv, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert words in err
+
+    def test_no_log(self, tmp_path, capsys):
+        code, _, err = run("analyze", tmp_path, capsys=capsys)
+        assert code == 1
+        assert "no log in this folder" in err
+
+
+def killed(log):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def ended(log):
+    os._exit(7)
+
+
+def refused(log):
+    raise OptionError("no such unit", option="unit")
+
+
+class TestProcesses:
+    def test_one_that_dies_does_not_end_the_others(self, folder):
+        (outcome,) = batch.run([folder / "a.csv"], killed, jobs=1)
+        assert "ended by SIGKILL" in outcome.error
+        assert outcome.code == 1
+        (outcome,) = batch.run([folder / "a.csv"], ended, jobs=1)
+        assert "exit code 7" in outcome.error
+
+    def test_an_option(self, folder):
+        outcomes = list(batch.run([folder / "a.csv", folder / "b.csv"], refused, jobs=2))
+        assert [(o.code, o.error) for o in outcomes] == [(2, "no such unit")] * 2
+
+
+class TestNames:
+    def test_short_but_distinct(self):
+        assert batch.names([Path("/d/a.csv"), Path("/d/b.csv")]) == ["a.csv", "b.csv"]
+        assert batch.names([Path("/d/1/a.csv"), Path("/d/2/a.csv")]) == ["1_a.csv", "2_a.csv"]
+        assert batch.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/2/a")]) == ["1_a-1", "1_a-2", "2_a"]
+
+    def test_gather(self, folder, tmp_path):
+        logs, left_out = batch.gather([folder])
+        assert [log.name for log in logs] == ["a.csv", "b.csv", "bad.csv"]
+        assert [file.name for file in left_out] == ["notes.md"]
+        assert batch.gather([folder, folder / "a.csv"])[0] == logs
+        with pytest.raises(OptionError, match="given twice"):
+            batch.gather([folder / "a.csv", folder / "a.csv"])
+        empty = tmp_path / "none"
+        empty.mkdir()
+        with pytest.raises(DataError, match="no log"):
+            batch.gather([empty])
+
+    def test_folders_in_folders(self, tmp_path, monkeypatch):
+        (tmp_path / "d" / "day 1").mkdir(parents=True)
+        (tmp_path / "d" / ".cache").mkdir()
+        write(tmp_path / "d" / ".cache" / "x.csv", "c", n=10)
+        write(tmp_path / "d" / "b.csv", "b", n=10)
+        write(tmp_path / "d" / "day 1" / "a.csv", "a", n=10)
+        (tmp_path / "d" / "day 1" / "up").symlink_to(tmp_path / "d")
+        (tmp_path / "d" / "notes.txt").write_text("Night 1: the lid was open.\nTemperature 21 degrees.\n")
+        (tmp_path / "d" / "photo").write_bytes(b"\xff\xd8\xff\xe0" + bytes(50))
+        (tmp_path / "d" / "empty").write_bytes(b"")
+        (tmp_path / "d" / "header.csv").write_text("time,gyro_x\n")
+        logs, left_out = batch.gather([tmp_path / "d"])
+        assert [log.name for log in logs] == ["b.csv", "header.csv", "a.csv"]
+        assert [file.name for file in left_out] == ["empty", "notes.txt", "photo"]
+        # What is named is read, whatever it is; and once, however it is named.
+        assert batch.gather([tmp_path / "d" / "notes.txt"]) == ([tmp_path / "d" / "notes.txt"], [])
+        monkeypatch.chdir(tmp_path / "d")
+        assert batch.gather([Path("b.csv"), tmp_path / "d" / "b.csv"])[0] == [Path("b.csv")]
+
+    def test_numbers_of_like_names(self):
+        assert batch.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/1_a-1"), Path("/e/b")])[:2] != ["", ""]
+        found = batch.names([Path("/d/x/1/a"), Path("/d/x/1_a"), Path("/d/x/2/a")])
+        assert found == ["1_a-1", "1_a-2", "2_a"]
+
+
+def test_the_summary_says_length_rate_and_damage(tmp_path, capsys):
+    for name, seed in (("a.csv", "a"), ("b.csv", "b")):
+        write(tmp_path / name, seed)
+    text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
+    (tmp_path / "b.csv").write_text(text)  # broken off
+    code, out, _ = run("analyze", tmp_path, "-q", "--taus", "octave", capsys=capsys)
+    assert code == 4
+    whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
+    assert "20 s" in whole
+    assert "100 Hz" in whole
+    assert "DAMAGED" not in whole
+    assert broken.endswith("DAMAGED")
+
+
+def test_a_term_that_may_be_nothing_shows_its_interval(folder):
+    analysis = st.analyze(st.read(folder / "a.csv"))
+    (channel, fit), *_ = analysis.fits.items()
+    term = replace(fit["random_walk"], low=0.0)
+    with_zero = replace(fit, terms={**fit.terms, "random_walk": term})
+    rows = list(batch._rows(replace(analysis, fits={channel: with_zero})))
+    assert "[0" in rows[0][3]

@@ -1,0 +1,335 @@
+"""Live samples: the reader of lines that come in pieces, and the command."""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from importlib import resources
+
+import jsonschema
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from known import interruptible
+from sigmatau import NoiseModel, analyze, read, simulate
+from sigmatau.cli import main
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.live import Live, follow
+from sigmatau.io.read.options import Options
+from sigmatau.io.write import write
+from sigmatau.plot.terminal import text_plot
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "python")}
+
+
+def options(**given):
+    defaults = {"rate": None, "unit": {}, "channels": {}, "input": "rate", "scale": {}, "offset": {}}
+    return Options.check(**{**defaults, **given})
+
+
+def table(n=300, header="time [s],gyro_x [deg/s],gyro_y [deg/s]", rate=50):
+    y = np.random.default_rng(1).standard_normal((n, 2))
+    rows = [f"{k / rate:.6f},{a!r},{b!r}" for k, (a, b) in enumerate(y.tolist())]
+    return "\n".join([header, *rows, ""]).encode(), y
+
+
+def pushed(live, text, size):
+    pieces = [live.push(text[k : k + size]) for k in range(0, len(text), size)]
+    pieces.append(live.push(b"", last=True))
+    return np.concatenate([piece for piece in pieces if piece.size])
+
+
+class TestLines:
+    @pytest.mark.parametrize("size", [1, 7, 1000, 10**6])
+    def test_pieces_make_no_difference(self, size):
+        text, y = table()
+        live = Live(options())
+        assert pushed(live, text, size).tolist() == y.tolist()
+        assert live.channels == ("gyro_x", "gyro_y")
+        assert (live.rate, live.unit["gyro_x"]) == (pytest.approx(50), "deg/s")
+        assert live.rate_by_stamps() == pytest.approx(50)
+        assert (live.lines, live.lost) == (300, 0)
+
+    @pytest.mark.parametrize("size", [11, 10**6])
+    def test_bad_lines_are_left_out_and_counted(self, size):
+        text, y = table()
+        lines = text.splitlines(keepends=True)
+        lines[100] = b"1.98,0.3,\xff\x00garbage\n"
+        lines[101] = b"2.0,1\n"
+        lines[250] = b"nan,nan,nan\n"
+        live = Live(options())
+        got = pushed(live, b"".join(lines), size)
+        assert got.tolist() == np.delete(y, [99, 100, 249], axis=0).tolist()
+        assert (live.lines, live.lost) == (297, 3)
+        assert live.lost_example
+
+    @pytest.mark.parametrize("size", [11, 3000, 10**6])
+    @pytest.mark.parametrize("garbled", [b"x,1,2\n", b"0.48,1e200,2\n", b"0.48,nan,2\n"])
+    def test_a_lost_line_does_not_change_the_rate(self, size, garbled):
+        text, y = table()
+        lines = text.splitlines(keepends=True)
+        lines[25] = garbled
+        live = Live(options())
+        assert pushed(live, b"".join(lines), size).tolist() == np.delete(y, 24, axis=0).tolist()
+        assert (live.lost, live.leaps) == (1, 0)
+        assert live.rate == pytest.approx(50)
+        assert live.rate_by_stamps() == pytest.approx(50)
+
+    def test_many_bad_lines_and_carriage_returns(self):
+        text, y = table(5000)
+        lines = text.replace(b"\n", b"\r\r\n").split(b"\n")
+        for k in range(100, 4900, 3):
+            lines[k] = b"9x9\r7777.5,3,1\r\r"
+        live = Live(options())
+        got = pushed(live, b"\n".join(lines), 10**6)
+        kept = [k - 1 for k in range(1, 5001) if not (100 <= k < 4900 and (k - 100) % 3 == 0)]
+        assert got.tolist() == y[kept].tolist()
+        assert live.lost == 1600
+
+    def test_gaps_and_leaps_back_are_counted(self):
+        text, _ = table()
+        lines = text.splitlines(keepends=True)
+        later = [b"%.2f,1,2\n" % (k / 50 + shift) for k, shift in ((300, 5.0), (301, 5.0), (302, -3.0), (303, -3.0))]
+        live = Live(options())
+        pushed(live, b"".join(lines + later), 100)
+        assert live.leaps == 2
+        assert live.rate_by_stamps() == pytest.approx(50)
+
+    @pytest.mark.parametrize("data", [b"\x93NUMPY\x01\x00" + b"a,b\n" * 100, bytes(range(256)) * 40 + b"\n" * 60])
+    def test_binary_data(self, data):
+        with pytest.raises(DataError, match="binary data"):
+            Live(options(rate=1)).push(data, last=True)
+
+    def test_scales_and_offsets(self):
+        text, y = table(header="t,a,b")
+        live = Live(
+            options(
+                rate=10,
+                channels={"gyro_x": "a", "accel_z": "b"},
+                unit={"gyro": "deg/s", "accel": "g"},
+                scale={"gyro": 0.5},
+                offset={"accel_z": 3},
+            )
+        )
+        got = pushed(live, text, 333)
+        assert got == pytest.approx(np.column_stack([y[:, 0] * 0.5, y[:, 1] - 3]), rel=1e-15)
+        assert live.rate == 10
+
+    def test_no_final_newline_and_few_lines(self):
+        live = Live(options(rate=1, channels={"y": 1}, unit={"y": "V"}))
+        assert pushed(live, b"1\n2\n3", 2)[:, 0].tolist() == [1, 2, 3]
+
+    @pytest.mark.parametrize(
+        ("text", "given", "words"),
+        [
+            (b"1,2\n3,4\n", {}, "which column is what"),
+            (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
+            (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "--rate"),
+            (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),
+            (b"", {"rate": 5}, "nothing but blank lines"),
+        ],
+    )
+    def test_what_is_missing_is_asked_for(self, text, given, words):
+        live = Live(options(**given))
+        with pytest.raises((DataError, OptionError), match=words):
+            pushed(live, text, 100)
+
+
+class TestFollow:
+    def test_a_file_that_grows(self, tmp_path):
+        log = tmp_path / "log"
+        log.write_bytes(b"one ")
+        with log.open("ab", buffering=0) as writer:
+            got = b""
+            for piece in follow(str(log), every=0.05, idle=0.5):
+                got += piece
+                if piece and got == b"one ":
+                    writer.write(b"two")
+        assert got == b"one two"
+
+    def test_a_file_that_shrinks(self, tmp_path):
+        log = tmp_path / "log"
+        log.write_bytes(b"0123456789")
+        pieces = follow(str(log), every=0.05)
+        assert next(pieces) == b"0123456789"
+        log.write_bytes(b"0")
+        with pytest.raises(DataError, match="has become shorter"):
+            list(pieces)
+
+    def test_no_file(self, tmp_path):
+        with pytest.raises(DataError, match="cannot be read"):
+            list(follow(str(tmp_path / "none"), every=0.05))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    model = NoiseModel(
+        channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}, "accel_x": {"random_walk": 1e-3}}
+    )
+    path = tmp_path_factory.mktemp("watch") / "log.csv"
+    write(simulate(model, duration=1500, rate=100, rng=1), path)
+    return path
+
+
+class TestCommand:
+    def test_standard_input_gives_what_analyze_gives(self, log, tmp_path):
+        result = tmp_path / "last.json"
+        with log.open("rb") as lines:
+            done = subprocess.run(
+                [sys.executable, "-m", "sigmatau", "watch", "--json", str(result)],
+                stdin=lines,
+                capture_output=True,
+                text=True,
+                env=ENVIRONMENT,
+                check=True,
+            )
+        assert "angle random walk" in done.stdout
+        written = json.loads(result.read_text())
+        schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
+        jsonschema.validate(written, schema)
+        expected = analyze(read(log), long="strided").to_dict()
+        for channel, found in written["channels"].items():
+            curve, other = found["curve"], expected["channels"][channel]["curve"]
+            assert curve["adev"] == pytest.approx(other["adev"], rel=1e-9)
+            assert curve["stride"] == other["stride"]
+            terms = expected["channels"][channel]["fit"]["terms"]
+            assert found["fit"]["terms"]["random_walk"]["value"] == pytest.approx(
+                terms["random_walk"]["value"], rel=1e-3
+            )
+
+    def test_interrupt_ends_it_with_the_table(self, log):
+        run = subprocess.Popen(
+            [sys.executable, "-m", "sigmatau", "watch", str(log)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+            preexec_fn=interruptible,
+        )
+        time.sleep(3)
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=120)
+        assert run.returncode == 0, err
+        assert "150000 samples" in out
+
+    def test_lost_lines_and_wrong_rate_are_said(self, log, tmp_path, capsys):
+        lines = log.read_bytes().splitlines(keepends=True)
+        lines[500] = b"#\x00,oops,1\n"
+        lines[501] = b"x,y,z\n"
+        bad = tmp_path / "bad.csv"
+        bad.write_bytes(b"".join(lines))
+        argv = ["watch", str(bad), "--rate", "99", "--idle", "0.3", "--every", "0.1"]
+        assert main(argv) == 0
+        err = capsys.readouterr().err
+        assert "1 line left out that could not be read: 'x'" in err
+        assert "100 Hz by the stamps so far, 99 Hz is used" in err
+
+    @pytest.mark.parametrize(
+        ("argv", "code", "words"),
+        [
+            (["watch", "no-such-file"], 1, "no such file"),
+            (["watch", "LOG", "--every", "0"], 2, "--every"),
+            (["watch", "LOG", "--idle", "-1"], 2, "--idle"),
+            (["watch", "LOG", "--input", "accumulated"], 2, "accumulated"),
+            (["watch", "LOG", "--idle", "0.2", "--every", "0.1", "--unit", "gyro=parsec"], 2, "parsec"),
+            (["watch", "LOG", "--plot", "figure.doc"], 2, ".png"),
+        ],
+    )
+    def test_refusals(self, log, argv, code, words, capsys):
+        assert main([str(log) if word == "LOG" else word for word in argv]) == code
+        assert words in capsys.readouterr().err
+
+    def test_an_empty_stream(self, tmp_path, capsys):
+        empty = tmp_path / "empty.csv"
+        empty.touch()
+        assert main(["watch", str(empty), "--idle", "0.2", "--every", "0.1"]) == 1
+        assert "blank lines" in capsys.readouterr().err
+
+    def test_the_screen(self, log, monkeypatch):
+        """What a terminal shows: heading, a curve for each sensor, the coefficients."""
+        from rich.console import Console
+
+        from sigmatau.cli.watch import _Watched
+
+        watched = _Watched("log", Live(options()))
+        shown = io.StringIO()
+        console = Console(file=shown, width=200)
+        console.print(watched.draw())
+        watched.take(log.read_bytes())
+        monkeypatch.setenv("COLUMNS", "100")
+        monkeypatch.setenv("LINES", "60")
+        console.print(watched.draw())
+        text = shown.getvalue()
+        assert "waiting for the first lines" in text
+        for words in ("150000 samples at 100 Hz", "σ(τ) [deg/h]", "σ(τ) [µg]", "angle random walk", "└─"):
+            assert words in text
+
+
+class TestTextPlot:
+    def test_curves_fall_where_they_should(self, log):
+        curves = {"gyro_x": analyze(read(log), method="read-off").curves["gyro_x"]}
+        lines = text_plot(curves, width=60, height=20)
+        assert len(lines) == 20
+        assert all(len(line) <= 60 for line in lines)
+        rows = [line.find("x", 11) for line in lines[1:-2]]
+        # White noise falls: the marks of lower rows lie further right.
+        columns = [column for column in rows if column >= 0]
+        assert columns[0] == 11
+        assert columns == sorted(columns)
+
+    def test_nothing_to_draw(self):
+        assert text_plot({}, width=80, height=20) == []
+
+
+class TestEnds:
+    """However it ends, what has come is not lost."""
+
+    def started(self, *argv, **given):
+        return subprocess.Popen(
+            [sys.executable, "-m", "sigmatau", "watch", *argv],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+            **given,
+        )
+
+    def test_terminated(self, tmp_path):
+        text, _ = table(3000)
+        path = tmp_path / "log.csv"
+        path.write_bytes(text)
+        run = self.started(str(path))
+        time.sleep(3)
+        run.terminate()
+        out, err = run.communicate(timeout=120)
+        assert run.returncode == 0, err
+        assert "3000 samples" in out
+
+    def test_a_file_that_becomes_shorter(self, tmp_path):
+        text, _ = table(3000)
+        path = tmp_path / "log.csv"
+        path.write_bytes(text)
+        run = self.started(str(path), "--json", str(tmp_path / "r.json"))
+        time.sleep(3)
+        path.write_bytes(text[:1000])
+        out, err = run.communicate(timeout=120)
+        assert run.returncode == 1
+        assert "has become shorter" in err
+        assert "3000 samples" in out
+        assert (tmp_path / "r.json").exists()
+
+    def test_closed_standard_input(self):
+        done = subprocess.run(
+            f"{sys.executable} -m sigmatau watch <&-", shell=True, capture_output=True, text=True, env=ENVIRONMENT
+        )
+        assert (done.returncode, done.stderr) == (1, "sigmatau: standard input is closed\n")
+
+    def test_too_few(self, capsys, tmp_path):
+        path = tmp_path / "few.csv"
+        path.write_text("gyro_x [deg/s]\n1\n2\n")
+        assert main(["watch", str(path), "--rate", "1", "--idle", "0.2"]) == 1
+        assert "at least 4 are needed" in capsys.readouterr().err

@@ -1,0 +1,296 @@
+"""How long to record: the paper's own case, simulation, and what cannot be planned."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import NoiseModel, allan, fit, simulate
+from sigmatau.cli import main
+from sigmatau.errors import OptionError
+from sigmatau.fitting.components import LINEAR, components
+from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.inference import skewed_tails
+from sigmatau.fitting.planning import detectable, needed_samples, plan, relative_error
+from sigmatau.fitting.statement import half_octaves
+from sigmatau.fitting.tau_min import LONGEST_SHARE
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.units import to_si
+
+CIMU = {"quantization": to_si(0.973, "arcsec"), "random_walk": to_si(0.0015, "deg/sqrt(h)")}
+IN_RUN_BIAS = to_si(0.0022, "deg/h")  # the manufacturer's, Section III-A of the paper
+
+
+class TestThePapersHundredHours:
+    """Section IV: 2 h are not enough for the CIMU's bias instability, which takes about 100 h."""
+
+    def test_two_hours_do_not_show_it(self):
+        assert detectable(CIMU, "bias_instability", n=2 * 3600 * 200, tau0=0.005) > 2 * IN_RUN_BIAS
+
+    def test_a_hundred_hours_show_and_determine_it(self):
+        n = 100 * 3600 * 200
+        assert detectable(CIMU, "bias_instability", n=n, tau0=0.005, power=0.9) < IN_RUN_BIAS
+        assert relative_error(CIMU, "bias_instability", IN_RUN_BIAS, n=n, tau0=0.005) < 0.2
+
+    def test_how_long_it_takes(self):
+        hours = {
+            p: needed_samples(CIMU, "bias_instability", IN_RUN_BIAS, tau0=0.005, power=p) / 720_000 for p in (0.5, 0.95)
+        }
+        assert 5 < hours[0.5] < 50
+        assert 30 < hours[0.95] < 150
+
+
+@pytest.mark.parametrize(
+    ("term", "others"),
+    [
+        ("bias_instability", {"random_walk": 1.0}),
+        ("rate_random_walk", {"random_walk": 1.0, "bias_instability": 0.1}),
+        ("random_walk", {"quantization": 10.0}),
+    ],
+)
+def test_half_of_the_records_show_it(term, others):
+    """A hundred records; studies/coverage.py has a thousand of each of more cases."""
+    n, count = 2**13, 100
+    value = detectable(others, term, n=n, tau0=1.0)
+    model = NoiseModel(channels={"gyro_x": {**others, term: value}})
+    rng = np.random.default_rng(seed_of(f"plan {term}"))
+    found = [
+        fit(allan(simulate(model, duration=n, rate=1.0, rng=rng), threads=1)["gyro_x"]).observed.get(term) is not None
+        for _ in range(count)
+    ]
+    # 50 % to 3 standard errors, and to what the law's third moment leaves open.
+    assert np.mean(found) == pytest.approx(0.5, abs=3 * math.sqrt(0.25 / count) + 0.05)
+
+
+def test_laws():
+    others = {"random_walk": 1e-4, "bias_instability": 1e-6}
+    at = {n: detectable(others, "rate_random_walk", n=n, tau0=0.01) for n in (10_000, 100_000, 1_000_000)}
+    assert at[10_000] > at[100_000] > at[1_000_000]
+    tenfold = detectable({k: 10 * v for k, v in others.items()}, "rate_random_walk", n=100_000, tau0=0.01)
+    assert tenfold == pytest.approx(10 * at[100_000], rel=1e-2)
+    # The term's own value does not count.
+    assert detectable({**others, "rate_random_walk": 1.0}, "rate_random_walk", n=100_000, tau0=0.01) == at[100_000]
+    n = needed_samples(others, "rate_random_walk", at[100_000], tau0=0.01)
+    assert n == pytest.approx(100_000, rel=0.15)
+
+
+def test_a_filter_hides_what_shows_at_short_times():
+    others = {"random_walk": 1e-4}
+    free, filtered = (detectable(others, "quantization", n=100_000, tau0=0.01, tau_min=t) for t in (0.0, 0.32))
+    assert filtered > 10 * free
+    n = needed_samples(others, "quantization", filtered, tau0=0.01, tau_min=0.32)
+    assert n == pytest.approx(100_000, rel=0.15)
+
+
+def test_ramp():
+    """Beside white noise alone: some six standard errors N√(12/T³), because a weak walk could make as much."""
+    n, tau0 = 2**16, 0.01
+    least = detectable({"random_walk": 1e-4}, "rate_ramp", n=n, tau0=tau0)
+    sigma = 1e-4 * math.sqrt(12 / (n * tau0) ** 3)
+    assert 5 < least / sigma < 8
+
+
+def test_printed():
+    text = repr(
+        plan(
+            CIMU,
+            "bias_instability",
+            channel="gyro_x",
+            quantity="angular_rate",
+            rate_unit="rad/s",
+            rate=200,
+            duration=360_000,
+            value=IN_RUN_BIAS,
+        )
+    )
+    assert text.splitlines()[0] == (
+        "gyro_x: bias instability beside quantization 0.973 arcsec, angle random walk 0.0015 deg/√h; 200 Hz"
+    )
+    assert "a record of 100 h shows 0.0008" in text
+    assert "0.0022 deg/h shows in half of the records of " in text
+    assert "a record of 100 h determines a bias instability of 0.0022 deg/h to ± " in text
+
+
+def test_what_a_record_does_not_determine_is_named():
+    text = repr(
+        plan(
+            {"random_walk": 1e-4, "bias_instability": 3e-5},
+            "rate_random_walk",
+            channel="gyro_x",
+            quantity="angular_rate",
+            rate_unit="rad/s",
+            rate=100,
+            duration=7200,
+            value=1e-7,
+        )
+    )
+    value = f"{math.degrees(1e-7) * 60**3:.4g}"
+    last = text.splitlines()[-1]
+    assert (
+        last
+        == f"  a record of 2 h does not determine a rate random walk of {value} deg/h/√h: the error is more than half of it"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"others": {}}, "nothing beside"),
+        ({"others": {"bias_instability": 1.0}}, "nothing beside"),
+        ({"term": "arw"}, "unknown term 'arw'"),
+        ({"others": {"arw": 1.0}}, "unknown term 'arw'"),
+        ({"n": 20}, "too short"),
+        ({"n": 10**15}, "too long"),
+        ({"tau0": 0.0}, "`tau0`"),
+    ],
+)
+def test_what_cannot_be_planned(arguments, message):
+    complete = {"others": {"random_walk": 1.0}, "term": "bias_instability", "n": 10_000, "tau0": 1.0, **arguments}
+    others, term = complete.pop("others"), complete.pop("term")
+    with pytest.raises(OptionError, match=message):
+        detectable(others, term, **complete)
+
+
+class TestGaussMarkov:
+    """A process beside the term makes as much of the curve as the term does: it counts."""
+
+    model = ChannelModel(terms={"random_walk": 1.0}, gauss_markov=(GaussMarkov(sigma=0.2, time=20.0),))
+
+    @pytest.mark.parametrize("term", ["bias_instability", "rate_random_walk"])
+    def test_half_of_the_records_show_it(self, term):
+        n, count, level = 2**13, 150, 0.95
+        value = detectable(self.model, term, n=n, tau0=1.0)
+        assert value > 1.2 * detectable(self.model.terms, term, n=n, tau0=1.0)
+        made = NoiseModel(channels={"gyro_x": replace(self.model, terms={"random_walk": 1.0, term: value})})
+        rng = np.random.default_rng(seed_of(f"plan beside Gauss-Markov {term}"))
+        sizes = half_octaves(1, n // LONGEST_SHARE)
+        parts = components(n, sizes, correlation_time=20.0)
+        found = 0
+        for _ in range(count):
+            curve = allan(simulate(made, duration=n, rate=1.0, rng=rng), threads=1)["gyro_x"]
+            avar = curve.avar[np.isin(curve.m, sizes)]
+            assert len(avar) == len(sizes)
+            score = Gls(parts, avar).score(LINEAR.index(term), 0.0)
+            found += skewed_tails(score.z, score.skewness)[1] < 1 - level
+        # As above: 3 standard errors, and what the law's third moment leaves open.
+        assert found / count == pytest.approx(0.5, abs=3 * math.sqrt(0.25 / count) + 0.05)
+
+    def test_a_process_hardly_there_costs_little(self):
+        # A fifth at most, because its variance is free in the fit; a slow one has the shape of a rate random walk, free too.
+        weak = replace(self.model, gauss_markov=(GaussMarkov(sigma=1e-9, time=1e7),))
+        for term in ("quantization", "bias_instability"):
+            alone = detectable({"random_walk": 1.0}, term, n=10_000, tau0=1.0)
+            assert alone <= 1.001 * detectable(weak, term, n=10_000, tau0=1.0) <= 1.2 * alone
+        alone = relative_error({"random_walk": 1.0}, "bias_instability", 0.3, n=10_000, tau0=1.0)
+        assert alone <= 1.001 * relative_error(weak, "bias_instability", 0.3, n=10_000, tau0=1.0) <= 1.2 * alone
+
+    def test_seconds_are_not_samples(self):
+        fast = replace(self.model, terms={"random_walk": 0.1}, gauss_markov=(GaussMarkov(sigma=0.2, time=0.2),))
+        # A hundredth of the time: rates are the same, N goes with the root of the time, K with its inverse.
+        expected = detectable(self.model, "rate_random_walk", n=10_000, tau0=1.0) * 10
+        assert detectable(fast, "rate_random_walk", n=10_000, tau0=0.01) == pytest.approx(expected, rel=1e-6)
+
+    @pytest.mark.parametrize(
+        ("more", "word"),
+        [
+            ({"sinusoid": (Sinusoid(amplitude=1.0, frequency=0.1),)}, "a sinusoid"),
+            ({"bandwidth": LowPass(order=2, corner=0.1)}, "a bandwidth"),
+            ({"gauss_markov": 2 * (GaussMarkov(sigma=1.0, time=2.0),)}, "several Gauss-Markov"),
+        ],
+    )
+    def test_what_is_not_counted_is_refused(self, more, word):
+        with pytest.raises(OptionError, match=word):
+            detectable(replace(self.model, **more), "bias_instability", n=10_000, tau0=1.0)
+
+    def test_the_command_counts_it_and_names_what_it_does_not(self, tmp_path, capsys):
+        path = tmp_path / "m.toml"
+        NoiseModel(channels={"gyro_x": replace(self.model, sinusoid=(Sinusoid(amplitude=1.0, frequency=0.1),))}).write(
+            path
+        )
+        argv = ["plan", str(path), "--term", "rate_random_walk", "--rate", "1", "--hours", "3"]
+        assert main([*argv, "--json"]) == 0
+        out, err = capsys.readouterr()
+        assert "gyro_x: its sinusoid is left out of account" in err
+        (found,) = json.loads(out)
+        assert found["gauss_markov"] == [{"sigma": 0.2, "time_s": 20.0}]
+        assert found["found_in_half"] == pytest.approx(detectable(self.model, "rate_random_walk", n=10_800, tau0=1.0))
+        assert main(argv) == 0
+        assert "Gauss-Markov 4.125e+04 deg/h over 20 s" in capsys.readouterr().out
+
+
+class TestCommand:
+    @pytest.fixture
+    def model(self, tmp_path):
+        path = tmp_path / "imu.toml"
+        path.write_text(
+            '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\nbias_instability = "10 deg/h"\n'
+            '[channels.accel_x]\nbias_instability = "10 ug"\n'
+        )
+        return path
+
+    def run(self, *argv, capsys):
+        code = main(["plan", *(str(a) for a in argv)])
+        return code, *capsys.readouterr()
+
+    def test_a_model(self, model, capsys):
+        code, out, err = self.run(model, "--term", "bias_instability", "--rate", 100, "--hours", 2, capsys=capsys)
+        assert (code, err) == (0, "")
+        assert "gyro_x: bias instability beside angle random walk 0.3 deg/√h; 100 Hz" in out
+        assert "a record of 2 h shows" in out
+        assert "10 deg/h shows in half of the records of" in out
+        assert "accel" not in out  # nothing beside its bias instability
+
+    def test_a_result(self, model, tmp_path, capsys):
+        log, result = tmp_path / "log.csv", tmp_path / "r.json"
+        assert main(["simulate", str(model), "--hours", "0.1", "--rate", "50", "-o", str(log), "-q"]) == 0
+        assert main(["analyze", str(log), "--json", str(result), "-q"]) == 0
+        capsys.readouterr()
+        code, out, _ = self.run(
+            result,
+            "--term",
+            "rate_random_walk",
+            "--channels",
+            "gyro_x",
+            "--value",
+            "20 deg/h/sqrt(h)",
+            "--json",
+            capsys=capsys,
+        )
+        assert code == 0
+        (found,) = json.loads(out)
+        assert found["channel"] == "gyro_x"
+        assert found["record_s"] == pytest.approx(360)
+        assert found["value"] == pytest.approx(to_si(20, "deg/h/sqrt(h)"))
+        assert found["half_find_it_in_s"] < found["nine_of_ten_find_it_in_s"]
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            (["--term", "arw", "--rate", "1"], "--term 'arw'"),
+            (["--term", "bias_instability"], "--rate"),
+            (["--term", "rate_ramp", "--rate", "1"], "--hours or --value"),
+            (["--term", "rate_ramp", "--rate", "1", "--value", "3"], "--value '3'"),
+            (["--term", "rate_ramp", "--rate", "1", "--value", "3 deg/h"], "deg/h"),
+            (["--term", "rate_ramp", "--rate", "1", "--hours", "-2"], "--hours"),
+            (["--term", "rate_ramp", "--rate", "1", "--hours", "2", "--channels", "gyro_q"], "gyro_q"),
+            (["--term", "bias_instability", "--rate", "1", "--hours", "2", "--channels", "accel_x"], "accel_x"),
+        ],
+    )
+    def test_wrong_options(self, model, options, message, capsys):
+        code, out, err = self.run(model, *options, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert message in err
+        assert err.count("\n") == 1
+
+    @pytest.mark.parametrize("text", ["", "{}", '{"channels": {"gyro_x": {}}}', "[1]", '{"channels": 3}'])
+    def test_no_result(self, tmp_path, text, capsys):
+        path = tmp_path / "r.json"
+        path.write_text(text)
+        code, out, err = self.run(path, "--term", "bias_instability", "--hours", 1, capsys=capsys)
+        assert (code, out) == (1, "")
+        assert err.count("\n") == 1
+        assert "r.json" in err

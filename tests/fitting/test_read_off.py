@@ -1,0 +1,232 @@
+"""Reading off: exact curves, what is refused, and how often a term is invented."""
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import NoiseModel, OptionError, Record, allan, read_off, simulate
+from sigmatau.estimators.allan import DeviationCurve, cluster_sizes
+from sigmatau.fitting.read_off import RULES
+from sigmatau.noise.terms import TERMS, avar
+from sigmatau.noise.uncertainty import percentage_error
+from sigmatau.units import to_si
+
+
+def exact(coefficients, *, rate=100.0, n=720_000, grid="octave", quantity="angular_rate", unit="rad/s"):
+    """The curve that a mixture has on average."""
+    m = cluster_sizes(grid, n=n, tau0=1 / rate)
+    values = sum(avar(t, c, m=m, tau0=1 / rate) for t, c in coefficients.items())
+    return DeviationCurve(
+        channel="x",
+        quantity=quantity,
+        unit=unit,
+        m=m,
+        tau=m / rate,
+        avar=values,
+        n_pairs=n + 1 - 2 * m,
+        ramp=np.zeros(len(m)),
+        n=n,
+        tau0=1 / rate,
+    )
+
+
+@pytest.mark.parametrize("grid", ["octave", "half", "quarter"])
+@pytest.mark.parametrize("term", TERMS)
+def test_one_term_alone_is_read_exactly(term, grid):
+    found = read_off(exact({term: 3.7e-5}, grid=grid))
+    assert list(found) == [term]
+    c = found[term]
+    # Flicker and the sampled walk bend at the first samples, by 44 % and 22 %: they weigh a few of fifty points.
+    assert c.value == pytest.approx(3.7e-5, rel=0.02 if term in ("bias_instability", "rate_random_walk") else 1e-12)
+    assert c.slope == pytest.approx(TERMS[term].slope, abs=0.03)
+    assert c.tau_max == pytest.approx(1310.72, rel=0.2)
+    # error by eq. (26) at the longest averaging time of the region
+    assert c.error / c.value == pytest.approx(percentage_error(720_000, c.tau_max * 100)[0], rel=1e-9)
+
+
+def test_paper_hg1700_gyro_x():
+    """Table IV: 5.1154 arcsec and 0.094 deg/√h, the ± of the random walk 33 %."""
+    truth = {"quantization": to_si(5.1154, "arcsec"), "random_walk": to_si(0.094, "deg/sqrt(h)")}
+    found = read_off(exact(truth))
+    assert list(found) == ["quantization", "random_walk"]
+    # Each line is bent by the other term where they meet: 10 % is what the method gives, see docs/study/read-off.md.
+    assert found["quantization"].value == pytest.approx(truth["quantization"], rel=0.1)
+    assert found["random_walk"].value == pytest.approx(truth["random_walk"], rel=0.2)
+    assert found["random_walk"].percentage == pytest.approx(0.3336, abs=1e-4)
+    assert found.texts("random_walk")[0][1] == "deg/√h"
+    assert found.texts("quantization")[0][1] == "arcsec"
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "texts"),
+    [
+        ("angular_rate", "rad/s", ["arcsec", "deg/√h", "deg/h", "deg/h/√h", "deg/h²"]),
+        ("acceleration", "m/s^2", ["m/s", "m/s/√h", "m/s/h", "m/s/h^{3/2}", "m/s/h²"]),
+        ("signal", "V", ["V*s", "V*√s", "V", "V/√s", "V/s"]),
+        ("signal", "1", ["s", "√s", "1", "1/√s", "1/s"]),
+    ],
+)
+def test_units(quantity, unit, texts):
+    for term, text in zip(TERMS, texts, strict=True):
+        found = read_off(exact({term: 1e-3}, quantity=quantity, unit=unit))
+        assert found.texts(term)[0][1] == text
+    if quantity == "acceleration":
+        found = read_off(exact({"bias_instability": 9.80665e-6}, quantity=quantity, unit=unit))
+        assert [u for _, u in found.texts("bias_instability")] == ["m/s/h", "µg"]
+        assert found.texts("bias_instability")[1][0].startswith("1.0")
+
+
+def test_valley_between_random_walks_is_no_bias_instability():
+    """The paper reads any valley as bias instability; with N and K alone B would be 1.62 √(NK)."""
+    n, k = to_si(0.3, "deg/sqrt(h)"), to_si(30, "deg/h/sqrt(h)")
+    found = read_off(exact({"random_walk": n, "rate_random_walk": k}, grid="quarter"))
+    assert "bias_instability" not in found
+    valley = allan_min(exact({"random_walk": n, "rate_random_walk": k}, grid="quarter"))
+    assert valley / 0.664282 == pytest.approx(1.6176 * np.sqrt(n * k), rel=0.01)
+
+
+def allan_min(curve):
+    return curve.adev.min()
+
+
+def test_low_pass_at_the_short_end_is_not_read():
+    """White noise behind a low-pass rises into its slope −1/2: no plateau, and the random walk from beyond it."""
+    from sigmatau._native import kernels
+
+    base = exact({"random_walk": 1e-4})
+    values = kernels.band_limited_avar(1e-4, "butterworth2", 3.0, base.m, base.tau0)
+    curve = DeviationCurve(
+        channel="x", quantity="angular_rate", unit="rad/s", m=base.m, tau=base.tau, avar=values, n_pairs=base.n_pairs,
+        ramp=base.ramp,
+        n=base.n, tau0=base.tau0,
+    )  # fmt: skip
+    found = read_off(curve)
+    assert list(found) == ["random_walk"]
+    assert found["random_walk"].value == pytest.approx(1e-4, rel=0.03)
+    assert found["random_walk"].tau_min >= 0.16
+
+
+def test_hump_is_refused_with_its_reason():
+    """A sinusoid falls off like quantization noise, but from a hump."""
+    from sigmatau._native import kernels
+
+    base = exact({"random_walk": 1e-6})
+    hump = kernels.gauss_markov_avar(1e-3, 20.0, base.m, base.tau0)
+    curve = DeviationCurve(
+        channel="x", quantity="angular_rate", unit="rad/s", m=base.m, tau=base.tau, avar=base.avar + hump,
+        n_pairs=base.n_pairs, n=base.n, tau0=base.tau0, ramp=base.ramp,
+    )  # fmt: skip
+    found = read_off(curve)
+    assert "rate_random_walk" not in found
+    assert [r.term for r in found.refused] == ["rate_random_walk"]
+    assert "falls below it later" in found.refused[0].reason
+    assert "not rate random walk" in repr(found)
+
+
+@pytest.mark.parametrize("grid", ["octave", "half", "quarter"])
+@pytest.mark.parametrize(
+    "mixture",
+    [
+        {"quantization": to_si(1, "arcsec"), "bias_instability": to_si(0.036, "deg/h")},
+        {"quantization": to_si(1, "arcsec"), "bias_instability": to_si(0.1, "deg/h")},
+        {"bias_instability": to_si(10, "deg/h"), "rate_ramp": to_si(470, "deg/h^2")},
+        {"random_walk": to_si(0.3, "deg/sqrt(h)"), "rate_ramp": to_si(424, "deg/h^2")},
+        {"random_walk": to_si(0.3, "deg/sqrt(h)"), "rate_random_walk": to_si(85, "deg/h/sqrt(h)")},
+        {"quantization": to_si(25, "arcsec"), "rate_random_walk": to_si(120, "deg/h/sqrt(h)")},
+    ],
+)
+def test_where_two_terms_cross_there_is_no_third(mixture, grid):
+    """A crossing has every slope in between, for a while; on the mean curve nothing but the two may be read."""
+    found = read_off(exact(mixture, grid=grid))
+    assert set(found) <= set(mixture)
+    assert len(found) >= 1
+
+
+# Cases of docs/study/read-off.md in small: the terms that the record holds; anything else read off is invented.
+CASES = {
+    "quantization": {"quantization": 1e-5},
+    "random walk": {"random_walk": 1e-4},
+    "rate random walk": {"rate_random_walk": 1e-6},
+    "N and K": {"random_walk": to_si(0.3, "deg/sqrt(h)"), "rate_random_walk": to_si(60, "deg/h/sqrt(h)")},
+    "Q and K": {"quantization": to_si(25, "arcsec"), "rate_random_walk": to_si(120, "deg/h/sqrt(h)")},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_terms_are_not_invented(case):
+    """At most 5 % of the records of a case, ± 3 standard errors: with 40 records, 5 % + 10 % is six of them."""
+    rng = np.random.default_rng(seed_of(case))
+    model = NoiseModel(channels={"gyro_x": CASES[case]})
+    records = 40
+    invented = dict.fromkeys(set(TERMS) - set(CASES[case]), 0)
+    for _ in range(records):
+        for term in read_off(allan(simulate(model, duration=1310.72, rate=100, rng=rng))["gyro_x"]):
+            if term in invented:
+                invented[term] += 1
+    limit = records * (0.05 + 3 * np.sqrt(0.05 * 0.95 / records))
+    assert max(invented.values()) <= limit, invented
+
+
+def test_no_region():
+    rng = np.random.default_rng(5)
+    found = read_off(allan(Record.from_arrays(rate=1, y=rng.standard_normal(8)))["y"])
+    assert len(found) == 0
+    with pytest.raises(KeyError, match="read: none"):
+        found["random_walk"]
+    assert "no region of any term" in repr(found)
+
+
+def test_rules_can_be_changed():
+    curve = exact({"random_walk": 1e-4})
+    assert len(read_off(curve, rules={})) == 0
+    assert list(read_off(curve, rules={"random_walk": RULES["random_walk"]})) == ["random_walk"]
+
+
+def test_a_dense_grid_reads_like_a_sparse_one():
+    """Every τ of a record would be a search over 10⁸ regions; it is thinned."""
+    rng = np.random.default_rng(seed_of("dense grid"))
+    record = Record.from_arrays(rate=10, gyro_x=rng.standard_normal(40_000))
+    dense = read_off(allan(record, taus=np.arange(1, 20_001) / 10)["gyro_x"])["random_walk"]
+    sparse = read_off(allan(record, taus="quarter")["gyro_x"])["random_walk"]
+    assert dense.value == pytest.approx(sparse.value, rel=0.01)
+    assert dense.tau_max == pytest.approx(sparse.tau_max, rel=0.2)
+
+
+def test_coefficient_in_another_unit():
+    c = read_off(exact({"random_walk": to_si(0.3, "deg/sqrt(h)")}))["random_walk"]
+    assert c.to("deg/√h") == pytest.approx(0.3)
+    with pytest.raises(OptionError, match="does not fit"):
+        c.to("deg/h")
+
+
+def test_notebooks_show_what_is_printed():
+    found = read_off(exact({"random_walk": 1e-4}))
+    assert found._repr_html_().startswith("<pre>x: read off")
+
+
+@pytest.mark.parametrize(
+    ("term", "gaps"),
+    [
+        ("random_walk", "two in five"),
+        ("random_walk", "every second"),
+        ("random_walk", "every second of all"),
+        ("random_walk", "one in twenty"),
+        ("quantization", "every second"),
+        ("quantization", "one in twenty"),
+    ],
+)
+def test_missing_samples_do_not_change_what_is_read(term, gaps):
+    """Clusters that are half full show up to 1.3 times the random walk, and several times the quantization noise."""
+    rng = np.random.default_rng(seed_of(f"read off {term} {gaps}"))
+    n, values = 60_000, []
+    lost = {"two in five": rng.random(n) < 0.4, "one in twenty": rng.random(n) < 0.05}.get(gaps, np.arange(n) % 2 > 0)
+    if gaps != "every second of all":
+        lost &= np.arange(n) > n / 3
+    for _ in range(12):
+        white = rng.normal(size=n + 1)
+        x = white[1:] if term == "random_walk" else np.diff(white)
+        x[lost] = np.nan
+        found = read_off(allan(Record.from_arrays(rate=1, gyro_x=x))["gyro_x"])
+        values.append(found[term].value)
+    error = np.std(values, ddof=1) / len(values) ** 0.5
+    assert np.mean(values) == pytest.approx(1, abs=3 * error + 0.002)  # 0.2 %: which points a line is laid through

@@ -1,0 +1,102 @@
+"""One fault, one warning: single faults planted in an hour of white noise and bias instability."""
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import NoiseModel, Record, analyze, simulate
+from sigmatau.quality.causes import one_cause
+from sigmatau.results import Finding
+
+N, RATE = 1e-3, 100.0
+SD = N * RATE**0.5
+AT = 144_000
+
+
+def hour(name):
+    terms = {"random_walk": N, "bias_instability": N / 1 / 0.664}
+    model = NoiseModel(channels={f"gyro_{axis}": terms for axis in "xyz"})
+    record = simulate(model, duration=3600, rate=RATE, rng=seed_of(name))
+    return np.stack([record.streams[0].column(channel) for channel in record.channels], axis=1)
+
+
+def knock(x):
+    t = np.arange(300) / RATE
+    x[AT : AT + 300, 0] += 50 * SD * np.exp(-t / 0.5) * np.sin(2 * np.pi * 7 * t)
+
+
+def dropout(x):
+    x += 30 * SD
+    x[AT : AT + 500, 0] = 0.0
+
+
+def rail(x):
+    x[AT : AT + 1000, 0] = 40 * SD
+
+
+def step(x):
+    x[AT:, 0] += 10 * SD
+
+
+def stuck(x):
+    x[AT : AT + 3000, 0] = x[AT, 0]
+
+
+def clip(x):
+    np.clip(x, -SD, SD, out=x)
+
+
+def spikes(x):
+    x[np.random.default_rng(seed_of("where spikes are")).integers(0, len(x), 200), 0] += 30 * SD
+
+
+FAULTS = {
+    "not_static": (knock, step),
+    "dropout": (dropout,),
+    "saturation": (rail, clip),
+    "stuck_samples": (stuck,),
+    "spikes": (spikes,),
+}
+CASES = [(code, fault) for code, faults in FAULTS.items() for fault in faults]
+
+
+@pytest.mark.parametrize(("code", "fault"), CASES, ids=[fault.__name__ for _, fault in CASES])
+def test_one_fault_is_one_warning(code, fault):
+    x = hour(f"one fault {fault.__name__}")
+    fault(x)
+    findings = analyze(Record.from_arrays(rate=RATE, gyro=x)).findings
+    assert [f.code for f in findings if f.severity != "info"] == [code]
+    for finding in findings:  # what is told beside it names it
+        if finding.code in ("no_adequate_model", "spectral_line"):
+            assert "may be all of the reason" in finding.message
+
+
+def test_what_is_elsewhere_stays_a_warning():
+    fault = Finding(code="saturation", severity="warning", channel="a", message="", where="t = 1440 s")
+    near = Finding(code="non_stationary", severity="warning", channel="a", message="", where="t = 1350 s")
+    far = Finding(code="non_stationary", severity="warning", channel="a", message="", where="t = 450 s")
+    other = Finding(code="no_adequate_model", severity="warning", channel="b", message="")
+    broad = Finding(
+        code="spectral_line", severity="warning", channel="a", message="7 Hz, amplitude 1 rad/s, 0.4 Hz wide"
+    )
+    sharp = Finding(code="spectral_line", severity="warning", channel="a", message="7 Hz, amplitude 1 rad/s")
+    said = one_cause([fault, near, far, other, broad, sharp], ["a", "b"], 3600.0)
+    assert [f.severity for f in said] == ["warning", "info", "warning", "warning", "info", "warning"]
+
+
+@pytest.mark.parametrize("share", [0.998, 0.999])
+def test_a_fit_with_too_little_names_the_loss(share):
+    x = np.random.default_rng(seed_of(f"too little {share}")).normal(size=(60_000, 3))
+    lost = np.random.default_rng(seed_of(f"what is lost {share}")).random(60_000) < share
+    x[lost, 1] = np.nan
+    findings = analyze(Record.from_arrays(rate=RATE, gyro=x)).findings
+    (finding,) = (f for f in findings if f.code in ("too_short", "too_few_samples"))
+    assert finding.channel == "gyro_y"
+    texts = f"misses {lost.sum()} of 60000 samples", f"{100 * lost.mean():.3g} % of the samples are missing"
+    assert any(text in finding.message for text in texts)
+
+
+def test_a_fifth_lost_at_random_is_no_warning_of_the_fit():
+    x = hour("a fifth lost")
+    x[np.random.default_rng(seed_of("which fifth")).random(len(x)) < 0.2] = np.nan
+    assert [f.code for f in analyze(Record.from_arrays(rate=RATE, gyro=x)).findings] == ["missing_values"]

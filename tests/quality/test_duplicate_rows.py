@@ -1,0 +1,169 @@
+"""Single rows that are there twice: found where chance does not make them, silent where it does."""
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import NoiseModel, Record, analyze, simulate
+from sigmatau.quality.samples.check import check
+from sigmatau.quality.samples.duplicate_rows import copies
+from sigmatau.quality.selection.exclusion import leave_out
+
+RATE = 100.0
+
+
+def white(name, n=60_000):
+    return 1e-4 * np.random.default_rng(seed_of(name)).standard_normal((n, 3))
+
+
+def written_twice(name, share, *, decimals=13):
+    samples = np.round(white(name), decimals)
+    rng = np.random.default_rng(seed_of(f"{name}, which"))
+    again = 1 + (rng.random(len(samples)) < share)
+    return np.repeat(samples, again, axis=0), int((again == 2).sum())
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-3, 5e-3, 1e-2])
+def test_each_is_counted(share):
+    samples, count = written_twice(f"written twice {share}", share)
+    (said,) = copies(Record.from_arrays(rate=RATE, gyro=samples).streams[0])
+    assert (said.code, said.severity) == ("repeated_samples", "info")
+    assert said.message.startswith(f"{count} of {len(samples)} samples")
+    record, _ = leave_out(Record.from_arrays(rate=RATE, gyro=samples), "copies")
+    assert int(record.streams[0].mask[:, 0].sum()) == count
+
+
+def test_what_they_add_is_what_is_said():
+    """N² by 1 + 2h: over clusters of 256 samples of 4e6, whose variance is known to √(3/15 600) of itself, three of them."""
+    n, share = 4_000_000, 0.015
+    rng = np.random.default_rng(seed_of("added"))
+    once = rng.standard_normal((n, 2))
+    lost = rng.random(n) < share
+    lost[0] = False
+    lost &= ~np.roll(lost, 1)
+    held = once.copy()
+    held[lost] = held[np.flatnonzero(lost) - 1]
+    (said,) = copies(Record.from_arrays(rate=RATE, gyro_x=held[:, 0], gyro_y=held[:, 1]).streams[0])
+
+    def variance(x):
+        means = x[: n // 256 * 256].reshape(-1, 256).mean(axis=1)
+        return float(np.mean(np.diff(means) ** 2))
+
+    # The same samples with and without: what they share cancels, so the ratio is known to √(3/15 600)·√(2·2h), some 1 %.
+    ratio = np.sqrt(np.mean([variance(held[:, k]) / variance(once[:, k]) for k in range(2)]))
+    assert ratio == pytest.approx(
+        dict(said.changes)["random_walk"], abs=3 * np.sqrt(3 / 15_600) * np.sqrt(2 * share) / 2
+    )
+
+
+@pytest.mark.parametrize("steps", [0.3, 1.0, 3.0, 100.0])
+def test_coarse_numbers_are_equal_by_chance(steps):
+    """Steps of the noise: neighbours are equal on all three axes now and then, by chance: no finding in 25 records."""
+    for k in range(25):
+        samples = 1e-4 * np.round(1e4 * white(f"coarse {steps} {k}", 20_000) * steps)
+        assert copies(Record.from_arrays(rate=RATE, unit={"gyro": "deg/s"}, gyro=samples).streams[0]) == []
+
+
+def test_clean_records_of_single_precision():
+    for k in range(25):
+        samples = white(f"single {k}", 20_000).astype(np.float32)
+        assert copies(Record.from_arrays(rate=RATE, gyro=samples).streams[0]) == []
+
+
+def test_what_sticks_is_not_told_twice():
+    samples = white("sticks")
+    samples[30_000:30_060] = samples[30_000]
+    found = check(Record.from_arrays(rate=RATE, gyro=samples).streams[0])
+    assert {f.code for f in found} == {"stuck_samples"}
+
+
+def test_a_sensor_slower_than_its_log_is_told_once():
+    found = check(Record.from_arrays(rate=RATE, gyro=np.repeat(white("slow", 20_000), 2, axis=0)).streams[0])
+    assert [f.code for f in found if f.code == "repeated_samples"] == ["repeated_samples"]
+
+
+class TestTooCoarse:
+    """Below half a step of noise rounding is no white noise; the fit then states no interval."""
+
+    def test_no_intervals(self):
+        rng = np.random.default_rng(seed_of("too coarse"))
+        fine = 1e-4 * rng.standard_normal(60_000)
+        coarse = 1e-3 * np.round(1e-4 * rng.standard_normal(60_000) / 1e-3 + 0.35)
+        analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=fine, gyro_y=coarse))
+        fitted = analysis.fits["gyro_y"]
+        assert fitted.verdict == "descriptive"
+        assert "too coarse" in fitted.reason
+        assert all((t.low, t.high, t.upper_limit, t.observed) == (None,) * 4 for t in fitted.values())
+        assert fitted.covariance[0] == ()
+        assert analysis.fits["gyro_x"].verdict == "adequate"
+        assert analysis.fits["gyro_x"]["random_walk"].low is not None
+        codes = [f.code for f in analysis.findings if f.channel == "gyro_y" and f.severity == "warning"]
+        assert codes == ["coarse_resolution"]
+        row = next(line for line in analysis.summary().splitlines() if line.startswith("gyro_y"))
+        assert "without intervals" in row
+
+    def test_steps_that_noise_blurs_leave_the_intervals(self):
+        rng = np.random.default_rng(seed_of("blurred"))
+        x = np.round(2.0 * rng.standard_normal(60_000))
+        analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=1e-4 * x))
+        assert analysis.fits["gyro_x"].verdict == "adequate"
+
+
+def test_findings_of_several_axes_name_the_sensor():
+    """Gyros and accelerometers from straight lines: the same words, but for whose they are; and what it does to σ(τ₀)."""
+    t = np.arange(0, 60_000) / 2.5
+    streams = {}
+    for name in ("gyro", "accel"):
+        knots = white(f"lines {name}", 24_001)
+        streams[name] = np.stack([np.interp(t, np.arange(len(knots)), knots[:, k]) for k in range(3)], axis=1)
+    record = Record.from_arrays(rate=RATE, **streams)
+    found = [f for s in record.streams for f in check(s) if f.code == "interpolated"]
+    assert len(found) == len({f.message for f in found}) == 2
+    for finding, name in zip(found, ("gyro", "accel"), strict=True):
+        assert name in finding.message
+        curve = analyze(Record.from_arrays(rate=RATE, **{name: streams[name]}), method="read-off").curves[f"{name}_x"]
+        long = curve.adev[np.argmin(np.abs(curve.tau - 5.12))] * np.sqrt(5.12 / curve.tau0)
+        # 60 000 samples, 58 pairs of 5.12 s that overlap: some 10 %; three of them
+        assert curve.adev[0] / long == pytest.approx(dict(finding.changes)["random_walk"], rel=0.3)
+
+
+def test_of_several_filters_the_slowest_says_from_when_on():
+    from sigmatau.cli.options import finding_lines
+    from sigmatau.quality.check import check as check_record
+
+    rng = np.random.default_rng(seed_of("filters"))
+
+    def filtered(hertz):
+        x, a = 1e-3 * rng.standard_normal(120_000), np.exp(-2 * np.pi * hertz / RATE)
+        from scipy.signal import lfilter
+
+        return lfilter([1 - a], [1, -a], x)
+
+    record = Record.from_arrays(
+        rate=RATE, gyro_x=filtered(12.0), gyro_y=filtered(3.0), gyro_z=filtered(8.0), signal=filtered(5.0)
+    )
+    found = [f for f in check_record(record) if f.code == "low_pass_filter"]
+    by_channel = {f.channel: float(f.effect.rsplit("τ = ", 1)[1].split()[0]) for f in found}
+    assert set(by_channel) == {"gyro_x", "gyro_y", "gyro_z", "signal"}
+    lines = [line for line in finding_lines(found) if line.startswith("  ->")]
+    assert len(lines) == 2  # a sensor each
+    assert max(by_channel.values()) == by_channel["gyro_y"]
+    assert f"of gyro from τ = {by_channel['gyro_y']:.3g} s" in lines[0]
+    assert f"of signal from τ = {by_channel['signal']:.3g} s" in lines[1]
+
+
+def test_accelerometers_have_an_acceleration_random_walk():
+    model = NoiseModel(channels={c: {"random_walk": 1e-4} for c in ("gyro_x", "accel_x")})
+    record = simulate(model, duration=600, rate=100, rng=seed_of("words"))
+    columns = {c: record.stream_of(c).column(c).copy() for c in ("gyro_x", "accel_x")}
+    for column in columns.values():
+        column[25_000:] += 0.01
+    effects = {
+        name: next(
+            f.effect for s in Record.from_arrays(rate=100, **columns).streams for f in check(s) if f.channel == name
+        )
+        for name in columns
+    }
+    assert "an acceleration random walk of" in effects["accel_x"]
+    assert "rate random walk" not in effects["accel_x"]
+    assert "a rate random walk of" in effects["gyro_x"]

@@ -1,0 +1,248 @@
+"""Stretches that are left out: missing, at the times that findings name, and said."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import Record, analyze, inspect
+from sigmatau.cli import main
+from sigmatau.errors import OptionError
+from sigmatau.quality.check import check
+from sigmatau.quality.samples.lost_rows import dropout_masks
+from sigmatau.quality.selection.exclusion import from_the_start, leave_out
+from sigmatau.quality.selection.window import cut
+
+RATE = 100.0
+
+
+def white(name, n=60_000, **mean):
+    rng = np.random.default_rng(seed_of(name))
+    gyro = 2e-4 * rng.standard_normal((n, 3))
+    accel = 5e-3 * rng.standard_normal((n, 3)) + [0.1, -0.2, 9.8]
+    return gyro, accel
+
+
+def record_of(gyro, accel):
+    return Record.from_arrays(rate=RATE, gyro=gyro, accel=accel)
+
+
+def options(findings, code):
+    return {match[1] for f in findings if f.code == code and (match := re.search(r"--leave-out (\S+)", f.remedy))}
+
+
+@pytest.mark.parametrize(
+    ("text", "first", "stop"),
+    [
+        ("12s:13.5s", 1200, 1350),
+        (":10s", 0, 1000),
+        ("0:10s", 0, 1000),
+        ("0.1min:7s", 600, 700),
+        ("590s:", 59000, 60000),
+    ],
+)
+def test_these_samples_are_missing(text, first, stop):
+    record, (said,) = leave_out(record_of(*white("these")), text)
+    for stream in record.streams:
+        assert np.flatnonzero(stream.mask.any(axis=1)).tolist() == list(range(first, stop))
+        assert np.isnan(stream.column(stream.channels[0])[first:stop]).all()
+        assert np.isfinite(np.delete(stream.column(stream.channels[0]), np.s_[first:stop])).all()
+    assert f"gyro: {stop - first} of 60000 samples" in said.message
+    assert (said.code, said.severity) == ("left_out", "info")
+
+
+def test_several_and_repeated():
+    record, _ = leave_out(record_of(*white("several")), ["1s:2s,5s:6s", "9s:10s"])
+    assert int(record.streams[0].mask[:, 0].sum()) == 300
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("5:7s", "no time with a unit"),
+        ("7s:5s", "before it begins"),
+        ("700s:701s", "600 s long"),
+        ("5s", "not understood"),
+        (":", "not understood"),
+        ("", "nothing"),
+        ("0:600s", "leaves 0 samples"),
+        ("zeros", "not understood"),
+    ],
+)
+def test_what_cannot_be_left_out(text, word):
+    with pytest.raises(OptionError, match=word):
+        leave_out(record_of(*white("cannot")), text)
+
+
+def test_times_count_from_the_beginning_of_the_whole_record():
+    whole = from_the_start(record_of(*white("whole")))
+    late, _ = leave_out(cut(whole, "100s:"), "120s:121s")
+    assert np.flatnonzero(late.streams[0].mask[:, 0]).tolist() == list(range(2000, 2100))
+    assert analyze(whole, window="100s:", leave_out="120s:121s").curves["gyro_x"].gaps.missing == 100
+
+
+def knocked(name, at=30_000, ring=100):
+    gyro, accel = white(name)
+    t = np.arange(ring) / RATE
+    for samples, size in ((gyro, 0.05), (accel, 1.0)):
+        samples[at : at + ring] += size * (np.exp(-t / 0.2) * np.sin(2 * np.pi * 14 * t))[:, None]
+    return gyro, accel
+
+
+def test_a_knock_is_gone_by_its_own_remedy():
+    """The option as the finding names it; then nothing is left to say, and the random walk is the sensor's own."""
+    record = record_of(*knocked("knock"))
+    (option,) = options(check(record), "not_static")
+    assert option == "300s:301s"
+    analysis = analyze(record, leave_out=option)
+    assert [f for f in analysis.findings if f.severity == "warning"] == []
+    walk = analysis.fits["gyro_x"]["random_walk"]
+    # 60 000 samples: 1/√(2·60 000) = 0.3 % of N, three of them and half a per cent for what the fit knows less well
+    assert walk.value == pytest.approx(2e-5, rel=0.015)
+
+
+def test_in_a_window_the_remedy_still_counts_from_the_beginning():
+    record = record_of(*knocked("knock in a window"))
+    found = analyze(record, window="100s:").findings
+    assert options(found, "not_static") == {"300s:301s"}
+    rest = analyze(record, window="100s:", leave_out="300s:301s").findings
+    assert [f for f in rest if f.severity == "warning"] == []
+
+
+def test_stuck_samples_and_their_times():
+    gyro, accel = white("stuck")
+    gyro[20_000:20_150, 1] = gyro[20_000, 1]
+    record = record_of(gyro, accel)
+    assert options(check(record), "stuck_samples") == {"200s:201.5s"}
+    for option in ("200s:201.5s", "stuck"):
+        assert analyze(record, leave_out=option).curves["gyro_y"].gaps.missing == 150
+    assert analyze(record, leave_out="stuck").curves["gyro_x"].gaps is None
+
+
+def zeros(name, count=40):
+    gyro, accel = white(name)
+    rng = np.random.default_rng(seed_of(f"{name}, where"))
+    rows = rng.choice(len(gyro) - 2, count, replace=False)
+    gyro[rows] = 0.0
+    accel[rows] = 0.0
+    return record_of(gyro, accel), np.sort(rows)
+
+
+def test_scattered_zeros_are_one_kind_of_fault():
+    """Lost rows and nothing else: no end of the range, no spikes, no common noise."""
+    record, rows = zeros("zeros")
+    found = check(record)
+    assert {f.code for f in found} == {"dropout"}
+    assert len(found) == 2  # a stream each, which they name
+    assert all(stream.name in f.message for f, stream in zip(found, record.streams, strict=True))
+    for stream in record.streams:
+        for mask in dropout_masks(stream):
+            assert np.flatnonzero(mask).tolist() == rows.tolist()
+    analysis = analyze(record, leave_out="dropouts")
+    assert [f.code for f in analysis.findings] == ["left_out"]
+
+
+def test_what_zeros_are_said_to_do_is_what_they_do():
+    """accel_z at 9.8 m/s² and back: τ of the statement, deviations with the zeros and without."""
+    record, _ = zeros("effect of zeros")
+    said = next(f for f in check(record) if "accel_z" in f.effect)
+    tau = float(re.search(r"τ = ([\d.]+) s", said.effect)[1])
+    ratio = [
+        analyze(record, taus=[tau], method="read-off", leave_out=out).curves["accel_z"].adev[0]
+        for out in (None, "dropouts")
+    ]
+    # The check takes clusters that share no sample: 60 000/m pairs, white: √(3/pairs)/2 of a deviation, three of them.
+    assert dict(said.changes)["random_walk"] == pytest.approx(ratio[0] / ratio[1], rel=0.1)
+
+
+@pytest.mark.parametrize("bias", [5.0, 7.0, 10.0])
+def test_zeros_beyond_the_tail_of_one_channel_are_no_end_of_its_range(bias):
+    """One of a hundred rows lost of a gyro with a bias: p·(1-p)·bias² is added to the variance, not taken from it.
+
+    With and without them it is the same noise: what differs by chance is the product of noise and zeros, 2·bias·√(p/n).
+    """
+    rng = np.random.default_rng(seed_of(f"zeros at {bias}"))
+    x = rng.normal(bias, 1.0, 60_000)
+    lost = rng.random(len(x)) < 0.01
+    x[lost] = 0.0
+    analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4))
+    (finding,) = [f for f in analysis.findings if f.severity == "warning"]
+    assert finding.code == "dropout"
+    assert finding.message.startswith(f"{lost.sum()} samples (")
+    true = float(np.std(x) / np.std(x[~lost]))
+    assert dict(finding.changes)["random_walk"] == pytest.approx(
+        true, rel=3 * 2 * bias * math.sqrt(0.01 / len(x)) + 0.005
+    )
+
+
+@pytest.mark.parametrize("bias", [1.0, 2.5, 3.5])
+@pytest.mark.parametrize("step", [0.0, 0.25])
+def test_a_range_that_ends_at_zero_loses_nothing(bias, step):
+    """Noise that is clipped at 0 leads there."""
+    x = np.random.default_rng(seed_of(f"ends at zero {bias} {step}")).normal(bias, 1.0, 60_000)
+    x = np.maximum(np.round(x / step) * step if step else x, 0.0)
+    assert np.count_nonzero(x == 0) >= 3
+    found = check(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4))
+    assert "dropout" not in {f.code for f in found}
+
+
+def test_zeros_of_a_coarse_gyro_are_its_own():
+    """Steps of three standard deviations about 0: most rows are zero, now and then, and always were."""
+    gyro, accel = white("coarse")
+    coarse = np.round(gyro / 6e-4) * 6e-4
+    assert (coarse == 0).all(axis=1).mean() > 0.3
+    found = check(Record.from_arrays(rate=RATE, gyro=coarse, accel=accel))
+    assert "dropout" not in {f.code for f in found}
+
+
+@pytest.mark.parametrize("steps", [0.5, 2.0, 10.0])
+def test_common_noise_in_steps_makes_no_dropouts(steps):
+    """Axes that share most of their noise are at 0 together far more often than independent ones."""
+    rng = np.random.default_rng(seed_of(f"common {steps}"))
+    for _ in range(20):
+        common = rng.standard_normal(20_000)
+        gyro = np.round(steps * (0.7 * common[:, None] + 0.7 * rng.standard_normal((20_000, 3))))
+        found = check(Record.from_arrays(rate=RATE, unit={"gyro": "deg/s"}, gyro=gyro * 0.01))
+        assert "dropout" not in {f.code for f in found}
+
+
+@pytest.fixture
+def log(tmp_path):
+    gyro, accel = knocked("log")
+    table = np.column_stack([np.arange(len(gyro)) / RATE, gyro, accel])
+    names = ["time [s]", *(f"gyro_{a} [rad/s]" for a in "xyz"), *(f"accel_{a} [m/s^2]" for a in "xyz")]
+    path = tmp_path / "log.csv"
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
+    return path
+
+
+def test_the_command_line(log, capsys):
+    assert main(["inspect", str(log), "--leave-out", "300s:301s"]) == 0
+    assert "warning" not in (out := capsys.readouterr().out)
+    assert "100 of 60000 samples" in out
+    assert main(["analyze", str(log), "--leave-out", "300s:301s", "--leave-out", "0:1s", "--window", "0:500s"]) == 0
+    captured = capsys.readouterr()
+    assert "warning" not in captured.err
+    assert "200 of 60000 samples" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--window", "0:10"], "--window '0:10': '10' is no time with a unit"),
+        (["--window", "900s:"], "--window '900s:'"),
+        (["--leave-out", "5:7s"], "--leave-out '5:7s': '5' is no time"),
+        (["--leave-out", "900s:901s"], "--leave-out '900s:901s' begins at 900 s; the record is 600 s long"),
+    ],
+)
+def test_errors_name_the_option_as_it_is_typed(log, capsys, arguments, words):
+    assert main(["analyze", str(log), *arguments]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert "`" not in said
+
+
+def test_in_python_inspect_takes_it_too(log):
+    assert [f.code for f in inspect(log, leave_out="300s:301s").checks] == ["left_out"]

@@ -1,0 +1,91 @@
+"""inspect finds what shows only against a fit, as analyze does, and says when it has not looked."""
+
+import numpy as np
+import pytest
+import sigmatau.inspection
+
+from known import seed_of
+from sigmatau import analyze, inspect, read
+
+RATE, N = 50.0, 60_000
+
+
+def log(path, gyro, temperature=None):
+    table = [np.arange(len(gyro)) / RATE, gyro]
+    names = ["time [s]", "gyro_x [rad/s]"]
+    if temperature is not None:
+        table.append(temperature)
+        names.append("temperature [degC]")
+    np.savetxt(path, np.column_stack(table), delimiter=",", header=",".join(names), comments="", fmt="%.9g")
+    return path
+
+
+@pytest.fixture(scope="module")
+def white():
+    return 1e-3 * np.random.default_rng(seed_of("drifts")).standard_normal(N)
+
+
+@pytest.fixture
+def faulty(white, tmp_path):
+    """A log by the code of the finding that it has to show."""
+    t = np.arange(N) / RATE
+
+    def made(code):
+        if code == "warm_up":
+            return log(tmp_path / "a.csv", white + 2e-3 * np.exp(-t / 120))
+        if code == "temperature_drift":
+            degrees = 25 + 3 * np.sin(2 * np.pi * t / 500)
+            return log(tmp_path / "b.csv", white + 3e-4 * (degrees - 25), degrees)
+        return log(tmp_path / "c.csv", np.where(t < 600, white, 1.5 * white))
+
+    return made
+
+
+@pytest.mark.parametrize("code", ["warm_up", "temperature_drift", "non_stationary"])
+def test_inspect_finds_it_as_analyze_does(faulty, code):
+    path = faulty(code)
+    found = [f for f in inspect(path).findings if f.code == code]
+    assert found == [f for f in analyze(read(path)).findings if f.code == code]
+    assert [f.severity for f in found] == ["warning"]
+
+
+def test_nothing_is_found_in_white_noise(white, tmp_path):
+    assert inspect(log(tmp_path / "white.csv", white)).findings == ()
+
+
+def test_of_a_long_record_it_is_said_what_was_not_looked_for(faulty, monkeypatch):
+    monkeypatch.setattr(sigmatau.quality.inspection, "FITTED", N - 1)
+    (said,) = [
+        f for f in inspect(faulty("non_stationary")).findings if f.code in ("non_stationary", "checked_without_fit")
+    ]
+    assert said.code == "checked_without_fit"
+    assert "sigmatau analyze" in said.remedy
+
+
+def test_gaps_are_told_with_their_times_and_lengths(white, tmp_path):
+    """One of 60 s, and one of two samples: both with the time in the record; and rows without numbers as a stretch."""
+    path = log(tmp_path / "gaps.csv", white)
+    lines = path.read_text().splitlines(keepends=True)
+    kept = lines[: 1 + 20_000] + lines[1 + 23_000 : 1 + 50_000] + lines[1 + 50_002 :]
+    path.write_text("".join(kept))
+    (said,) = [f for f in read(path).findings if f.code == "gaps"]
+    assert "3000 samples (60 s) from t = 400 s on, before line 20002" in said.message
+    assert "2 samples (0.04 s) from t = 1000 s on" in said.message
+    empty = log(tmp_path / "empty.csv", np.where((np.arange(N) >= 20_000) & (np.arange(N) < 23_000), np.nan, white))
+    (said,) = [f for f in read(empty).findings if f.code == "missing_values"]
+    assert "the first: line 20002, 3000 rows (60 s) on end" in said.message
+    x = white.copy()
+    x[20_000:23_000] = x[[100, 40_000]] = np.nan
+    (said,) = [f for f in read(log(tmp_path / "several.csv", x)).findings if f.code == "missing_values"]
+    assert "in 3 stretches, the longest 3000 rows (60 s) on end from line 20002 on" in said.message
+
+
+@pytest.mark.parametrize(("count", "words"), [(100, "% larger"), (20_000, "times as large")])
+def test_what_rows_that_are_there_twice_would_do(white, tmp_path, count, words):
+    path = log(tmp_path / "twice.csv", white)
+    header, *rows = path.read_text().splitlines(keepends=True)
+    again = set(np.random.default_rng(seed_of(f"twice {count}")).choice(len(rows), count, replace=False).tolist())
+    path.write_text(header + "".join(row * (2 if k in again else 1) for k, row in enumerate(rows)))
+    (said,) = [f for f in read(path).findings if f.code == "duplicate_samples"]
+    assert words in said.effect
+    assert " 1 times" not in said.effect

@@ -1,0 +1,154 @@
+"""The step of the numbers, however they were scaled, printed or rounded; and what it does."""
+
+import math
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import Record, allan, check
+from sigmatau.quality.samples.resolution import (
+    coarse_resolution,
+    common_step,
+    quantization_mismatch,
+    quantization_step,
+    resolution,
+)
+from sigmatau.quality.samples.spikes import find_spikes
+from sigmatau.record.streams import Columns, Grid, Stream, Transform
+
+N = 100_000
+
+
+def counts(name, spread):
+    return np.round(np.random.default_rng(seed_of(name)).normal(size=N) * spread)
+
+
+def stream_of(raw, **transform):
+    return Stream(
+        name="gyro",
+        quantity="angular_rate",
+        unit="rad/s",
+        channels=("gyro_x",),
+        grid=Grid(n=len(raw) - (transform.get("kind") == "accumulated"), tau0=0.01),
+        samples=Columns((raw,), (Transform(**transform),), 0.01),
+    )
+
+
+@pytest.mark.parametrize("spread", [0.3, 1.0, 30.0, 3000.0])
+@pytest.mark.parametrize(
+    ("write", "exact"),
+    [
+        (lambda k: k * 0.05, 1e-12),  # deg/s of the ADIS16405
+        (lambda k: np.deg2rad(k / 131) - 0.123456, 1e-9),  # an offset taken off, after conversion
+        (lambda k: k * 1e-3 + 1e6, 1e-6),  # a huge offset
+        (lambda k: np.float32(k / 4096 * 9.80665).astype(float), 1e-4),  # single precision
+        (lambda k: np.round(k * 0.00333333, 5), 2e-3),  # printed with five decimals
+        (lambda k: np.round(k / 16.4, 3), 2e-3),
+    ],
+)
+def test_step_is_that_of_the_counts(spread, write, exact):
+    k = counts(f"step {spread}", spread)
+    x = write(k)
+    step = (write(np.array([1e4])) - write(np.array([0.0])))[0] / 1e4
+    assert common_step(x) == pytest.approx(step, rel=max(exact, 1e-3 if spread == 0.3 else 0))
+
+
+def test_two_values_have_a_step_and_one_has_none():
+    assert common_step(np.array([1.0, 3.0] * 50)) == pytest.approx(2.0)
+    assert common_step(np.ones(100)) is None
+    assert common_step(np.full(100, np.nan)) is None
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 8, 20, 50, 1000, 20_000])
+def test_noise_of_double_precision_has_none(n):
+    rng = np.random.default_rng(seed_of(f"none {n}"))
+    assert [common_step(rng.normal(size=n)) for _ in range(200 if n < 5000 else 5)].count(None) in (200, 5)
+
+
+@pytest.mark.parametrize(("kind", "step"), [("rate", None), ("increments", 2.5e-5), ("accumulated", 2.5e-5)])
+def test_step_of_increments(kind, step):
+    """S is that of the angle, whatever the sample interval; a log of rates has none."""
+    k = counts("increments", 20)
+    raw = np.cumsum(k) if kind == "accumulated" else k
+    stream = stream_of(raw, kind=kind, scale=2.5e-5)
+    assert quantization_step(stream, "gyro_x") == (None if step is None else pytest.approx(step, rel=1e-9))
+
+
+@pytest.mark.parametrize("form", ["counts", "accumulated", "differenced"])
+@pytest.mark.parametrize(("noise", "mean"), [(0.27, -12.13), (0.29, 23.19), (0.38, 1.87), (0.4, -14.03), (1.0, 7.27)])
+def test_the_rounding_of_an_angle_is_no_step_of_its_counts(form, noise, mean):
+    """A counter in double precision: its differences are multiples of S but for ε of the angle. Nothing is wrong with it."""
+    angle = np.floor(np.cumsum(np.random.default_rng(seed_of(f"dust {noise} {mean}")).normal(mean, noise, 200_001)))
+    raw = {"counts": np.diff(angle) * 5e-7, "accumulated": angle * 5e-7, "differenced": np.diff(angle * 5e-7)}[form]
+    record = Record.from_arrays(rate=100, gyro_x=raw, input="accumulated" if form == "accumulated" else "increments")
+    stream = record.streams[0]
+    assert quantization_step(stream, "gyro_x") == pytest.approx(5e-7, rel=1e-6)
+    assert not find_spikes(stream.column("gyro_x")).any()
+    assert quantization_mismatch(stream, "gyro_x", 5e-7 / math.sqrt(12)) == []
+    found = check(record)
+    assert {f.severity for f in found} == {"info"}
+    assert found[0].code == "coarse_resolution"
+
+
+def test_fitted_quantization_against_the_step():
+    stream = stream_of(counts("fitted", 20), kind="increments", scale=2.5e-5)
+    most = 2.5e-5 / math.sqrt(12)
+    assert quantization_mismatch(stream, "gyro_x", most) == []
+    assert quantization_mismatch(stream, "gyro_x", 2 * most, low=1.1 * most) == []
+    (finding,) = quantization_mismatch(stream, "gyro_x", 2 * most, low=1.5 * most)
+    assert finding.severity == "info"
+    assert finding.size == pytest.approx(2.0)
+    assert quantization_mismatch(stream_of(counts("fitted", 20)), "gyro_x", 1.0) == []
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.7, 1.0, 2.0])
+def test_what_rounding_adds_to_the_random_walk(ratio):
+    """q²/12 a sample: as the Allan variance with and without it says, on average over 24 records, to a tenth of it."""
+    rng = np.random.default_rng(seed_of(f"adds {ratio}"))
+    stated, measured = [], []
+    for _ in range(24):
+        x = rng.normal(size=N) * ratio + rng.uniform()
+        (finding,) = coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0])
+        stated.append(dict(finding.changes)["random_walk"])
+        curves = allan(Record.from_arrays(rate=100, a=x, b=np.round(x)), taus=[0.16])
+        measured.append(float(curves["b"].adev[0] / curves["a"].adev[0]))
+        assert finding.severity == ("warning" if stated[-1] > 1.05 else "info")
+    stated, measured = np.array(stated), np.array(measured)
+    error = np.std(stated - measured, ddof=1) / math.sqrt(24)
+    added = math.sqrt(1 + 1 / (12 * ratio**2)) - 1
+    assert abs(np.mean(stated - measured)) <= 0.1 * added + 3 * error
+    assert stated.mean() - 1 == pytest.approx(added, rel=0.1)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.2, 0.3])
+@pytest.mark.parametrize("phase", [0.1, 0.3, 0.5])
+def test_below_half_a_step_nothing_can_be_trusted(phase, ratio):
+    x = np.random.default_rng(seed_of(f"below {phase}")).normal(size=N) * ratio + phase
+    (finding,) = coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0])
+    assert finding.severity == "warning"
+    assert finding.changes == ()
+    assert "trusted" in finding.effect
+
+
+def test_fine_steps_are_not_told():
+    x = np.random.default_rng(seed_of("fine")).normal(size=N) * 10
+    assert coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0]) == []
+
+
+def test_increments_get_quantization_noise_and_no_random_walk():
+    (finding,) = coarse_resolution(stream_of(counts("coarse increments", 1), kind="increments", scale=1e-4))
+    assert finding.severity == "info"
+    assert finding.changes == ()
+    assert "2.89e-05 rad/s·s" in finding.effect
+
+
+def test_a_line_is_not_coarse():
+    assert coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.arange(10_000) * 0.001).streams[0]) == []
+
+
+def test_it_prints_and_is_plain():
+    found = resolution(Record.from_arrays(rate=100, gyro_x=counts("prints", 2)).streams[0], "gyro_x")
+    assert repr(found).startswith("gyro_x: step 1 rad/s, noise ")
+    assert found.to_dict()["step"] == pytest.approx(1.0)
+    assert found.ratio == pytest.approx(math.sqrt(4 + 1 / 12), rel=0.05)  # 500 blocks of 32, their median

@@ -1,0 +1,140 @@
+"""Units told by noise and mean: one axis, all axes; silence on sensors from navigation grade to cheap MEMS."""
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import Record, analyze
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.samples.units import implausible_unit
+
+DEG, G = np.pi / 180, 9.80665
+N, RATE = 1 << 14, 100.0
+
+
+def triad(rng, density, means, *, spread=0.0):
+    """White noise of (density)/√Hz on each axis, spread lognormally, about some means."""
+    sigma = density * np.sqrt(RATE) * np.exp(spread * rng.standard_normal(3))
+    return np.asarray(means) + sigma * rng.standard_normal((N, 3))
+
+
+def gyro_record(samples, unit="rad/s"):
+    return Record.from_arrays(rate=RATE, unit={"gyro": unit}, gyro=samples)
+
+
+def accel_record(samples, unit="m/s^2"):
+    return Record.from_arrays(rate=RATE, unit={"accel": unit}, accel=samples)
+
+
+def found(record):
+    return implausible_unit(record.streams[0])
+
+
+@pytest.mark.parametrize(("axis", "density"), [("x", 0.005), ("y", 0.001), ("z", 0.02)])
+def test_one_gyro_in_degrees(axis, density):
+    rng = np.random.default_rng(seed_of(f"one_gyro {axis} {density}"))
+    samples = triad(rng, density * DEG, [0.02, -0.01, 0.005])
+    samples[:, "xyz".index(axis)] /= DEG
+    (said,) = found(gyro_record(samples))
+    assert said.channel == f"gyro_{axis}"
+    assert said.remedy == f"give --unit gyro_{axis}=deg/s"
+    assert dict(said.changes) == pytest.approx(dict.fromkeys(TERMS, 1 / DEG))
+
+
+def test_the_unit_named_for_one_axis_cures_it_and_the_change_is_the_stated_one(tmp_path):
+    """From a file, since the option is that of reading: the random walk falls by the factor in `changes`."""
+    from sigmatau import read
+
+    rng = np.random.default_rng(seed_of("cure"))
+    samples = triad(rng, 0.005 * DEG, [0.02, -0.01, 0.005])
+    samples[:, 1] /= DEG
+    path = tmp_path / "mixed.csv"
+    np.savetxt(path, samples, delimiter=",", header="gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]", comments="")
+    wrong, right = read(path, rate=RATE), read(path, rate=RATE, unit={"gyro_y": "deg/s"})
+    (said,) = found(wrong)
+    assert found(right) == []
+    walks = [analyze(record).fits["gyro_y"]["random_walk"].value for record in (wrong, right)]
+    assert walks[0] / walks[1] == pytest.approx(dict(said.changes)["random_walk"], rel=1e-6)
+
+
+@pytest.mark.parametrize("axes", ["z", "xy"])
+def test_accelerometers_in_g_and_in_si(axes):
+    rng = np.random.default_rng(seed_of(f"mixed {axes}"))
+    samples = triad(rng, 50e-6 * G, [0.1, -0.15, 9.8])
+    for axis in axes:
+        samples[:, "xyz".index(axis)] /= G
+    (said,) = found(accel_record(samples))
+    assert said.remedy == "give " + " ".join(f"--unit accel_{axis}=g" for axis in axes)
+    assert dict(said.changes)["random_walk"] == pytest.approx(1 / G)
+
+
+def test_all_in_g_is_told_of_the_triad():
+    rng = np.random.default_rng(seed_of("all in g"))
+    (said,) = found(accel_record(triad(rng, 50e-6, [0.01, -0.015, 1.0])))
+    assert said.channel is None
+    assert said.remedy == "give --unit accel=g"
+
+
+@pytest.mark.parametrize("density", [0.004, 0.005, 0.03])
+def test_consumer_gyros_in_degrees_said_to_be_radians(density):
+    rng = np.random.default_rng(seed_of(f"degrees {density}"))
+    (said,) = found(gyro_record(triad(rng, density, [0.05, -0.03, 0.02])))
+    assert said.remedy == "give --unit gyro=deg/s"
+    assert dict(said.changes)["random_walk"] == pytest.approx(1 / DEG)
+
+
+def test_noise_that_no_unit_explains_may_be_counts():
+    rng = np.random.default_rng(seed_of("counts"))
+    (said,) = found(gyro_record(triad(rng, 1.0, [3.0, -2.0, 1.0]), "deg/s"))
+    assert said.remedy == "give --scale for counts"
+
+
+@pytest.mark.parametrize("density", [0.003, 0.005])
+def test_radians_said_to_be_degrees(density):
+    """As quiet as optical gyros, with the bias of MEMS."""
+    rng = np.random.default_rng(seed_of(f"radians {density}"))
+    (said,) = found(gyro_record(triad(rng, density * DEG, np.array([0.9, -1.2, 0.3]) * DEG), "deg/s"))
+    assert said.remedy == "give --unit gyro=rad/s"
+    assert dict(said.changes)["random_walk"] == pytest.approx(DEG)
+
+
+EARTH = 15.04 / 3600  # deg/s
+
+# White noise [(deg/s)/√Hz], bias of an axis [deg/s]: datasheets from ring lasers to the noisiest MEMS.
+GYROS = {
+    "ring laser": (0.002 / 60, 0.003 / 3600),
+    "fibre optic": (0.012 / 60, 2 / 3600),
+    "closed-loop fibre": (0.05 / 60, 6 / 3600),
+    "tactical MEMS": (0.15 / 60, 250 / 3600),
+    "industrial MEMS": (0.0066, 0.2),
+    "older MEMS": (0.05, 3.0),
+    "first MEMS": (0.1, 5.0),
+    "consumer MEMS": (0.005, 10.0),
+    "cheapest": (0.03, 15.0),
+}
+
+
+@pytest.mark.parametrize("unit", ["rad/s", "deg/s"])
+@pytest.mark.parametrize("kind", GYROS)
+def test_no_sensor_that_there_is_has_a_finding(kind, unit):
+    """30 units of each, axes that differ by a fifth (1 sd), the Earth's rate on any of them; 540 triads, no finding.
+
+    By the thresholds: 0.2 (deg/s)/√Hz is 3.5 sd above the noisiest; two axes of one triad apart by 6 is 6 sd.
+    """
+    rng = np.random.default_rng(seed_of(f"{kind} {unit}"))
+    noise, bias = GYROS[kind]
+    for _ in range(30):
+        direction = rng.standard_normal(3)
+        mean = bias * rng.uniform(-1, 1, 3) + EARTH * direction / np.linalg.norm(direction)
+        samples = triad(rng, noise, mean, spread=0.2)
+        record = gyro_record(samples * (DEG if unit == "rad/s" else 1.0), unit)
+        assert found(record) == []
+
+
+@pytest.mark.parametrize("density", [1e-8, 1e-6, 50e-6, 400e-6, 3e-3])
+def test_accelerometers_from_seismic_to_cheap(density):
+    rng = np.random.default_rng(seed_of(f"accel {density}"))
+    for _ in range(30):
+        direction = rng.standard_normal(3)
+        samples = triad(rng, density, direction / np.linalg.norm(direction) + 0.02 * rng.standard_normal(3), spread=0.2)
+        assert found(accel_record(samples, "g")) == []

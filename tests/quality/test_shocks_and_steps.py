@@ -1,0 +1,210 @@
+"""Knocks, motion, rotation and tilt; and noise of every slope, which is none of them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import NoiseModel, Record, allan, simulate
+from sigmatau.quality.samples.motion import bursts, level_changes, summary
+from sigmatau.quality.samples.shocks_and_steps import not_static
+
+RATE, N = 50.0, 150_000
+
+
+def white(name, shape=(N, 3)):
+    return np.random.default_rng(seed_of(name)).normal(size=shape)
+
+
+def accel(x, rate=RATE):
+    return Record.from_arrays(rate=rate, accel=x).streams[0]
+
+
+def test_a_knock_is_placed_and_named_on_its_axes():
+    x = white("knock")
+    x[60_000:60_020, :2] += 15 * white("knock itself", (20, 2))
+    (finding,) = not_static(accel(x))
+    assert finding.code == "not_static"
+    assert finding.severity == "warning"
+    assert finding.channel is None
+    assert "a knock on accel_x and accel_y" in finding.message
+    assert finding.where == "t = 1200 s"
+    assert 3 < finding.size < 30
+
+
+def test_motion_of_a_minute():
+    x = white("minute")
+    x[60_000:63_000] *= 5
+    (finding,) = not_static(accel(x))
+    assert "motion on accel_x, accel_y and accel_z, 60 s in all" in finding.message
+    assert finding.size == pytest.approx(5, rel=0.4)  # the largest of 180 windows of 49 changes
+
+
+def test_effect_of_motion_is_that_on_the_allan_variance():
+    x = white("effect", (N, 1))[:, 0]
+    y = x.copy()
+    for start in range(10_000, N, 20_000):
+        y[start : start + 600] *= 8
+    (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=y).streams[0])
+    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+    curves = allan(Record.from_arrays(rate=RATE, a=x, b=y), taus=[tau])
+    m = round(tau * RATE)
+    measured = float(curves["b"].adev[0] / curves["a"].adev[0])
+    # 4200 samples in motion make 4200/m terms of 64 times the variance: 64·√(2m/4200) of 1 + 64·0.028 on the square.
+    error = 0.5 * 1.8 / 2.8 * math.sqrt(3 * m / 4200) + 0.5 * math.sqrt(3 * m / N)
+    assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=3 * error)
+    assert measured == pytest.approx(math.sqrt(1 + 63 * 4200 / N), rel=3 * error)
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize(("hertz", "duration", "height"), [(5.0, 2.0, 20.0), (12.0, 1.0, 8.0), (30.0, 2.0, 8.0)])
+def test_effect_of_a_knock_is_told_where_it_is_largest(hertz, duration, height, phase):
+    """A shake of some hertz shows at half its period, and hardly at one sample."""
+    case = f"knock {hertz} {phase}"
+    x = np.random.default_rng(seed_of(case)).normal(size=60_000)
+    t = np.arange(len(x)) / 100.0
+    y = x + np.where((t > 300) & (t < 300 + duration), height * np.sin(2 * np.pi * hertz * t + phase), 0.0)
+    (finding,) = not_static(Record.from_arrays(rate=100.0, gyro_x=1e-3 * y).streams[0])
+    curves = allan(Record.from_arrays(rate=100.0, a=x, b=y), taus="octave")
+    ratio = curves["b"].adev / curves["a"].adev
+    # Up to the averaging time that has 200 pairs of clusters that share no sample.
+    known = curves["a"].tau <= 3
+    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+    at = int(np.argmin(np.abs(curves["a"].tau - tau)))
+    ((_, stated),) = finding.changes
+    # Clusters that share no sample have their own phase against the shake.
+    assert stated == pytest.approx(float(ratio[at]), rel=0.15)
+    assert stated == pytest.approx(float(ratio[known].max()), rel=0.15)
+
+
+@pytest.mark.parametrize("at", [30_000, 75_000, 75_123, 120_011])
+@pytest.mark.parametrize("size", [-0.5, 0.5])
+def test_tilt_is_found_where_it_is(at, size):
+    x = white(f"tilt {at}")
+    x[at:, 2] += size
+    (finding,) = not_static(accel(x))
+    assert finding.channel == "accel_z"
+    assert "the level changes by" in finding.message
+    assert "deg, if it is a tilt" in finding.message
+    # A step of half a standard deviation is placed to some 20 samples, and windows are of 50.
+    assert float(finding.where[4:-2]) == pytest.approx(at / RATE, abs=4.0)
+    # Six windows of 4 s at least on either side, their medians: 1.25·√(2/6/200) = 0.05.
+    assert finding.size == pytest.approx(0.5, abs=3 * 0.05)
+
+
+def test_a_tilt_adds_its_square_over_the_length_to_the_rate_random_walk():
+    """K² + Δ²/T: as the Allan variance says, on average over 40 records."""
+    walk, white_noise, step, duration, rate = 2e-4, 1e-3, 0.03, 4000.0, 10.0
+    model = NoiseModel(channels={"accel_x": {"random_walk": white_noise, "rate_random_walk": walk}})
+    m = 2000  # 200 s
+    stated, measured, own = [], [], []
+    for k in range(40):
+        record = simulate(model, duration=duration, rate=rate, rng=seed_of(f"tilted {k}") % 2**60)
+        x = np.array(record.streams[0].column("accel_x"))
+        y = x.copy()
+        y[19_000:] += step
+        stream = Record.from_arrays(rate=rate, accel_x=y).streams[0]
+        (finding,) = not_static(stream)
+        # Where the last variances, of some 16 pairs, are low by chance, there is a bound only.
+        stated += dict(finding.changes).values()
+        curves = allan(Record.from_arrays(rate=rate, a=x, b=y), taus=[m / rate])
+        measured.append(3 * float(curves["b"].avar[0] - curves["a"].avar[0]) * rate / m)
+        own.append(finding.effect)
+    error = np.std(measured, ddof=1) / math.sqrt(40)
+    # Of T - 2τ starts of pairs: a little more than Δ²/T.
+    assert abs(np.mean(measured) - step**2 / (duration - 2 * m / rate)) < 3 * error
+    assert len(stated) >= 20
+    # The sensor's own K² is bounded by one variance of some 16 clusters and the white noise's part of it.
+    assert np.median(stated) == pytest.approx(math.sqrt(1 + step**2 / duration / walk**2), rel=0.25)
+
+
+@pytest.mark.parametrize("term", ["quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp"])
+def test_each_term_alone_is_static(term):
+    """A pure rate random walk and pure flicker noise above all, which wander."""
+    model = NoiseModel(channels={f"accel_{axis}": {term: 1e-3} for axis in "xyz"})
+    for k in range(8):
+        record = simulate(model, duration=2000.0, rate=20, rng=seed_of(f"{term} {k}") % 2**60)
+        assert not_static(record.streams[0]) == []
+
+
+@pytest.mark.parametrize("windows", [48, 60, 100])
+def test_few_windows_have_no_far_ones(windows):
+    """The spread of few is not well known: at most 0.001 of channels, and three standard errors."""
+    rng = np.random.default_rng(seed_of(f"few {windows}"))
+    records, found = 3000, 0
+    for _ in range(records):
+        stream = Record.from_arrays(rate=16, accel_x=rng.normal(size=16 * windows)).streams[0]
+        found += bool(level_changes(stream, summary(stream, "accel_x")))
+    assert found <= 0.001 * records + 3 * math.sqrt(0.001 * records)
+
+
+def test_up_and_back_is_two_changes():
+    x = white("back", (N, 1))
+    x[50_000:60_000] += 3
+    stream = Record.from_arrays(rate=RATE, accel_x=x[:, 0]).streams[0]
+    changes = level_changes(stream, summary(stream, "accel_x"))
+    assert [round(c.sample / 1000) for c in changes] == [50, 60]
+    assert [c.size for c in changes] == pytest.approx([3, -3], abs=0.3)
+    assert "the largest of 2" in not_static(stream)[0].message
+
+
+def test_a_single_spike_is_no_knock():
+    x = white("spike")
+    x[70_020, 0] += 1000
+    x[90_020:90_022, 1] += 1000
+    assert not_static(accel(x)) == []
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.15, 0.3, 1.0])
+@pytest.mark.parametrize("drift", [0.0, 0.7, 5.0])
+def test_coarse_steps_are_no_motion(ratio, drift):
+    """Rounding noise comes and goes with the mean, and a mean that rests moves on by a step."""
+    x = white(f"coarse {ratio}") * ratio + np.linspace(0, drift, N)[:, None]
+    assert not_static(accel(np.round(x))) == []
+
+
+def test_rotation_or_a_wrong_unit():
+    x = white("rotation") * 0.01 + [0.0, -2.0, 0.1]
+    (finding,) = not_static(Record.from_arrays(rate=RATE, gyro=x).streams[0])
+    assert finding.channel == "gyro_y"
+    assert "115 deg/s" in finding.message
+    assert "--unit" in finding.remedy
+
+
+def test_knock_and_tilt_of_one_axis_are_one_finding():
+    x = white("both", (N, 1))[:, 0]
+    x[60_000:60_050] *= 20
+    x[60_050:] += 1
+    (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
+    assert "knock" in finding.message
+    assert "the level changes by +" in finding.message
+
+
+def test_gaps_are_no_motion():
+    x = white("gaps")
+    x[np.random.default_rng(seed_of("lost")).random(N) < 0.05] = np.nan
+    x[40_000:44_000] = np.nan
+    assert not_static(accel(x)) == []
+    x[60_000:60_100] += 40 * white("through gaps", (100, 3))
+    (finding,) = not_static(accel(x))
+    assert "knock" in finding.message
+
+
+def test_bursts_and_signals():
+    x = white("bursts", (N, 1))[:, 0]
+    x[60_000:60_100] *= 10
+    stream = Record.from_arrays(rate=RATE, signal=x).streams[0]
+    (burst,) = bursts(stream, summary(stream, "signal"))
+    assert (burst.start, burst.stop) == (60_000, 60_100)
+    assert not_static(stream) == []  # a temperature may do as it likes
+
+
+def test_a_step_without_a_walk_changes_no_walk_by_a_factor():
+    """The record has only a limit on the sensor's own walk, so that there is only a bound, in words."""
+    for k in range(5):
+        x = white(f"no walk {k}", (N, 1))[:, 0]
+        x[N // 2 :] += 0.5
+        (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
+        assert finding.changes == ()
+        assert "of which the record shows a limit only" in finding.effect

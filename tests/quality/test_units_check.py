@@ -1,0 +1,162 @@
+"""Units by gravity, by noise and by the steps that sensors are known for."""
+
+import math
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import NoiseModel, Record, allan, simulate
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.samples.check import check
+from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
+
+G = 9.80665
+# Up, tilted, and with the biases of a cheap sensor.
+ATTITUDES = [(0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (0.5, 0.5, 0.70710678)]
+
+
+def triad(name, mean, noise=0.01, n=5000):
+    return np.random.default_rng(seed_of(name)).normal(size=(n, 3)) * noise + np.asarray(mean)
+
+
+@pytest.mark.parametrize("attitude", ATTITUDES)
+@pytest.mark.parametrize(
+    ("truth", "stated", "factor"),
+    [
+        ("g", "m/s^2", 1 / G),
+        ("m/s^2", "g", G),
+        ("mg", "m/s^2", 1000 / G),
+        ("mg", "g", 1000),
+        ("ft/s^2", "m/s^2", 1 / 0.3048),
+    ],
+)
+def test_gravity_tells_the_unit(truth, stated, factor, attitude):
+    """And the factor is that by which the Allan deviation is wrong."""
+    numbers = triad(f"gravity {truth}", attitude) * {"g": 1, "m/s^2": G, "mg": 1000, "ft/s^2": G / 0.3048}[truth]
+    right = Record.from_arrays(rate=100, unit={"accel": truth}, accel=numbers)
+    wrong = Record.from_arrays(rate=100, unit={"accel": stated}, accel=numbers)
+    assert implausible_unit(right.streams[0]) == gravity(right.streams[0]) == []
+    (finding,) = implausible_unit(wrong.streams[0])
+    assert f"{'mg' if truth == 'mg' else truth}" in finding.message
+    assert finding.severity == "warning"
+    assert gravity(wrong.streams[0]) == []
+    changes = dict(finding.changes)
+    assert set(changes) == set(TERMS)
+    assert set(changes.values()) == {changes["random_walk"]}
+    measured = allan(wrong, taus=[0.1])["accel_x"].adev[0] / allan(right, taus=[0.1])["accel_x"].adev[0]
+    assert changes["random_walk"] == pytest.approx(factor, rel=1e-9)
+    assert float(measured) == pytest.approx(factor, rel=1e-9)
+
+
+def test_remedies_are_options_there_are():
+    """cm/s² has no unit of its own here."""
+    (finding,) = implausible_unit(Record.from_arrays(rate=100, accel=triad("cm", (0, 0, 980.0))).streams[0])
+    assert finding.remedy == "give --scale accel=0.01"
+    assert implausible_unit(Record.from_arrays(rate=100, accel=0.01 * triad("cm", (0, 0, 980.0))).streams[0]) == []
+
+
+def test_bias_is_information_and_absurd_levels_are_not():
+    (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("bias", (0, 0, 10.2))).streams[0])
+    assert (finding.code, finding.severity) == ("gravity", "info")
+    (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("none", (0, 0, 0.02))).streams[0])
+    assert finding.severity == "info"
+    assert "taken out" in finding.message
+    (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("absurd", (0, 0, 4.0))).streams[0])
+    assert finding.severity == "warning"
+    assert gravity(Record.from_arrays(rate=100, accel_x=np.ones(100) * 4).streams[0]) == []  # one axis may lie
+
+
+def test_gyros_of_all_grades_are_plausible():
+    """Navigation 1e-4 deg/√h to MEMS of 1 (deg/s)/√Hz."""
+    for k, n in enumerate((1e-4 / 60, 1e-2 / 60, 0.3 / 60, 0.01, 0.1, 1.0)):
+        model = NoiseModel(channels={"gyro_x": {"random_walk": math.radians(n)}})
+        record = simulate(model, duration=60.0, rate=100, rng=seed_of(f"grade {k}") % 2**60)
+        assert implausible_unit(record.streams[0]) == []
+
+
+@pytest.mark.parametrize(("noise", "words"), [(600.0, "deg/s where rad/s"), (1e-9, "rad/s where deg/s")])
+def test_gyro_noise_beyond_all_grades(noise, words):
+    (finding,) = implausible_unit(
+        Record.from_arrays(rate=100, gyro=triad("beyond", 0.0, math.radians(noise))).streams[0]
+    )
+    assert words in finding.message
+    assert dict(finding.changes)["random_walk"] == pytest.approx(180 / math.pi if noise > 1 else math.pi / 180)
+
+
+def test_accelerometer_noise_beyond_all_grades():
+    (finding,) = implausible_unit(Record.from_arrays(rate=100, accel_x=triad("beyond", 0.0, 1e4)[:, 0]).streams[0])
+    assert "µg/√Hz" in finding.message
+
+
+@pytest.mark.parametrize("sensitivity", [131.0, 65.5, 16.4, 16.384, 1000 / 8.75])
+@pytest.mark.parametrize(("truth", "stated"), [("deg/s", "rad/s"), ("rad/s", "deg/s")])
+def test_a_known_step_tells_the_unit(sensitivity, truth, stated):
+    numbers = np.round(triad("counts", 3.0, 12.0)) / sensitivity
+    if truth == "rad/s":
+        numbers = np.deg2rad(numbers)
+    assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": truth}, gyro=numbers).streams[0]) == []
+    (finding,) = implausible_unit(Record.from_arrays(rate=100, unit={"gyro": stated}, gyro=numbers).streams[0])
+    assert f"{truth} where {stated} was stated" in finding.message
+
+
+@pytest.mark.parametrize("decimals", [1, 2, 3, 4, 5, 6])
+def test_decimals_are_no_known_step(decimals):
+    x = np.round(triad(f"decimals {decimals}", 0.0, 0.3), decimals)
+    assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=x).streams[0]) == []
+
+
+def test_a_step_one_percent_off_is_not_known():
+    x = np.round(triad("one percent", 3.0, 12.0)) / 131 * 1.01
+    assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=x).streams[0]) == []
+
+
+def test_earth_rate_where_it_can_be_resolved():
+    """A gyro of 0.003 deg/√h and 0.02 deg/h sees 15 deg/h in minutes."""
+    noise = math.radians(0.003 / 60) * math.sqrt(100)
+    earth = np.array([0.6, 0.0, 0.8]) * 7.292115e-5
+    bias = math.radians(0.02) / 3600
+    x = triad("earth", earth, noise, n=100_000)
+    (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=bias)
+    assert finding.severity == "info"
+    assert finding.size == pytest.approx(7.292e-5, rel=0.05)
+    (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=x + earth).streams[0], bias=bias)
+    assert finding.severity == "warning"
+    # A bias of 100 deg/h hides it, and one gyro alone sees a part.
+    assert earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=5e-4) == []
+    assert earth_rate(Record.from_arrays(rate=100, gyro_x=x[:, 0]).streams[0], bias=bias) == []
+
+
+def test_earth_rate_of_an_unknown_bias():
+    """As information alone: of optical gyros that show it, of those that show nothing, and of no others."""
+    noise = 3e-8 * math.sqrt(100)
+    earth = np.array([0.6, 0.0, 0.8]) * 7.292115e-5
+
+    def told(mean, times=1.0):
+        stream = Record.from_arrays(rate=100, gyro=triad("unknown bias", mean, noise * times, n=100_000)).streams[0]
+        return [finding for finding in check(stream) if finding.code == "earth_rate"]
+
+    (shown,) = told(earth)
+    assert (shown.severity, shown.changes) == ("info", ())
+    assert shown.size == pytest.approx(7.292115e-5, rel=1e-3)
+    assert "agree" in shown.effect
+    (removed,) = told((0.0, 0.0, 0.0))
+    assert removed.severity == "info"
+    assert "taken off" in removed.message
+    assert told(earth + 5e-5) == []  # with a bias of 10 deg/h
+    assert told((0.0, 0.0, 0.0), times=100.0) == []  # 0.01 deg/√h: a MEMS gyro whose mean was taken off is no news
+    # What is simulated says so itself.
+    model = NoiseModel(channels={f"gyro_{axis}": {"random_walk": 3e-8} for axis in "xyz"})
+    simulated = simulate(model, duration=1000.0, rate=100.0, rng=seed_of("simulated earth")).streams[0]
+    assert [finding for finding in check(simulated) if finding.code == "earth_rate"] == []
+
+
+@pytest.mark.parametrize("kind", ["rate", "increments"])
+def test_a_rate_that_no_sensor_has_says_nothing_of_the_unit(kind):
+    """Microseconds taken for seconds: noise densities are a thousand times too large, and no unit is to blame."""
+    gyro, accel = triad(f"wrong rate {kind}", (0, 0, 0), 3e-3), triad(f"wrong rate too {kind}", (0, 0, G), 0.02)
+    for rate in (1e-4, 1e8):
+        record = Record.from_arrays(rate=rate, gyro=gyro, accel=accel, input=kind)
+        assert [f for s in record.streams for f in (*implausible_unit(s), *gravity(s))] == []
+    in_g = Record.from_arrays(rate=1e-4, accel=accel / G).streams[0]
+    assert "accel=g" in implausible_unit(in_g)[0].remedy  # a mean is what it is at any rate

@@ -23,7 +23,7 @@ from benches.logs import CHANNELS, KINDS, Kind, Values, made
 from benches.measure import status_bytes
 from sigmatau import Record, read
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import damaged
+from sigmatau.findings.finding import damaged
 
 ROOT = Path(__file__).parent.parent
 PAGE = 4096

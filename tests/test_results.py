@@ -2,7 +2,8 @@
 
 import pytest
 
-from sigmatau.results import Finding, by_severity, value_error_text
+from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.results import value_error_text
 
 
 @pytest.mark.parametrize(

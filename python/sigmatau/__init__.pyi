@@ -10,6 +10,7 @@ from .estimators.deviation import Deviation, Deviations, deviation
 from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
 from .exporting.export import export
+from .findings.finding import Finding
 from .fitting.fit import fit
 from .fitting.noise_fit import NoiseFit
 from .fitting.planning import Plan, plan
@@ -25,7 +26,6 @@ from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
 from .record.streams import Stream
-from .results import Finding
 from .simulation.imperfections import Imperfections
 from .simulation.in_memory import simulate
 from .simulation.to_file import simulate_to

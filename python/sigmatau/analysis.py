@@ -28,6 +28,7 @@ from sigmatau.estimators.stability import DynamicAllan, dynamic_allan
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.source import Source
+from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off
@@ -48,7 +49,7 @@ from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
-from sigmatau.results import Finding, Printed, by_severity
+from sigmatau.results import Printed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import TypeVar
 
 __all__ = [
     "ByChannel",
-    "Finding",
     "Printed",
-    "Severity",
-    "by_severity",
-    "damaged",
     "duration_text",
     "interval_texts",
     "option_seconds",
@@ -23,11 +18,6 @@ __all__ = [
     "two_digits",
     "value_error_text",
 ]
-
-Severity = Literal["info", "warning", "error"]
-
-
-_ABOVE_ALL = "no_adequate_model"  # then no number has an interval, which matters more than what else is to be said
 
 
 class Printed:
@@ -64,77 +54,6 @@ class ByChannel(Mapping[str, T], Printed):
 
     def __repr__(self) -> str:
         return "\n".join(map(repr, self._by_channel.values()))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
-    """Something that the user should know about the record before trusting a number.
-
-    Attributes
-    ----------
-    code : str
-        Stable name of the kind of finding, e.g. ``"constant_channel"``.
-    severity : {"info", "warning", "error"}
-    message : str
-        What was found, where, and how large.
-    channel : str or None
-        The channel concerned; None for the whole record.
-    effect : str
-        What it does to which coefficient; may be empty.
-    where : str
-        Place in the record, for a program: ``"t = 2400 s"``, ``"line 17"``; the message has it in its own words.
-    size : float or None
-        How large it is, in `unit`.
-    unit : str
-        Of the size; empty for a bare number.
-    changes : tuple of (str, float)
-        Coefficients, by term, and by which factor this makes them larger than those of the sensor itself.
-    remedy : str
-        What to do.
-    """
-
-    code: str
-    severity: Severity
-    message: str
-    channel: str | None = None
-    effect: str = ""
-    where: str = ""
-    size: float | None = None
-    unit: str = ""
-    changes: tuple[tuple[str, float], ...] = ()
-    remedy: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "code": self.code,
-            "severity": self.severity,
-            "channel": self.channel,
-            "message": self.message,
-            "effect": self.effect,
-            **({"where": self.where} if self.where else {}),
-            **({} if self.size is None else {"size": self.size, "unit": self.unit}),
-            **({"changes": dict(self.changes)} if self.changes else {}),
-            **({"remedy": self.remedy} if self.remedy else {}),
-        }
-
-    def __str__(self) -> str:
-        channel = f"{self.channel}: " if self.channel else ""
-        more = "; ".join(text for text in (self.effect, self.remedy) if text)
-        return f"{self.severity}: {channel}{self.message}" + (f" ({more})" if more else "")
-
-
-def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Errors first, then warnings, of them first that no model is adequate; each once, else in the order found."""
-
-    def weight(finding: Finding) -> tuple[int, bool]:
-        return ("error", "warning", "info").index(finding.severity), finding.code != _ABOVE_ALL
-
-    return tuple(sorted(dict.fromkeys(findings), key=weight))
-
-
-def damaged(findings: Iterable[Finding]) -> int:
-    """Exit code of a command that has done what it could: 4 if rows of the data are missing or wrong, else 0."""
-    return 4 if any(finding.severity == "error" and finding.channel is None for finding in findings) else 0
 
 
 def value_error_text(value: float, error: float) -> str:

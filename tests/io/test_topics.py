@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read import assemble, topics
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Loaded, Table
-from sigmatau.results import Finding
 
 GYRO = tuple(f"gyro_{a} [rad/s]" for a in "xyz")
 ACCEL = tuple(f"accel_{a} [m/s^2]" for a in "xyz")

@@ -5,8 +5,8 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.causes import one_cause
-from sigmatau.results import Finding
 
 N, RATE = 1e-3, 100.0
 SD = N * RATE**0.5

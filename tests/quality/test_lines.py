@@ -9,9 +9,10 @@ import pytest
 import known
 import sigmatau as st
 from sigmatau._native import kernels
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.curve_checks import of_fit
 from sigmatau.quality.spectrum.lines import find_lines, lines, lines_in_fits
-from sigmatau.results import Finding, seconds
+from sigmatau.results import seconds
 
 RATE, N = 100.0, 2**18
 T = np.arange(N) / RATE

@@ -29,9 +29,9 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.reading_options import Reading, read_log
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import damaged
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.write import atomic
-from sigmatau.results import damaged
 
 __all__ = ["FIGURE_ENDINGS", "analyze_command", "write_figure", "write_json"]
 

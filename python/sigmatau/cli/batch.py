@@ -13,8 +13,9 @@ from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding, damaged
 from sigmatau.io.read.formats.split import files_of
-from sigmatau.results import Finding, damaged, duration_text
+from sigmatau.results import duration_text
 
 __all__ = ["Outcome", "gather", "names", "run", "summary"]
 

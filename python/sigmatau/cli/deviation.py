@@ -15,9 +15,9 @@ from sigmatau.cli.options import averaging_times, check_output, refuse_same, say
 from sigmatau.cli.reading_options import Reading, read_log
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind
+from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
 from sigmatau.io.write import atomic
-from sigmatau.results import damaged
 
 __all__ = ["deviation_command"]
 

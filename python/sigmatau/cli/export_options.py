@@ -13,8 +13,8 @@ from cyclopts import Parameter
 from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Axes, Choices
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
-from sigmatau.results import Finding
 
 __all__ = ["Choosing", "as_typed", "said", "typed"]
 

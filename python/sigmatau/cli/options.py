@@ -15,7 +15,7 @@ from typing import get_args
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import TauGrid
-from sigmatau.results import Finding
+from sigmatau.findings.finding import Finding
 
 __all__ = [
     "averaging_times",

@@ -17,12 +17,12 @@ from sigmatau.cli.analyze import FIGURE_ENDINGS
 from sigmatau.cli.options import check_output, refuse_same, say, working
 from sigmatau.cli.reading_options import Reading, read_log
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import damaged
 from sigmatau.io.write import atomic
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import coefficient_unit, display_units
 from sigmatau.record.record import Record, stream_name
-from sigmatau.results import damaged
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Method, Spectra, Spectrum

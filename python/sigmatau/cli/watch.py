@@ -18,10 +18,10 @@ from sigmatau.cli.analyze import FIGURE_ENDINGS, write_figure, write_json
 from sigmatau.cli.options import check_output, key_numbers, key_values, say
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
+from sigmatau.findings.finding import Finding
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
 from sigmatau.record.record import MIN_SAMPLES, Provenance
-from sigmatau.results import Finding
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

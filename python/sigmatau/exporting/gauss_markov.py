@@ -18,10 +18,11 @@ from sigmatau.exporting.axes import by_axis, of_channel, refuse
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.horizon import slow_avar
 from sigmatau.exporting.values import Numbers
+from sigmatau.findings.finding import Finding
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import Finding, seconds, two_digits
+from sigmatau.results import seconds, two_digits
 
 __all__ = [
     "PEAK_TIME",

@@ -14,10 +14,11 @@ from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import with_remarks
 from sigmatau.exporting.values import Numbers
+from sigmatau.findings.finding import Finding
 from sigmatau.io.write import atomic
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.record.record import stream_name
-from sigmatau.results import Finding, Printed
+from sigmatau.results import Printed
 
 __all__ = ["Prepared", "check_all", "check_choices", "check_path", "prepare", "prepare_all"]
 

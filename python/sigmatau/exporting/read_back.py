@@ -15,8 +15,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.results import Finding, Printed
+from sigmatau.results import Printed
 from sigmatau.units import find
 
 __all__ = ["ReadBack", "read_yaml"]

@@ -11,9 +11,10 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.read_back import read_yaml
+from sigmatau.findings.finding import Finding
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
-from sigmatau.results import Finding, Printed
+from sigmatau.results import Printed
 
 __all__ = ["Source", "one_rate", "read_source", "source_of"]
 

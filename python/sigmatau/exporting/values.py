@@ -15,13 +15,14 @@ from sigmatau.exporting.choices import KINDS, RANGES, Choices, NotChosenError, g
 from sigmatau.exporting.horizon import matching_walk, sampled
 from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import number
+from sigmatau.findings.finding import Finding
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import Finding, seconds, two_digits
+from sigmatau.results import seconds, two_digits
 
 __all__ = ["Number", "Numbers"]
 

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve, allan
 from sigmatau.estimators.deviation import deviation
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.record import Record
-from sigmatau.results import Finding, seconds
+from sigmatau.results import seconds
 
 __all__ = ["angle_noise", "untold"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.drift.drift import BESIDE
 from sigmatau.quality.spectrum.axis_correlation import OVER
-from sigmatau.results import Finding
 
 __all__ = ["one_cause"]
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.drift import temperature, warm_up
 from sigmatau.quality.drift.stationarity import non_stationary
@@ -28,7 +29,7 @@ from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, duration_text
+from sigmatau.results import duration_text
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Spectrum
 

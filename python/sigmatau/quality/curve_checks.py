@@ -8,9 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, seconds
+from sigmatau.results import seconds
 
 __all__ = ["LARGEST", "LEAST", "beyond", "constant", "lifeless", "of_fit", "rounding", "strided"]
 

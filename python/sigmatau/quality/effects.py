@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sigmatau.findings.finding import Severity
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import Severity, two_digits
+from sigmatau.results import two_digits
 
 __all__ = ["Change", "compared", "effect_text", "factors", "severity", "vanished", "words"]
 

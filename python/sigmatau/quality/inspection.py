@@ -10,6 +10,7 @@ from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import allan
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
@@ -21,7 +22,6 @@ from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.record import memory
 from sigmatau.record.record import Record
-from sigmatau.results import Finding
 
 __all__ = ["FITTED", "Inspection", "inspect"]
 

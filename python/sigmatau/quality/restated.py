@@ -13,6 +13,7 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import channel_curve
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS
@@ -26,7 +27,7 @@ from sigmatau.quality.spectrum.low_pass import low_passes
 from sigmatau.quality.spectrum.upsampling import resampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, seconds
+from sigmatau.results import seconds
 from sigmatau.spectrum.estimate import welch
 
 __all__ = ["bad_samples_in_fits", "filters_in_fits", "past_filter", "without_faults"]

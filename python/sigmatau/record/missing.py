@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import NonFiniteError
+from sigmatau.findings.finding import Finding
 from sigmatau.record.streams import CHUNK, Columns
-from sigmatau.results import Finding, seconds
+from sigmatau.results import seconds
 
 __all__ = ["mask_of", "missing_values"]
 

@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import units
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.findings.finding import Finding
 from sigmatau.record.missing import mask_of, missing_values
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform
 from sigmatau.record.thermometers import CELSIUS as TEMPERATURE
 from sigmatau.record.thermometers import TO_CELSIUS, thermometers
-from sigmatau.results import Finding, Printed
+from sigmatau.results import Printed
 
 __all__ = [
     "MIN_SAMPLES",

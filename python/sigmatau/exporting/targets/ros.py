@@ -16,9 +16,10 @@ from sigmatau.exporting.axes import by_axis, refuse
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import said, vector
 from sigmatau.exporting.values import Number, Numbers
+from sigmatau.findings.finding import Finding
 from sigmatau.model.channel import ChannelModel
 from sigmatau.record.record import stream_name
-from sigmatau.results import Finding, seconds
+from sigmatau.results import seconds
 from sigmatau.statespace.state_space import state_space
 
 __all__ = ["TARGET"]

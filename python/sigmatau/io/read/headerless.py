@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.table import Table
-from sigmatau.results import Finding
 
 __all__ = ["by_gravity"]
 

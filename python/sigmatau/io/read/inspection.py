@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
@@ -17,7 +18,7 @@ from sigmatau.io.read.table_streams import Part, part
 from sigmatau.io.read.topics import choose_tables, sensors
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
-from sigmatau.results import Finding, Printed, by_severity, duration_text
+from sigmatau.results import Printed, duration_text
 
 __all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.results import Finding
+from sigmatau.findings.finding import Finding
 
 __all__ = ["without_unwritten"]
 

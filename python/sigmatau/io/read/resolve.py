@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from sigmatau import units
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.headerless import by_gravity
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
@@ -14,7 +15,6 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
-from sigmatau.results import Finding
 
 __all__ = ["SI", "Resolved", "resolve"]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, NonFiniteError
-from sigmatau.results import Finding
+from sigmatau.findings.finding import Finding
 
 __all__ = [
     "FORMATS",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
@@ -24,7 +25,6 @@ from sigmatau.io.read.time.timing import Timing, timed
 from sigmatau.io.read.unused_columns import not_read
 from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["Part", "find_rate", "part"]
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.names import recognise, signal_name, stated_unit, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
-from sigmatau.results import Finding
 
 __all__ = ["not_read"]
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import channel_curve
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import display_units
@@ -27,7 +28,7 @@ from sigmatau.quality.samples.motion import LevelChange, level_changes, summary
 from sigmatau.quality.samples.shocks_and_steps import level_finding
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, duration_text, two_digits
+from sigmatau.results import duration_text, two_digits
 
 __all__ = ["BESIDE", "from_the_end", "settling", "temperature", "warm_up"]
 

@@ -23,10 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, duration_text, seconds
+from sigmatau.results import duration_text, seconds
 
 __all__ = ["SegmentTest", "cusum", "non_stationary", "segment_test"]
 

@@ -5,6 +5,7 @@ One module a kind of fault; each takes a stream and returns findings. `check` ru
 
 from dataclasses import replace
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.duplicate_rows import copies, copy_masks
 from sigmatau.quality.samples.interpolation import interpolated
@@ -23,7 +24,6 @@ from sigmatau.quality.samples.undisturbed import DISTURBANCES, quiet, undisturbe
 from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = [
     "CHECKS",

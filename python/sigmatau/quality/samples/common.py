@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.record.streams import CHUNK, Stream
-from sigmatau.results import Finding, duration_text
+from sigmatau.results import duration_text
 
 __all__ = [
     "LONG",

@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import place, when
 from sigmatau.quality.samples.masking import leave_out_option, spans_of
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["copied_rows", "copies", "copy_masks"]
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, axes_text, block_rms, length, place, sample_of, when
 from sigmatau.quality.samples.level_walk import added_by_stretches, own_walk, parts_without, walk_effect
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.straight_lines import Filled, filled
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["Upsampling", "interpolated", "upsampling"]
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import (
     affected,
     axes_text,
@@ -21,7 +22,6 @@ from sigmatau.quality.samples.masking import leave_out_option, masked, spans_of
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.stuck_samples import stuck_runs, zero_runs
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["dropout_masks", "lost_rows", "stuck_masks", "zero_rows", "zeros_of"]
 

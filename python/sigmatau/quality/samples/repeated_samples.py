@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, Printed
+from sigmatau.results import Printed
 
 __all__ = [
     "Resolution",

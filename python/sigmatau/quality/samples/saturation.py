@@ -8,11 +8,11 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, growing_step, one_for_all, place, when
 from sigmatau.quality.samples.resolution import Resolution, resolution
 from sigmatau.quality.samples.stuck_samples import stuck_runs, zero_runs
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["saturation"]
 

@@ -7,10 +7,10 @@ from itertools import combinations
 
 import numpy as np
 
+from sigmatau.findings.finding import Finding
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.common import axes_text, octaves, pieces, present, sample_of, white_level
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["QUIET", "grade", "mean_of", "mixed_units"]
 

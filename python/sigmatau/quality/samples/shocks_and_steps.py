@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, axes_text, length, place, present, when, worst_on_white
 from sigmatau.quality.samples.level_walk import own_walk, parts_without, walk_effect
 from sigmatau.quality.samples.masking import leave_out_option, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["Movements", "level_finding", "movements", "not_static"]
 

@@ -9,13 +9,13 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, block_rms, place, present, rounding_dust, when, white_level
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
 from sigmatau.quality.samples.masking import masked
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK, Stream
-from sigmatau.results import Finding
 
 __all__ = ["AT_LEAST", "find_spikes", "mask_spikes", "more_below", "spikes", "without_spikes"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, axes_text, change_of_white, length, present
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["settled_from", "start_transient"]
 

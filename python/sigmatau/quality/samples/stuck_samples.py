@@ -9,6 +9,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import (
     affected,
     axes_text,
@@ -25,7 +26,6 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.straight_lines import STRETCH, filled
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding
 
 __all__ = ["dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_runs"]
 

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
+from sigmatau.findings.finding import Finding
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.common import axes_text, octaves, present, sample_of, white_level
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.sensor_grades import QUIET, grade, mean_of, mixed_units
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
-from sigmatau.results import Finding
 
 __all__ = ["EARTH_RATE", "earth_rate", "gravity", "implausible_unit"]
 

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.duplicate_rows import copy_masks
 from sigmatau.quality.samples.lost_rows import dropout_masks, stuck_masks
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, duration_text, seconds
+from sigmatau.results import duration_text, seconds
 
 __all__ = ["KINDS", "from_the_start", "leave_out"]
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -29,7 +30,7 @@ from sigmatau.quality.drift.block_means import autocovariance
 from sigmatau.quality.selection.window import block_length, criterion, scatter, wanted_length
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, Printed, duration_text, seconds, two_digits
+from sigmatau.results import Printed, duration_text, seconds, two_digits
 
 __all__ = ["SEED", "SelectionBias", "bias_finding", "selection_bias"]
 

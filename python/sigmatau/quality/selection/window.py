@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.drift.block_means import block_means
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, duration_text, seconds
+from sigmatau.results import duration_text, seconds
 
 __all__ = [
     "BLOCK",

@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, duration_text, two_digits
+from sigmatau.results import duration_text, two_digits
 
 __all__ = ["OVER", "cross_axis"]
 

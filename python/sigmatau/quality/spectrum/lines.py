@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve, allan, cluster_sizes
+from sigmatau.findings.finding import Finding
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.gls import Gls
@@ -22,7 +23,7 @@ from sigmatau.quality.samples.motion import bursts, summary
 from sigmatau.quality.spectrum.peaks import Line, Periodogram, hertz, measured_lines, periodogram
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, option_seconds, seconds
+from sigmatau.results import option_seconds, seconds
 from sigmatau.spectrum.tapers import without_line
 
 __all__ = ["Line", "find_lines", "lines", "lines_in_fits"]

@@ -8,13 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.quality.spectrum.filter_fit import LowPass, fit_low_pass, promising
 from sigmatau.quality.spectrum.lines import find_lines
 from sigmatau.quality.spectrum.pair_spectrum import by_pairs, is_torn
 from sigmatau.quality.spectrum.upsampling import resampled
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, option_seconds, seconds
+from sigmatau.results import option_seconds, seconds
 from sigmatau.spectrum.estimate import welch
 from sigmatau.spectrum.result import Spectrum
 

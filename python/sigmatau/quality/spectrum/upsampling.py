@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.quality.spectrum import filter_models
 from sigmatau.quality.spectrum.filter_fit import fit_low_pass
 from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, Printed, seconds
+from sigmatau.results import Printed, seconds
 from sigmatau.spectrum.estimate import welch
 from sigmatau.spectrum.result import Spectrum
 from sigmatau.spectrum.tapers import good_length

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
-from sigmatau.results import Finding
 
 __all__ = ["WIDEST", "Leaf", "gather", "parts", "pick", "real_columns", "squeezed"]
 

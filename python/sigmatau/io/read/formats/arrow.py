@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.arrow_batches import BatchError, rest_lost, table_of, text_of
 from sigmatau.io.read.formats.arrow_columns import columns_of
 from sigmatau.io.read.formats.parquet import MARK as PARQUET
 from sigmatau.io.read.formats.parquet import parquet
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Table, need
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

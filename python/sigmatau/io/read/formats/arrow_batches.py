@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.arrays import real_columns
 from sigmatau.io.read.formats.arrow_columns import ArrowColumn, numbers
 from sigmatau.io.read.table import REST_MISSING, Loaded, Table
-from sigmatau.results import Finding
 
 __all__ = ["BatchError", "rest_lost", "table_of", "text_of"]
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sigmatau._native.formats import TextColumns
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.layout import Layout, header_fields
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column
-from sigmatau.results import Finding
 
 __all__ = ["Passed"]
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from sigmatau._native import logs
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.message_chain import broken
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
 from sigmatau.io.read.table import REST_MISSING
-from sigmatau.results import Finding
 
 __all__ = ["TABLES", "Found", "damage", "walk"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.table import REST_MISSING
-from sigmatau.results import Finding
 
 __all__ = ["broken"]
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.truncation import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

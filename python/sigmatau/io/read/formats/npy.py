@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.arrays import parts, pick
 from sigmatau.io.read.formats.library_errors import archive_faults
 from sigmatau.io.read.formats.trailing_bytes import archive_ends, behind
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.arrow_batches import BatchError, table_of
 from sigmatau.io.read.formats.arrow_columns import columns_of, is_list, with_sizes
 from sigmatau.io.read.formats.trailing_bytes import lost
 from sigmatau.io.read.table import Table
-from sigmatau.results import Finding
 
 __all__ = ["MARK", "parquet"]
 

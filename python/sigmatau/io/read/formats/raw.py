@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.truncation import finding
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
-from sigmatau.results import Finding
 
 __all__ = ["parse_layout", "read"]
 

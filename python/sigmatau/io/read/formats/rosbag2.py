@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from sigmatau._native import logs
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats import roslog
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from sigmatau._native import logs
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.messages import Layout, layout_of
 from sigmatau.io.read.formats.trailing_bytes import lost
 from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
-from sigmatau.results import Finding
 
 __all__ = ["checked", "message_table", "read", "refused_table", "sniff", "some_readable"]
 

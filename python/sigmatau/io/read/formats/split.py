@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.table import REST_MISSING, Loaded, Table
-from sigmatau.results import Finding
 
 __all__ = ["METADATA", "files_of", "joined", "part_of"]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.table import REST_MISSING, Head, Table, need
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.comment_lines import Passed
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.record import memory
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff", "table_of"]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sigmatau.results import Finding
+from sigmatau.findings.finding import Finding
 
 __all__ = ["BEHIND", "archive_ends", "behind", "lost"]
 

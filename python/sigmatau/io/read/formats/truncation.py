@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.table import REST_MISSING
-from sigmatau.results import Finding
 
 __all__ = ["BREAK", "Line", "cut_number", "damaged", "finding", "line_at", "lines_of"]
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
-from sigmatau.results import Finding
 
 __all__ = ["read", "sniff"]
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.table import REST_MISSING, Loaded, Table
-from sigmatau.results import Finding
 
 __all__ = ["cut", "of_damaged"]
 

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.time.timing import Timing
 from sigmatau.record.streams import Stream
-from sigmatau.results import Finding, two_digits
+from sigmatau.results import two_digits
 
 __all__ = ["scattered"]
 

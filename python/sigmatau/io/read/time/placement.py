@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import NonFiniteError
+from sigmatau.findings.finding import Finding
 from sigmatau.record.missing import missing_values
-from sigmatau.results import Finding
 
 __all__ = ["laid", "missing_in", "mostly_missing", "own_rows", "with_missing"]
 

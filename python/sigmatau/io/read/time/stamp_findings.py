@@ -8,10 +8,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.time.clock_line import GridFit
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.record.streams import PLAUSIBLE_RATES
-from sigmatau.results import Finding, seconds, two_digits
+from sigmatau.results import seconds, two_digits
 
 __all__ = ["drift", "gaps", "host", "implausible", "not_round", "of_single_precision", "pauses"]
 

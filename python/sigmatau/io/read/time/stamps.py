@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.time import stamp_findings
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
-from sigmatau.results import Finding
 
 __all__ = ["Fit", "fit", "mismatch", "without_unit"]
 

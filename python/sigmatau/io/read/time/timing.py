@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.findings.finding import Finding
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
@@ -19,7 +20,6 @@ from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.placement import laid
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.record.record import MIN_SAMPLES, stream_name
-from sigmatau.results import Finding
 
 __all__ = ["Timing", "timed"]
 

@@ -1,0 +1,1 @@
+"""Kinds of findings about exported files and files read back."""

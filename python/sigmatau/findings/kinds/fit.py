@@ -1,0 +1,1 @@
+"""Kinds of findings about curves and fits."""

@@ -1,0 +1,1 @@
+"""Kinds of findings about files: damage, leftovers, columns, units."""

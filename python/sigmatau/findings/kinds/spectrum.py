@@ -1,0 +1,1 @@
+"""Kinds of findings about spectra: lines, low-pass filters, resampling, common noise."""

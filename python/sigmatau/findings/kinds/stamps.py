@@ -1,0 +1,1 @@
+"""Kinds of findings about time stamps: rate, gaps, jitter, clock."""

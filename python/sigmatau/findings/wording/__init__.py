@@ -1,0 +1,46 @@
+"""The words of findings, for the terminal, the report and JSON alike: one module per subject, as in `findings.kinds`.
+
+Each module has a table `WORDS` from a kind to the function that words it. A message is one sentence that names what was
+found, where, and what it changes; the action is one sentence that says what to do, or empty.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.findings.wording.phrases import Words
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sigmatau.findings.finding import Finding
+
+__all__ = ["SUBJECTS", "Words", "words"]
+
+SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting")
+"""Modules of this package, one per subject."""
+
+
+@cache
+def _table() -> dict[type, Callable[[Finding, Any], Words]]:
+    table: dict[type, Callable[[Finding, Any], Words]] = {}
+    for subject in SUBJECTS:
+        table.update(import_module(f"{__name__}.{subject}").WORDS)
+    return table
+
+
+def words(finding: Finding) -> Words:
+    """The words of a finding.
+
+    Parameters
+    ----------
+    finding : Finding
+
+    Returns
+    -------
+    Words
+        Message and action; the channels are not named in them unless one of several is meant.
+    """
+    return _table()[type(finding.details)](finding, finding.details)

@@ -1,0 +1,13 @@
+"""Words of findings about curves and fits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording.phrases import Words
+
+__all__ = ["WORDS"]
+
+WORDS: dict[type, Callable[[Finding, Any], Words]] = {}

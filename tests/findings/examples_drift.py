@@ -1,0 +1,3 @@
+"""Examples of findings for `test_words`."""
+
+EXAMPLES = []

@@ -1,0 +1,59 @@
+"""The words of findings: a golden file per subject, and the rules of plain technical English.
+
+Each subject of `sigmatau.findings.wording` has a module ``examples_SUBJECT`` here with `EXAMPLES`, one or more findings of
+each kind, and ``SUBJECT.txt`` with their words. ``UPDATE_WORDS=1`` writes these files anew.
+"""
+
+import importlib
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from sigmatau.findings.finding import Details
+from sigmatau.findings.wording import SUBJECTS
+
+HERE = Path(__file__).parent
+LONGEST = 120  # characters of a sentence, STYLE 10
+PUNS = re.compile(r"\b(so many|of which|is no |are no |there is none|none of the|of its own|seen to|see to|on end)\b")
+
+
+def kinds_of(subject):
+    module = importlib.import_module(f"sigmatau.findings.kinds.{subject}")
+    found = [one for one in vars(module).values() if isinstance(one, type) and issubclass(one, Details)]
+    return {one for one in found if one.__module__ == module.__name__ and one.code}
+
+
+def examples(subject):
+    return importlib.import_module(f"examples_{subject}").EXAMPLES
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_every_kind_has_words_and_an_example(subject):
+    words = importlib.import_module(f"sigmatau.findings.wording.{subject}").WORDS
+    assert set(words) == kinds_of(subject) == {type(one.details) for one in examples(subject)}
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_words_are_those_of_the_golden_file(subject):
+    text = "".join(f"{one.code}\n    {one.message}\n    {one.action}\n" for one in examples(subject))
+    golden = HERE / f"{subject}.txt"
+    if os.environ.get("UPDATE_WORDS"):
+        golden.write_text(text, encoding="utf-8")
+    assert text == golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_sentences_are_short_and_plain(subject):
+    for one in examples(subject):
+        for sentence in (one.message, one.action):
+            assert len(sentence) <= LONGEST, (one.code, len(sentence), sentence)
+            assert not PUNS.search(sentence), (one.code, sentence)
+            assert not sentence.endswith("."), (one.code, sentence)
+        assert one.message, one.code
+
+
+def test_codes_are_unique():
+    codes = [one.code for subject in SUBJECTS for one in kinds_of(subject)]
+    assert len(codes) == len(set(codes))

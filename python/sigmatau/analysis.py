@@ -39,6 +39,7 @@ from sigmatau.quality import curve_checks as curve_findings
 from sigmatau.quality.angle_noise import angle_noise, untold
 from sigmatau.quality.causes import one_cause
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits, with_fits
+from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.restated import past_filter
 from sigmatau.quality.samples.resolution import too_coarse
 from sigmatau.quality.samples.spikes import mask_spikes
@@ -175,6 +176,7 @@ class Analysis(Printed):
         return "\n".join([self.summary(), *map(str, self.findings)])
 
 
+@facts_kept()
 def analyze(
     record: Record,
     *,

@@ -22,6 +22,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit is out of its specification;
         4 done with what could be read of a damaged file; 130 interrupted; 143 terminated (SIGTERM).
     """
+    # The matrices are small: threads of BLAS would only wait for each other. Read when NumPy is first imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from cyclopts import CycloptsError
 
     from sigmatau.cli.app import app

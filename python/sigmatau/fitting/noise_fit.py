@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -61,7 +61,10 @@ class FittedTerm:
     p_value : float or None
         Probability of as much without the term, all others given; None if it was not tested.
     shows_in, shows : float or None
-        If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases.
+        If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases. Computed
+        when they are first asked for, by `outlook`.
+    outlook : callable or None
+        Computes `shows_in` and `shows`.
     """
 
     term: str
@@ -73,8 +76,15 @@ class FittedTerm:
     high: float | None = None
     upper_limit: float | None = None
     p_value: float | None = None
-    shows_in: float | None = None
-    shows: float | None = None
+    outlook: Callable[[], tuple[float | None, float | None]] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def shows_in(self) -> float | None:
+        return None if self.outlook is None else self.outlook()[0]
+
+    @property
+    def shows(self) -> float | None:
+        return None if self.outlook is None else self.outlook()[1]
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
@@ -285,7 +295,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
 
         terms_ = {
             name: replace(
-                term, observed=None, low=None, high=None, upper_limit=None, p_value=None, shows_in=None, shows=None
+                term, observed=None, low=None, high=None, upper_limit=None, p_value=None, outlook=None
             )
             for name, term in self.terms.items()
         }

@@ -7,7 +7,7 @@ of a curve that follows the data, then refined with the exact one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,7 +85,7 @@ def candidates(five: Gls) -> Iterator[Extension]:
         if len(grid) < 3:
             continue
         fixed = _misfit(five, weights, None)
-        misfits = [_misfit(five, weights, Extension(kind, float(shape))) for shape in grid]
+        misfits = _misfits(five, weights, [Extension(kind, float(shape)) for shape in grid])
         k = int(np.argmin(misfits))
         if fixed - misfits[k] < _LEAST_GAIN or misfits[k] > _HOPELESS * len(m):
             continue
@@ -148,6 +148,21 @@ def _misfit(five: Gls, weights: Factor, extension: Extension | None) -> float:
     whitened = weights.whiten(np.hstack(columns))
     left = whitened[:, 0] - whitened[:, 1:] @ non_negative(whitened[:, 1:], whitened[:, 0])
     return float(left @ left)
+
+
+def _misfits(five: Gls, weights: Factor, extensions: Sequence[Extension]) -> list[float]:
+    """`_misfit` of each of several extensions, whitened together."""
+    shapes = [extension.column(five.parts.m, five.parts.gaps) for extension in extensions]
+    fixed = 1 + len(five.candidates)
+    whitened = weights.whiten(np.column_stack([five.avar, five.parts.design[:, list(five.candidates)], *shapes]))
+    target, misfits = whitened[:, 0], []
+    columns = np.empty((len(target), fixed))
+    columns[:, :-1] = whitened[:, 1:fixed]
+    for k in range(len(extensions)):
+        columns[:, -1] = whitened[:, fixed + k]
+        left = target - columns @ non_negative(columns, target)
+        misfits.append(float(left @ left))
+    return misfits
 
 
 def _minimum(f: Callable[[float], float], low: float, high: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -243,7 +243,6 @@ def _term(
             low=min(coefficient(e.low * scale, name, tau0), amount),
             high=max(high, amount),
         )
-    shows_in, shows = _would_show(data, e, term, linear)
     return FittedTerm(
         term=name,
         unit=unit,
@@ -251,9 +250,28 @@ def _term(
         level=level,
         p_value=e.p_value,
         upper_limit=high if math.isfinite(high) else None,
-        shows_in=None if shows_in is None else shows_in * tau0,
-        shows=None if shows is None else coefficient(shows * scale, name, tau0),
+        outlook=_Outlook(data, e, term, tuple(linear), scale, tau0),
     )
+
+
+@dataclass(slots=True, eq=False)
+class _Outlook:
+    """Length in seconds of a record that shows half the limit of a term, and that half; computed at the first call."""
+
+    data: Data
+    evidence: Evidence
+    term: int
+    linear: tuple[int, ...]
+    scale: float
+    tau0: float
+    known: tuple[float | None, float | None] | None = None
+
+    def __call__(self) -> tuple[float | None, float | None]:
+        if self.known is None:
+            samples, theta = _would_show(self.data, self.evidence, self.term, self.linear)
+            value = None if theta is None else coefficient(theta * self.scale, LINEAR[self.term], self.tau0)
+            self.known = None if samples is None else samples * self.tau0, value
+        return self.known
 
 
 def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tuple[float | None, float | None]:

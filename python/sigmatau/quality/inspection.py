@@ -18,6 +18,7 @@ from sigmatau.io.read.inspection import Inspection
 from sigmatau.quality import curve_checks as curve_findings
 from sigmatau.quality.causes import one_cause
 from sigmatau.quality.check import Bandwidth, check, check_fits, with_fits
+from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.record import memory
@@ -29,6 +30,7 @@ FITTED = 8_000_000
 """So many samples, of all channels together, are fitted in passing: some seconds on one core."""
 
 
+@facts_kept()
 def inspect(
     path: str | os.PathLike[str],
     *,

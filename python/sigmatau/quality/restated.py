@@ -18,6 +18,7 @@ from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.effects import Change, compared, severity, words
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.lost_rows import lost_rows
 from sigmatau.quality.samples.masking import masked
@@ -146,6 +147,7 @@ def past_filter(
     return replace(after, reason="; ".join(filter(None, [after.reason, why])))
 
 
+@stream_fact
 def without_faults(stream: Stream) -> Stream:
     """The stream as its spectrum is looked at: without runs of equal samples, and with others in place of spikes."""
     return without_spikes(without_runs(stream))

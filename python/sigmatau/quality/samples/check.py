@@ -17,12 +17,11 @@ from sigmatau.quality.samples.repeated_samples import repeated_samples
 from sigmatau.quality.samples.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
 from sigmatau.quality.samples.saturation import saturation
 from sigmatau.quality.samples.shocks_and_steps import level_finding, not_static
-from sigmatau.quality.samples.spikes import find_spikes, mask_spikes, spikes, without_spikes
+from sigmatau.quality.samples.spikes import find_spikes, mask_spikes, spikes, spikes_missing, without_spikes
 from sigmatau.quality.samples.start_transient import start_transient
 from sigmatau.quality.samples.stuck_samples import dropouts, stuck_samples, without_runs
 from sigmatau.quality.samples.undisturbed import DISTURBANCES, quiet, undisturbed
 from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
-from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 __all__ = [
@@ -108,7 +107,7 @@ def check(stream: Stream) -> list[Finding]:
     found = {one: one(even if one in _EQUAL else stream) for one in CHECKS if one is not start_transient}
     if found[spikes]:
         knocks = light_knocks(stream)
-        alone = mask_spikes(Record(streams=(stream,)))[0].streams[0]
+        alone = spikes_missing(stream)
         if knocks:  # the largest samples of a knock are no spikes
             still = masked(stream, mask_of(stream.grid.n, [(knock.start, knock.stop) for knock in knocks]))
             found[spikes] = spikes(still)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 from sigmatau.results import duration_text
 
@@ -111,6 +112,7 @@ _DUST, _DUSTY = 1e-4, 0.01
 _LOOKED_AT = 1 << 16
 
 
+@stream_fact
 def without_dust(stream: Stream) -> Stream:
     """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
     columns, changed = [], False

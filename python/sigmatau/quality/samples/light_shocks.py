@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import block_rms
 from sigmatau.quality.samples.motion import Burst
-from sigmatau.quality.samples.spikes import find_spikes
+from sigmatau.quality.samples.spikes import spike_mask
 from sigmatau.record.streams import Stream
 
 __all__ = ["light_knocks"]
@@ -24,6 +25,7 @@ _MOST_ALONE = 0.5
 _BEFORE_S, _AFTER_S = 0.1, 0.5  # what belongs to it and does not stand out
 
 
+@stream_fact
 def light_knocks(stream: Stream) -> list[Burst]:
     """Knocks that show as spikes on two axes or more within a quarter of a second, and not in one row alone.
 
@@ -40,7 +42,7 @@ def light_knocks(stream: Stream) -> list[Burst]:
     """
     if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _AXES:
         return []
-    places = [np.flatnonzero(find_spikes(stream.column(channel))) for channel in stream.channels]
+    places = [np.flatnonzero(spike_mask(stream, channel)) for channel in stream.channels]
     at = np.concatenate(places)
     axis = np.repeat(np.arange(len(places)), [len(p) for p in places])
     if len(at) < _LEAST:

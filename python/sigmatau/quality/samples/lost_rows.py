@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import (
     affected,
     axes_text,
@@ -116,6 +117,7 @@ def _chance(stream: Stream, channel: str) -> float:
     return min(found.step / (math.sqrt(2 * math.pi) * scale), 1.0) if scale > 0 else 1.0
 
 
+@stream_fact
 def lost_rows(stream: Stream) -> tuple[list[Finding], Stream]:
     """The finding ``dropout`` for rows of zeros that are no long runs, and the stream without them.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.record.streams import CHUNK, Stream
@@ -131,6 +132,7 @@ class Summary:
     power: NDArray[np.float64]
 
 
+@channel_fact
 def summary(stream: Stream, channel: str) -> Summary:
     """A channel by windows of 1 s, or of 16 samples if that is longer."""
     w = max(round(_WINDOW_S / stream.grid.tau0), _WINDOW)

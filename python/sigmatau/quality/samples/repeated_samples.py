@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.record.streams import Stream
@@ -99,6 +100,7 @@ def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDAr
     return first, last - first + 2 + more
 
 
+@stream_fact
 def repeats(stream: Stream) -> Repeats | None:
     """Whether samples are there several times, on all channels at once or on some; None if not, or if it cannot be told.
 

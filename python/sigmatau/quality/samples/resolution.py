@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import affected, block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed
@@ -113,6 +114,7 @@ def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | Non
     return slope if np.abs(off).max() <= _OFF * slope else None
 
 
+@channel_fact
 def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import affected, axes_text, length, place, present, when, worst_on_white
 from sigmatau.quality.samples.level_walk import own_walk, parts_without, walk_effect
 from sigmatau.quality.samples.masking import leave_out_option, without_steps
@@ -106,6 +107,7 @@ def _apart(knocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
     ]
 
 
+@stream_fact
 def movements(stream: Stream) -> Movements:
     """Bursts, excursions and changes of level of each channel."""
     moved: list[Burst] = []

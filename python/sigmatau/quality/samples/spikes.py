@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import affected, block_rms, place, present, rounding_dust, when, white_level
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
@@ -17,7 +18,16 @@ from sigmatau.quality.samples.masking import masked
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK, Stream
 
-__all__ = ["AT_LEAST", "find_spikes", "mask_spikes", "more_below", "spikes", "without_spikes"]
+__all__ = [
+    "AT_LEAST",
+    "find_spikes",
+    "mask_spikes",
+    "more_below",
+    "spike_mask",
+    "spikes",
+    "spikes_missing",
+    "without_spikes",
+]
 
 # Neighbours on either side; their median bears one other spike among them.
 _SIDE = 4
@@ -122,6 +132,14 @@ def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     return found
 
 
+@channel_fact
+def spike_mask(stream: Stream, channel: str) -> NDArray[np.bool_]:
+    """The spikes of a channel, see `find_spikes`; read-only."""
+    found = find_spikes(stream.column(channel))
+    found.setflags(write=False)
+    return found
+
+
 def _found(x: NDArray[np.float64], threshold: float, least: float, side: int, part: float) -> NDArray[np.int64]:
     """Places of the samples beyond a threshold, and beyond what their neighbours scatter."""
     found = [np.empty(0, dtype=np.int64)]
@@ -142,6 +160,7 @@ def more_below(rest: NDArray[np.float64]) -> bool:
     return hidden(rest, _scale(rest)[1])
 
 
+@stream_fact
 def spikes(stream: Stream) -> list[Finding]:
     """Spikes of each channel: how many, where, how large, and what they add to the random walk.
 
@@ -159,7 +178,7 @@ def spikes(stream: Stream) -> list[Finding]:
     findings = []
     for channel in stream.channels:
         x = stream.column(channel)
-        found = find_spikes(x)
+        found = spike_mask(stream, channel)
         if found.any():
             findings.append(_finding(stream, channel, x, found))
     return findings
@@ -181,7 +200,7 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
     """
     streams, findings = [], []
     for stream in record.streams:
-        masks = [find_spikes(stream.column(channel)) for channel in stream.channels]
+        masks = [spike_mask(stream, channel) for channel in stream.channels]
         for channel, mask in zip(stream.channels, masks, strict=True):
             count = int(mask.sum())
             if count:
@@ -201,12 +220,19 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
     return replace(record, streams=tuple(streams)), findings
 
 
+@stream_fact
+def spikes_missing(stream: Stream) -> Stream:
+    """The stream with its spikes taken for missing; the very same if it has none."""
+    return masked(stream, np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
+
+
+@stream_fact
 def without_spikes(stream: Stream) -> Stream:
     """The stream with samples from nearby in place of its spikes: spectra and segments cannot use gaps of one sample."""
     columns, changed = [], False
     for channel in stream.channels:
         x = stream.column(channel)
-        found = find_spikes(x)
+        found = spike_mask(stream, channel)
         if found.any():
             clean = np.flatnonzero(np.isfinite(x) & ~found)
             if len(clean) > 2 * _APART:

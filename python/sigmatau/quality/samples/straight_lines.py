@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import resolution
@@ -125,6 +126,7 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     return StraightParts(at=np.concatenate(places), chance=chance, smooth=block_rms(np.diff(moving)) / scale)
 
 
+@channel_fact
 def filled(stream: Stream, channel: str) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 

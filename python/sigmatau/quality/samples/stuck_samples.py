@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import (
     affected,
     axes_text,
@@ -107,6 +108,7 @@ def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDA
     return first[here], lengths[here]
 
 
+@stream_fact
 def without_runs(stream: Stream) -> Stream:
     """The stream with the runs that noise does not make, equal samples and straight lines, taken for missing."""
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.light_shocks import light_knocks
 from sigmatau.quality.samples.lost_rows import lost_rows
 from sigmatau.quality.samples.masking import mask_of, masked
 from sigmatau.quality.samples.shocks_and_steps import Movements, movements
-from sigmatau.quality.samples.spikes import mask_spikes
+from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.quality.samples.start_transient import settled_from
 from sigmatau.quality.samples.stuck_samples import without_runs
-from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 __all__ = ["DISTURBANCES", "quiet", "undisturbed"]
@@ -24,6 +24,7 @@ DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_s
 _MOST = 0.4
 
 
+@stream_fact
 def undisturbed(stream: Stream) -> Stream:
     """The stream with what `check` tells as a disturbance at some time taken for missing.
 
@@ -51,6 +52,7 @@ def undisturbed(stream: Stream) -> Stream:
     return still if mask.mean() > _MOST else masked(still, mask)
 
 
+@stream_fact
 def quiet(stream: Stream) -> Stream:
     """The stream in which a drift is looked for: without lost rows, runs, spikes and motion, but with all changes of level.
 
@@ -68,7 +70,7 @@ def quiet(stream: Stream) -> Stream:
     """
     still = without_runs(lost_rows(stream)[1])
     if stream.quantity not in ("angular_rate", "acceleration"):
-        return mask_spikes(Record(streams=(still,)))[0].streams[0]
+        return spikes_missing(still)
     still, alone, _, bad = _moving(still, still)
     return still if bad.mean() > _MOST else masked(alone, bad)
 
@@ -78,7 +80,7 @@ def _moving(stream: Stream, still: Stream) -> tuple[Stream, Stream, Movements, N
     start = max((settled_from(stream, channel) for channel in stream.channels), default=0)
     still = masked(still, mask_of(still.grid.n, [(0, start)]))
     knocks = light_knocks(still)
-    alone = mask_spikes(Record(streams=(still,)))[0].streams[0]
+    alone = spikes_missing(still)
     seen = movements(alone)
     bad = mask_of(still.grid.n, [(b.start - seen.window, b.stop + seen.window) for b in (*seen.moved, *knocks)])
     return still, alone, seen, bad

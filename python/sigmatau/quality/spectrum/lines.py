@@ -19,6 +19,7 @@ from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.tau_min import LEAST_TIMES
 from sigmatau.quality.effects import compared, words
+from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.motion import bursts, summary
 from sigmatau.quality.spectrum.peaks import Line, Periodogram, hertz, measured_lines, periodogram
 from sigmatau.record.record import Record
@@ -138,6 +139,7 @@ class _Scan:
         return [line for group in self.groups for line in (group, *group.harmonics)]
 
 
+@channel_fact
 def _scanned(stream: Stream, channel: str) -> _Scan | None:
     y = _filled(stream, channel)
     if y is None:

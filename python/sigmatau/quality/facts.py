@@ -1,0 +1,94 @@
+"""Facts: what is known of a stream, computed once and used by every check.
+
+A fact is a function of a stream, or of one channel of it, that several checks need: the spikes, the resolution, the
+periodogram, the stream without held values. Inside `facts_kept` each is computed once for the same samples, whatever stream
+object they come in; outside it, a fact is an ordinary function.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
+
+from sigmatau.record.streams import Stream
+
+__all__ = ["channel_fact", "facts_kept", "stream_fact"]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_KEPT: ContextVar[dict[Hashable, tuple[object, object]] | None] = ContextVar("facts", default=None)
+
+
+@contextmanager
+def facts_kept() -> Iterator[None]:
+    """Keep the facts of all streams until the end of the block; inside another such block, until the end of that."""
+    if _KEPT.get() is not None:
+        yield
+        return
+    token = _KEPT.set({})
+    try:
+        yield
+    finally:
+        _KEPT.reset(token)
+
+
+def stream_fact(function: Callable[Concatenate[Stream, P], T]) -> Callable[Concatenate[Stream, P], T]:
+    """A function of a stream as a fact of all its channels; its other arguments must be hashable."""
+
+    @functools.wraps(function)
+    def fact(stream: Stream, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        def compute() -> T:
+            return function(stream, *args, **kwargs)
+
+        return _kept(compute, stream, (function, _stream_key(stream), args, tuple(kwargs.items())))
+
+    return fact
+
+
+def channel_fact(function: Callable[Concatenate[Stream, str, P], T]) -> Callable[Concatenate[Stream, str, P], T]:
+    """A function of one channel of a stream as a fact of that channel; its other arguments must be hashable."""
+
+    @functools.wraps(function)
+    def fact(stream: Stream, channel: str, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        def compute() -> T:
+            return function(stream, channel, *args, **kwargs)
+
+        return _kept(compute, stream, (function, channel, _channel_key(stream, channel), args, tuple(kwargs.items())))
+
+    return fact
+
+
+def _kept(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
+    known = _KEPT.get()
+    if known is None:
+        return compute()
+    if key not in known:
+        known[key] = stream, compute()  # the stream too: a key is made of addresses, which must not be used again
+    return cast("T", known[key][1])
+
+
+def _stream_key(stream: Stream) -> Hashable:
+    return stream.name, stream.channels, tuple(_channel_key(stream, channel) for channel in stream.channels)
+
+
+def _channel_key(stream: Stream, channel: str) -> Hashable:
+    """Where the samples of a channel lie, and how they are read: equal for equal samples from the same arrays."""
+    k = stream.channels.index(channel)
+    raw, missing = stream.samples.raw[k], stream.samples.missing
+    return (
+        (*_address(raw), raw.dtype.str),
+        stream.samples.transforms[k],
+        stream.quantity,
+        stream.unit,
+        stream.grid,
+        None if missing is None else _address(missing[:, k]),
+        None if stream.mask is None else _address(stream.mask[:, k]),
+    )
+
+
+def _address(array: Any) -> tuple[int, tuple[int, ...], tuple[int, ...]]:  # noqa: ANN401
+    return array.__array_interface__["data"][0], array.shape, array.strides

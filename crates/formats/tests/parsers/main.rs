@@ -1,0 +1,4 @@
+//! Tests of the parsers through their public interface.
+
+mod messages;
+mod properties;

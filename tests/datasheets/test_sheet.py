@@ -6,7 +6,6 @@ import tomllib
 import numpy as np
 import pytest
 
-import sigmatau as st
 from sigmatau import DataError, OptionError, datasheet, list_datasheets
 from sigmatau.datasheets.claims import KEYS
 from sigmatau.datasheets.sheet import Datasheet
@@ -194,13 +193,6 @@ class TestRefusals:
             datasheet(str(tmp_path / "none.toml"))
         with pytest.raises(DataError, match="maker is missing"):
             Datasheet.from_dict({"name": "N"})
-
-
-def test_module_and_function_of_one_name():
-    import sigmatau.datasheet  # noqa: F401
-
-    assert callable(st.datasheet)
-    assert st.datasheet("cimu").name == "CIMU"
 
 
 def test_to_dict_is_plain():

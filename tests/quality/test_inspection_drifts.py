@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import sigmatau.inspection
 
 from known import seed_of
 from sigmatau import analyze, inspect, read
+from sigmatau.quality import inspection
 
 RATE, N = 50.0, 60_000
 
@@ -54,7 +54,7 @@ def test_nothing_is_found_in_white_noise(white, tmp_path):
 
 
 def test_of_a_long_record_it_is_said_what_was_not_looked_for(faulty, monkeypatch):
-    monkeypatch.setattr(sigmatau.quality.inspection, "FITTED", N - 1)
+    monkeypatch.setattr(inspection, "FITTED", N - 1)
     (said,) = [
         f for f in inspect(faulty("non_stationary")).findings if f.code in ("non_stationary", "checked_without_fit")
     ]

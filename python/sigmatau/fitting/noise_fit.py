@@ -294,9 +294,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             return replace(value, low=None, high=None)
 
         terms_ = {
-            name: replace(
-                term, observed=None, low=None, high=None, upper_limit=None, p_value=None, outlook=None
-            )
+            name: replace(term, observed=None, low=None, high=None, upper_limit=None, p_value=None, outlook=None)
             for name, term in self.terms.items()
         }
         return replace(

@@ -3,6 +3,7 @@
 import pytest
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
 from sigmatau.io.read.names import recognise, unit_of
@@ -274,7 +275,7 @@ def test_a_unit_of_no_rate_is_said(tmp_path):
         read(path, rate=10)
     record = read(path, rate=10, unit={"gyro": "deg/s"})
     assert [f.code for f in record.findings] == ["unit_overruled"] * 2
-    assert "the file says 'V', which is no unit of it" in record.findings[0].message
+    assert record.findings[0].details == UnitOverruled(given="deg/s", stated="V", known=False)
 
 
 def test_counts_are_thought_of(tmp_path):

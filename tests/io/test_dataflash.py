@@ -8,6 +8,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read import read
 
 LETTERS = {
@@ -163,7 +164,7 @@ def test_cut(file, part):
     np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :rows, :3].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("broken_off", "error")
-    assert f"at byte {length - rest} of {length}" in finding.message
+    assert finding.details.place == Place("byte", length - rest, of=length)
 
 
 def test_a_flipped_page(file):

@@ -154,7 +154,8 @@ def test_a_broken_first_byte_and_junk_are_told(tmp_path, make):
     path.write_bytes(b"".join(messages[:50]) + b"\x00\xffjunk" * 50 + b"".join(messages[50:]))
     record = read(path, input="increments")
     check(record)
-    assert any("in 1 place, from byte" in f.message for f in record.findings)
+    (details,) = (f.details for f in record.findings if f.code == "bytes_between")
+    assert (details.count, details.bytes, details.place.number) == (1, 6 * 50, len(b"".join(messages[:50])))
 
 
 @pytest.mark.parametrize("make", [ascii_, binary])

@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read import assemble
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.options import Options
@@ -124,9 +125,9 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
             f"{name}: does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
         ) from None
     except OptionError as error:
-        lost = [f.message for table in tables for f in table.findings if f.severity == "error"]
-        if lost:  # what was asked for may have been in what is lost: no option can mend that
-            raise DataError(f"{name}: {lost[0]}; of what is left: {error}") from None
+        damage = [finding for table in tables for finding in table.findings if finding.severity == "error"]
+        if damage:  # the lost part may have held what was asked for, and no option restores it
+            raise DataError(f"{name}: {error} (the file is damaged: {sentence(damage[0])})") from None
         raise OptionError(f"{name}: {error}", option=error.option) from None
     except DataError as error:
         error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)

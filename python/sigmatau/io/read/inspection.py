@@ -10,6 +10,7 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.kinds.reading import Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
@@ -262,8 +263,8 @@ def _counted(table: Table, info: TableInfo) -> TableInfo:
 
 
 def _unusable(info: TableInfo, error: DataError) -> TableInfo:
-    words = str(error).removeprefix(", ")
-    return replace(info, findings=(*info.findings, Finding(code="unusable", severity="error", message=words)))
+    details = Unusable(reason=str(error).removeprefix(", "))
+    return replace(info, findings=(*info.findings, Finding(details=details, severity="error")))
 
 
 def _named(table: Table) -> TableInfo:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.headerless import by_gravity
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
@@ -101,12 +102,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
                 overruled.append(_overruled(channel, said, stated))
         if said is not None and foreign is not None:
             overruled.append(
-                Finding(
-                    code="unit_overruled",
-                    severity="warning",
-                    channel=channel,
-                    message=f"the unit given is {said}, the file says {foreign[:20]!r}, which is no unit of it",
-                    effect="the numbers are taken in the given unit" + _scaled(channel, stream, options),
+                _overruled(
+                    channel, said, foreign, known=False, scaled=channel in options.scale or stream in options.scale
                 )
             )
         spelled = said or stated
@@ -130,24 +127,14 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     return unit, notes, overruled
 
 
-def _overruled(channel: str, said: str, stated: str) -> Finding:
-    return Finding(
-        code="unit_overruled",
-        severity="warning",
-        channel=channel,
-        message=f"the unit given is {said}, the file says {stated}",
-        effect="the given unit is used",
-    )
+def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:
+    details = UnitOverruled(given=given, stated=stated, known=known, scaled=scaled)
+    return Finding(details=details, severity="warning", channels=(channel,))
 
 
 def _whole(text: str) -> bool:
     """Whether a first field is a number without decimals, other than 0."""
     return text.lstrip("+-").isdigit() and text.strip("+-0") != ""
-
-
-def _scaled(channel: str, stream: str, options: Options) -> str:
-    given = channel in options.scale or stream in options.scale
-    return ", times the scale given" if given else ": give --scale if they are volts or counts"
 
 
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:

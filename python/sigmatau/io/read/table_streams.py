@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
@@ -69,7 +70,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     rows = len(raw[indices[0]])
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:
-        broken = "".join(f" ({finding.message})" for finding in (*table.findings, *loaded.findings))
+        broken = "".join(f" ({sentence(finding)})" for finding in (*table.findings, *loaded.findings))
         raise RecordTooShortError(
             f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
         )

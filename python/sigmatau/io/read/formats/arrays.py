@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import MissingSamples, UnequalLengths
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
@@ -169,7 +171,7 @@ def gather(
     left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]
     if not long:
         held = _names([f"{separator.join((*leaf.group, leaf.name))} {leaf.shape}" for leaf in left_out])
-        lost = "".join(f" ({finding.message})" for finding in findings)
+        lost = "".join(f" ({sentence(finding)})" for finding in findings)
         raise DataError(f"has no array of at least {MIN_SAMPLES} numbers{f', only {held}' if held else ''}{lost}")
     if left_out:
         short = _names([separator.join((*leaf.group, leaf.name)) for leaf in left_out])
@@ -206,13 +208,7 @@ def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
             match[0]: (x.name, x.shape[0]) for x, match in zip(named, found, strict=True) if match and match[0] in axes
         }
         if held & set(axes) and len({rows for _, rows in lengths.values()}) > 1:
-            listed = ", ".join(f"{name} {rows}" for name, rows in lengths.values())
-            yield Finding(
-                code="unequal_lengths",
-                severity="error",
-                message=f"the axes of one sensor have unequal numbers of samples: {listed}",
-                effect="only those of one length are read together; the rest of the shorter ones is missing",
-            )
+            yield Finding(details=UnequalLengths(lengths=tuple(lengths.values())), severity="error")
 
 
 def _is_axis(leaf: Leaf) -> bool:
@@ -259,15 +255,9 @@ def _table(
         for indices in by_leaf.values():
             leaf = sources[indices[0]][0]
             array, missing = leaf.values()
-            if missing:
-                findings.append(
-                    Finding(
-                        code="missing_samples",
-                        severity="error",
-                        message=f"{missing} numbers of {leaf.name} are {leaf.fill:g}, which the file says means missing",
-                        effect="they are left out as NaN",
-                    )
-                )
+            if missing and leaf.fill is not None:
+                details = MissingSamples(column=leaf.name, count=missing, fill=leaf.fill)
+                findings.append(Finding(details=details, severity="error"))
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]

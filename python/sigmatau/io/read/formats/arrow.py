@@ -8,7 +8,8 @@ from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.arrow_batches import BatchError, rest_lost, table_of, text_of
+from sigmatau.findings.kinds.reading import BrokenOff, Damaged, NoEndMark, Place
+from sigmatau.io.read.formats.arrow_batches import BatchError, table_of, text_of
 from sigmatau.io.read.formats.arrow_columns import columns_of
 from sigmatau.io.read.formats.parquet import MARK as PARQUET
 from sigmatau.io.read.formats.parquet import parquet
@@ -64,30 +65,33 @@ def _ipc(path: Path, head: Head) -> Table:
         schema = stream.schema
     found, others = columns_of(schema)
 
-    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any] | Finding]:
+    def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
         with pa.memory_map(str(path)) as source, opened(source, options) as stream:
             number = 0
             while True:
-                place = f"batch {number + 1}"
+                place = Place("batch", number + 1)
                 try:
                     batch = stream.read_next_batch()
                 except StopIteration:
                     yield from _behind(path, source.tell(), is_file=is_file)
                     return
                 except MemoryError:  # a compressed buffer says how long it will be, and nothing bounds that
-                    raise BatchError(f"{place}: asks for more memory than there is, or is damaged") from None
+                    raise BatchError(place, reason="it needs more memory than there is, or is damaged") from None
                 except Exception as error:
-                    raise BatchError(f"{place}: {text_of(error)}") from None
+                    raise BatchError(place, reason=text_of(error)) from None
                 yield place, batch
                 number += 1
 
-    return table_of("arrow", found, others, tuple(notes), batches, None, damage="damaged" if ends else "broken_off")
+    return table_of("arrow", found, others, tuple(notes), batches, None, damage=Damaged if ends else BrokenOff)
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
-    """What lies behind the batches: their end mark; in a file its directory, with its length and a mark; then nothing."""
+    """Findings of the bytes after the batches.
+
+    A stream ends with an end mark; a file with a directory, its length and a mark.
+    """
     size = path.stat().st_size
     if not is_file:
         with path.open("rb") as stream:
@@ -95,14 +99,13 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
             mark = stream.read(len(_END_OF_STREAM))
         if mark == _END_OF_STREAM:
             return behind(path, end, "the stream")
-        what = "the stream has no end mark: its writer was stopped, or the file is cut off between two batches"
-        return (rest_lost("no_end_mark", what),)
+        return (Finding(details=NoEndMark(what="stream"), severity="error"),)
     with path.open("rb") as stream:
         stream.seek(end)
         directory = stream.read(min(size - end, _SCHEMA))
     at = directory.find(_END)
     if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
-        return (rest_lost("broken_off", "the file breaks off: its end mark is missing"),)
+        return (Finding(details=BrokenOff(reason="its end mark is missing"), severity="error"),)
     return behind(path, end + at + len(_END), "the Arrow file")
 
 

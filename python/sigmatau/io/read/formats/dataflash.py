@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.message_chain import broken
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
@@ -105,7 +106,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         for table in _tables(str(path), end, kind, instance, rows, units.get(kind.number, {}), findings)
     ]
     if not tables:
-        because = f": {findings[0].message}; get or make the file again" if findings else ""
+        because = f": {sentence(findings[0])}" if findings else ""
         raise DataError(f"is an ArduPilot log without data{because}")
     return tuple(tables)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.truncation import finding
+from sigmatau.findings.kinds.reading import BrokenMessages, BrokenOff, BytesBetween, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 
 __all__ = ["read", "sniff"]
@@ -246,30 +246,22 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
 def _findings(found: _Found, rest: bytes) -> tuple[Finding, ...]:
     findings = []
     rows = sum(map(len, found.rows.values()))
-    # Where a message with a wrong checksum stands has been said.
+    # Places of messages with a wrong checksum are reported as such.
     junk = [(a, b) for a, b in found.junk if not any(a <= at < b for at in found.broken[:1000])]
     if junk:
         findings.append(
             Finding(
-                code="bytes_between",
+                details=BytesBetween(
+                    bytes=sum(b - a for a, b in junk), count=len(junk), place=Place("byte", junk[0][0]), kept=rows
+                ),
                 severity="error",
-                message=f"{sum(b - a for a, b in junk)} bytes in {len(junk)} place{'s' if len(junk) > 1 else ''}, from byte"
-                f" {junk[0][0]} on, belong to no whole message; {rows} messages are whole",
-                effect="messages may be missing there, and times after them too early",
             )
         )
     inner = [at for at in found.broken if at < found.end]
     if inner:
-        first = ", ".join(map(str, inner[:5]))
-        findings.append(
-            Finding(
-                code="broken_messages",
-                severity="error",
-                message=f"{len(inner)} messages with a wrong checksum, the first at byte {first}; {rows} are whole",
-                effect="they are left out, so that rows are missing and times after each are too early",
-            )
-        )
+        details = BrokenMessages(count=len(inner), places=tuple(inner[:5]), kept=rows)
+        findings.append(Finding(details=details, severity="error"))
     if rest.strip(b"\r\n\0 "):
-        message = f"no whole message after byte {found.end}; {rows} were read before"
-        findings.append(finding("broken_off", message))
+        end = BrokenOff(place=Place("byte", found.end), inside="message", kept=rows, counted="messages")
+        findings.append(Finding(details=end, severity="error"))
     return tuple(findings)

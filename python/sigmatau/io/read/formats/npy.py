@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
 from sigmatau.io.read.formats.library_errors import archive_faults
 from sigmatau.io.read.formats.trailing_bytes import archive_ends, behind
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
 __all__ = ["read", "sniff"]
@@ -123,8 +124,8 @@ def _rows_left(path: Path) -> tuple[NDArray[Any], Finding] | None:
         if dtype.hasobject or not shape or (order == "F" and len(shape) > 1) or not MIN_SAMPLES <= rows < shape[0]:
             return None
         mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, (rows, *shape[1:]))
-        message = f"the array is cut off: {rows} of {shape[0]} rows are there"
-        return mapped, Finding(code="broken_off", severity="error", message=message, effect=REST_MISSING)
+        details = BrokenOff(what="array", kept=int(rows), declared=int(shape[0]))
+        return mapped, Finding(details=details, severity="error")
     return None
 
 

@@ -10,9 +10,10 @@ from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.arrow_batches import BatchError, table_of
+from sigmatau.findings.kinds.reading import Damaged, Place
+from sigmatau.io.read.formats.arrow_batches import BatchError, table_of, text_of
 from sigmatau.io.read.formats.arrow_columns import columns_of, is_list, with_sizes
-from sigmatau.io.read.formats.trailing_bytes import lost
+from sigmatau.io.read.formats.trailing_bytes import not_read
 from sigmatau.io.read.table import Table
 
 __all__ = ["MARK", "parquet"]
@@ -40,7 +41,7 @@ def parquet(path: Path) -> Table:
                 found, others = columns_of(with_sizes(schema, _first_row(file, schema)))
                 checked = _has_checksum(path, meta)
             elif not file.schema_arrow.equals(schema):
-                findings = (lost(f"{size - bound[0]} bytes are another Parquet file with other columns, and not read"),)
+                findings = (not_read(size - bound[0], bound[0], after="the Parquet file"),)
                 break
             rows = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
         if sum(rows) != meta.num_rows:
@@ -53,22 +54,27 @@ def parquet(path: Path) -> Table:
     else:
         protection = "pages without checksums: damaged numbers would not be seen"
 
-    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any]]:
         for bound in dict.fromkeys(bound for bound, _, _ in groups):
             with _opened_part(path, bound) as file:
                 for k, (own, number, rows) in enumerate(groups):
                     if own != bound:
                         continue
-                    place = f"row group {k + 1} of {len(groups)}"
-                    held = file.read_row_group(number, columns=list(fields))
+                    place = Place("row group", k + 1, of=len(groups))
+                    try:
+                        held = file.read_row_group(number, columns=list(fields))
+                    except MemoryError:
+                        raise
+                    except Exception as error:
+                        raise BatchError(place, reason=text_of(error)) from None
                     if len(held) != rows:
-                        raise BatchError(f"{place} has {len(held)} of {rows} rows")
+                        raise BatchError(place, got=len(held), expected=rows)
                     yield place, held
 
     note = f"Parquet, {len(groups)} row groups; {protection}"
     notes = (note,) if len(bounds) == 1 else (note, f"{len(bounds)} Parquet files, one after the other")
     total = sum(rows for _, _, rows in groups)
-    return table_of("parquet", found, others, notes, batches, total, damage="damaged", findings=findings)
+    return table_of("parquet", found, others, notes, batches, total, damage=Damaged, findings=findings)
 
 
 def _first_row(file: Any, schema: Any) -> Any:  # noqa: ANN401

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.truncation import finding
+from sigmatau.findings.kinds.reading import BrokenOff, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
 __all__ = ["parse_layout", "read"]
@@ -125,11 +125,8 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
 
     findings: tuple[Finding, ...] = ()
     if rest:
-        message = (
-            f"the last {rest} bytes are no whole row of {row.itemsize}; {rows} rows were read. The file was cut off there,"
-            " or the layout is wrong"
-        )
-        findings = (finding("broken_off", message),)
+        end = BrokenOff(place=Place("row", rows), inside="row", got=rest, expected=row.itemsize, kept=rows)
+        findings = (Finding(details=end, severity="error"),)
     return (
         Table(
             format="raw",

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damaged, DeletedMessages
 from sigmatau.io.read.formats import roslog
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.formats.trailing_bytes import behind
-from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
+from sigmatau.io.read.table import Head, Loaded, Table
 
 __all__ = ["read", "sniff"]
 
@@ -196,7 +197,8 @@ class _Reader:
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[logs.Decoded] = []
-        rows, doubt, missing, fault = 0, 0, 0, ""
+        rows, doubt, missing = 0, 0, 0
+        fault = ""
         try:
             for batch in self._messages():
                 part = logs.decode_messages(
@@ -272,24 +274,10 @@ class _Reader:
                     return
 
     def _findings(self, rows: int, fault: str, missing: int) -> tuple[Finding, ...]:
-        of = "" if self.declared is None else f" of {self.declared}"
-        if fault:
-            message = f"{fault}; {rows}{of} messages of {self.topic.name} were read up to there"
-        elif self.declared is not None and self.declared != rows:
-            message = (
-                f"the bag holds {rows} messages of {self.topic.name} where its metadata.yaml declares {self.declared}"
-            )
-        elif missing:
-            message = f"the numbers of {missing} messages of all topics are missing in the bag, which is sound: deleted"
-            effect = f"whether any of {self.topic.name} were among them, its time stamps show"
-            return (Finding(code="deleted_messages", severity="info", message=message, effect=effect),)
-        else:
-            return ()
-        return (
-            Finding(
-                code="broken_off" if fault and _cut(self.path) else "damaged",
-                severity="error",
-                message=message,
-                effect=REST_MISSING,
-            ),
-        )
+        if fault or self.declared not in (None, rows):
+            kind = BrokenOff if fault and _cut(self.path) else Damaged
+            details = kind(reason=fault, kept=rows, declared=self.declared, counted="messages", topic=self.topic.name)
+            return (Finding(details=details, severity="error"),)
+        if missing:
+            return (Finding(details=DeletedMessages(count=missing, topic=self.topic.name), severity="info"),)
+        return ()

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damaged, Place
 from sigmatau.io.read.formats.messages import Layout, layout_of
-from sigmatau.io.read.formats.trailing_bytes import lost
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
+from sigmatau.io.read.formats.trailing_bytes import behind
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
 __all__ = ["checked", "message_table", "read", "refused_table", "sniff", "some_readable"]
 
@@ -153,24 +154,22 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
     )
 
 
-def findings_of(end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
-    """What the end of the way through a file says about it."""
-    count = f"{rows} messages of {topic}" if declared is None else f"{rows} of {declared} messages of {topic}"
-    if end.kind == "no_end":
-        message = f"{end.what} (byte {end.offset}); {count} were read, all that come before"
-        effect = "no message is missing by what the file says" if declared is None or rows == declared else REST_MISSING
-        return (Finding(code="broken_off", severity="warning", message=message, effect=effect),)
-    if end.kind == "filler":
-        return (Finding(code="filler", severity="info", message=end.what, effect="they hold nothing"),)
-    if end.kind == "behind":
-        return (lost(f"{end.what} (byte {end.offset})"),)
-    if end.kind:
-        message = f"{end.what} (byte {end.offset}); {count} were read up to there"
-        return (Finding(code=end.kind, severity="error", message=message, effect=REST_MISSING),)
-    if declared is not None and rows != declared:
-        message = f"the file holds {rows} messages of {topic} where it declares {declared}"
-        return (Finding(code="damaged", severity="error", message=message, effect=REST_MISSING),)
-    return ()
+def findings_of(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
+    """Findings of how a file ends, and of messages that are missing."""
+    if end.kind in ("filler", "behind"):
+        return behind(path, end.offset, "the log")
+    if not end.kind and declared in (None, rows):
+        return ()
+    kind = BrokenOff if end.kind in ("broken_off", "no_end") else Damaged
+    details = kind(
+        place=Place("byte", end.offset) if end.kind else None,
+        reason=end.what,
+        kept=rows,
+        declared=declared,
+        counted="messages",
+        topic=topic,
+    )
+    return (Finding(details=details, severity="warning" if end.kind == "no_end" else "error"),)
 
 
 class _Reader:
@@ -200,7 +199,7 @@ class _Reader:
             )
         return Loaded(
             columns=checked(decoded, self.layout, self.topic),
-            findings=findings_of(end, self.topic, decoded.rows, self.declared),
+            findings=findings_of(self.path, end, self.topic, decoded.rows, self.declared),
         )
 
 

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place, PropertyChanged
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.table import REST_MISSING, Head, Table, need
+from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["read", "sniff"]
 
@@ -78,7 +80,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if others:
         notes.append(f"channels of other types: {', '.join(others[:12])}")
     if not leaves:
-        lost = "".join(f"; {finding.message}" for finding in findings)
+        lost = "".join(f"; {sentence(finding)}" for finding in findings)
         raise DataError(f"has no channel of numbers{lost}")
     return gather(
         leaves,
@@ -98,25 +100,23 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
     with path.open("rb") as stream:
         while at < size:
             number += 1
+            place = Place("segment", number, byte=at)
             stream.seek(at)
             lead = stream.read(_LEAD)
             if not _MARK.startswith(lead[:4]):
-                return at, (_lost("damaged", f"segment {number}, at byte {at}, does not begin with its mark"),)
+                return at, (_error(Damaged(place=place, reason="it does not begin with its mark")),)
             if len(lead) < _LEAD:
-                return at, (
-                    _lost("broken_off", f"the file breaks off at byte {size}, in the lead of segment {number}"),
-                )
+                return at, (_error(BrokenOff(place=place, got=size - at, expected=_LEAD)),)
             order = ">" if lead[4] & _BIG_ENDIAN else "<"
             following, data = struct.unpack(f"{order}QQ", lead[12:28])
             if following == _UNKNOWN:
-                return size, (_lost("broken_off", f"segment {number}, the last, was never closed by its writer"),)
+                return size, (_error(BrokenOff(place=place, reason="its writer did not close it")),)
             have = size - at - _LEAD
             if following > have:
                 end = size if data <= have else at  # without its description the data mean nothing
-                message = f"the file breaks off at byte {size}: segment {number} has {have} of {following} bytes"
-                return end, (_lost("broken_off", message),)
+                return end, (_error(BrokenOff(place=place, got=have, expected=following)),)
             if data > following:
-                return at, (_lost("damaged", f"segment {number}, at byte {at}, has its data behind its end"),)
+                return at, (_error(Damaged(place=place, reason="its data begin after its end")),)
             at += _LEAD + following
     return size, ()
 
@@ -131,13 +131,9 @@ class _Change:
     new: object
 
     def finding(self, group: str) -> Finding:
-        return Finding(
-            code="property_changed",
-            severity="error",
-            message=f"{self.name} of the channels of {group!r} changes from {self.old!r:.40} to"
-            f" {self.new!r:.40} after {self.rows} rows, which alone are read",
-            effect=REST_MISSING.replace("get or make the file again", "give that part as a file of its own"),
-        )
+        old, new = (value if isinstance(value, str | float) else str(value) for value in (self.old, self.new))
+        details = PropertyChanged(topic=group, name=self.name, old=old, new=new, kept=self.rows)
+        return Finding(details=details, severity="error")
 
 
 def _changes(path: Path, end: int) -> dict[str, _Change]:
@@ -182,8 +178,8 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
     return reader.found
 
 
-def _lost(code: str, message: str) -> Finding:
-    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)
+def _error(details: Damage) -> Finding:
+    return Finding(details=details, severity="error")
 
 
 class _Part(io.RawIOBase):

@@ -6,7 +6,7 @@ each number to the nearest double.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, NoLineEnd, Place
 from sigmatau.io.read.formats import truncation
-from sigmatau.io.read.formats.comment_lines import Passed
+from sigmatau.io.read.formats.comment_lines import SkippedLines
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.record import memory
@@ -139,32 +140,30 @@ class _Text:
         try:
             read = self._read(wanted, exact, None)
         except formats.TextReadError as error:
-            until, what = self._break(error, exact)
+            until, damage = self._break(error, exact)
             try:
                 read = self._read(wanted, exact, until)
             except formats.TextReadError:
                 raise _explained(error, self.layout) from None
-            found = (truncation.finding(*what(len(read.columns[0]))),)
-        passed = Passed.between(read, self.layout)
-        if passed.stop is not None:
-            read = self._read(wanted, exact, passed.stop - 1)
+            found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
+        skipped = SkippedLines.between(read, self.layout)
+        if skipped.stop is not None:
+            read = self._read(wanted, exact, skipped.stop - 1)
             found = ()
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
             raw[exact] = read.integers
-        found = (*found, *passed.findings(len(read.columns[0])))
-        whole = until is None and passed.stop is None
+        found = (*found, *skipped.findings(len(read.columns[0])))
+        whole = until is None and skipped.stop is None
         if whole and len(self.layout.columns) - 1 in wanted:
             cut = truncation.cut_number(self.source, self.encoding, self.layout.delimiter, open_end=read.open_end)
             if cut:
                 raw = {index: column[:-1] for index, column in raw.items()}
                 rows = len(raw[wanted[0]])
-                message = f"the last line was cut off in its last number; {rows} rows were read before it"
-                found = (*found, truncation.finding("broken_off", message))
+                found = (*found, Finding(details=BrokenOff(inside="number", kept=rows), severity="error"))
             elif cut is None:
                 raw = {index: column[:-1] for index, column in raw.items()}
-                message = "the last line has no line end, so its last number may have been cut off: it is left out"
-                found = (*found, Finding(code="no_line_end", severity="info", message=message))
+                found = (*found, Finding(details=NoLineEnd(), severity="info"))
         return Loaded(columns=raw, findings=found)
 
     def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> formats.TextColumns:
@@ -182,28 +181,19 @@ class _Text:
             dates=exact is not None and is_date(self.layout.columns[exact].first),
         )
 
-    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Callable[[int], tuple[str, str]]]:
-        """The lines before a break, and what to say of it; raises what is wrong if it is none."""
+    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damage]:
+        """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
         if error.kind == "truncated":
-            return error.line, lambda rows: (
-                "broken_off",
-                f"the compressed data break off after line {error.line}; {rows} rows were read before",
-            )
+            return error.line, BrokenOff(what="gzip stream", place=Place("line", error.line + 1))
         if error.kind in ("ragged", "not_a_number", "non_finite", "too_long"):
             line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
             if line.last and not line.ended and short and error.kind != "too_long":
-                return error.line - 1, lambda rows: (
-                    "broken_off",
-                    f"the file breaks off in the middle of line {error.line}; {rows} rows were read before",
-                )
+                return error.line - 1, BrokenOff(place=Place("line", error.line))
             # Of damaged compressed data the lines before may be wrong as well, and still look like rows.
             if not self.gzip and truncation.damaged(line.text, self.encoding):
-                return error.line - 1, lambda rows: (
-                    "damaged",
-                    f"line {error.line} holds bytes that are no text; {rows} rows were read before it, none after it",
-                )
+                return error.line - 1, Damaged(place=Place("line", error.line), reason="bytes that are not text")
         if error.kind == "not_a_number" and error.column == exact and error.row == 0:
             raise _no_time(error, self.layout)
         raise _explained(error, self.layout) from None

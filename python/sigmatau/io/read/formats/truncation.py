@@ -15,10 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.errors import DataError
-from sigmatau.findings.finding import Finding
-from sigmatau.io.read.table import REST_MISSING
 
-__all__ = ["BREAK", "Line", "cut_number", "damaged", "finding", "line_at", "lines_of"]
+__all__ = ["BREAK", "Line", "cut_number", "damaged", "line_at", "lines_of"]
 
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 """Bytes that are in no text; 0x1a ends files of old systems."""
@@ -173,8 +171,3 @@ def _shape(line: str, delimiter: str | None) -> tuple[int, int] | None:
     fields = line.strip().rstrip(delimiter or "").split(delimiter)
     match = _SHAPE.fullmatch(fields[-1].strip().strip('"').replace(",", "."))
     return None if match is None else (len(match[1] or "") or -1, len(match[2] or "") or -1)
-
-
-def finding(code: str, message: str) -> Finding:
-    """That rows are missing after what was read."""
-    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)

@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.message_chain import broken
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
 __all__ = ["read", "sniff"]
 
@@ -94,8 +96,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     unusable = {t[2]: why for t in topics if t[3] and (why := layouts[t[2]].misfit(t[4]))}
     findings = (
         *broken(scan, size),
-        *(_unusable(name, why) for name, why in unusable.items()),
-        *_passed_over(scan),
+        *(
+            Finding(details=Damaged(what=f"definition of {name}", reason=why), severity="error")
+            for name, why in unusable.items()
+        ),
+        *_skipped(scan),
         *_dropouts(scan["dropouts"]),
     )
     if all(not rows or name in unusable for _, _, name, rows, _ in topics):
@@ -189,8 +194,16 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     wrong = np.flatnonzero(counts > depth)
     good = int(wrong[0]) if len(wrong) else source.rows
     if len(wrong):
-        said = f"{source.where(good)} says {counts[good]} samples and has room for {depth}"
-        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=REST_MISSING))
+        details = Damaged(
+            place=Place("message", good + 1),
+            got=int(counts[good]),
+            expected=depth,
+            measured="samples",
+            kept=int(counts[:good].sum()),
+            counted="samples",
+            topic=source.label,
+        )
+        findings = (*findings, Finding(details=details, severity="error"))
     counts = counts[:good]
     columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
     first = np.concatenate(([0], np.cumsum(counts)))
@@ -288,15 +301,6 @@ def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
     return _Layout([f for f in fields if "_padding" not in f.name], least, most)
 
 
-def _unusable(name: str, why: str) -> Finding:
-    return Finding(
-        code="damaged",
-        severity="error",
-        message=f"the definition of {name} cannot be used: {why}",
-        effect="this message is not read; get or make the file again",
-    )
-
-
 def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_Field], int]:
     """Fields in the order of their bytes, and the length of all."""
     if message not in formats:
@@ -325,43 +329,19 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
     return fields, offset
 
 
-def _passed_over(scan: Mapping[str, Any]) -> list[Finding]:
-    found = []
-    if scan["unknown"]:
-        found.append(
-            Finding(
-                code="unknown_messages",
-                severity="warning",
-                message=f"{scan['unknown']} messages of a kind that is not known were passed over",
-                effect="none if a newer PX4 wrote them; else the file is damaged there",
-            )
-        )
-    for start, stop in scan["unfinished"]:
-        found.append(
-            Finding(
-                code="unfinished_message",
-                severity="warning",
-                message=f"{stop - start} bytes at byte {start} are an unfinished message, after which data were appended",
-                effect="that message is missing; usual for a log that a crash ended",
-            )
-        )
-    return found
+def _skipped(scan: Mapping[str, Any]) -> list[Finding]:
+    skipped: list[InFile] = [UnknownMessages(count=scan["unknown"])] if scan["unknown"] else []
+    skipped += [UnfinishedMessage(place=Place("byte", start), bytes=stop - start) for start, stop in scan["unfinished"]]
+    return [Finding(details=details, severity="warning") for details in skipped]
 
 
 def _dropouts(durations: Sequence[int]) -> list[Finding]:
     if not durations:
         return []
-    total, longest = sum(durations) / 1000, max(durations) / 1000
-    return [
-        Finding(
-            code="dropouts",
-            severity="warning",
-            message=f"the logger lost data {len(durations)} times, for {total:.3f} s in all, {longest:.3f} s at the longest",
-            effect="samples were lost there: log to a faster card or fewer topics, or cut the record between the dropouts",
-        )
-    ]
+    details = LoggerDropouts(count=len(durations), total=sum(durations) / 1000, longest=max(durations) / 1000)
+    return [Finding(details=details, severity="warning")]
 
 
 def _because(findings: Sequence[Finding]) -> str:
-    worst = [f for f in findings if f.severity == "error"]
-    return f": {worst[0].message}; get or make the file again" if worst else ""
+    errors = [finding for finding in findings if finding.severity == "error"]
+    return f": {sentence(errors[0])}" if errors else ""

@@ -28,7 +28,9 @@ EXAMPLES = [
     error(kinds.BrokenOff, place=Place("segment", 3, byte=900), got=100, expected=400),
     error(kinds.BrokenOff, what="array", kept=600, declared=1000),
     error(kinds.BrokenOff, part="b_2.db3", reason="the database cannot be read further (database disk image)", **SHARE),
-    warning(kinds.BrokenOff, place=Place("byte", 9000), reason="the file has no index at its end", **SHARE | {"kept": 31}),
+    warning(
+        kinds.BrokenOff, place=Place("byte", 9000), reason="the file has no index at its end", **SHARE | {"kept": 31}
+    ),
     error(kinds.Damaged, place=Place("line", 102), reason="bytes that are not text", kept=100),
     error(kinds.Damaged, **SHARE),
     error(
@@ -90,7 +92,7 @@ EXAMPLES = [
         topic="/imu",
     ),
     info(kinds.ColumnsByGravity, gyro=(2, 4), accel=(5, 7), time=1, gravity=9.8066, other=0.0123),
-    error(kinds.Unusable, reason="line 12: column time [s] has 'x', which is not a number; mend or delete the line"),
+    error(kinds.Unusable, reason="line 12: column time [s] has 'x', which is not a number; correct or delete the line"),
     warning(kinds.UnknownMessages, count=12),
     warning(kinds.UnfinishedMessage, place=Place("byte", 4000), bytes=12),
     info(kinds.DeletedMessages, count=200, topic="/imu"),

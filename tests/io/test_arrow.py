@@ -104,7 +104,7 @@ class TestKinds:
         save(path, kind, table())
         path.write_bytes(cut(path.read_bytes(), share))
         if kind == "parquet" or share == 0.1:
-            with pytest.raises(DataError, match="cut off"):
+            with pytest.raises(DataError, match=r"cut off|breaks off"):
                 read(path)
             return
         record = read(path)
@@ -122,7 +122,7 @@ class TestKinds:
 
 def test_checksums_of_pages(tmp_path):
     path = tmp_path / "log"
-    for how, words in (({}, "which are verified"), ({"write_page_checksum": False}, "would not be seen")):
+    for how, words in (({}, "which are verified"), ({"write_page_checksum": False}, "are not detected")):
         for more in ({}, {"use_dictionary": False, "compression": "none"}):
             save(path, "parquet", table(), **how, **more)
             assert any(words in c for c in read(path).provenance.conversions), (how, more)

@@ -190,10 +190,10 @@ def test_ros1_messages_in_mcap(tmp_path):
     [
         ([roslogs.schema(1, "x.Imu", b"\1\2", "protobuf"), roslogs.channel(1, "/p", encoding="protobuf")], "protobuf"),
         ([roslogs.schema(1, IMU, "float64 x\nFoo y\n"), roslogs.channel(1, "/p")], "sensor_msgs/Foo is missing"),
-        ([roslogs.schema(1, IMU, "float64\n"), roslogs.channel(1, "/p")], "makes no sense"),
+        ([roslogs.schema(1, IMU, "float64\n"), roslogs.channel(1, "/p")], "has an invalid line"),
         ([roslogs.schema(1, "a/A", "A a\n"), roslogs.channel(1, "/p")], "too deep"),
         ([roslogs.schema(1, "a/A", "wstring w\nfloat64 x\n"), roslogs.channel(1, "/p")], "log_time"),
-        ([], "holds no topics"),
+        ([], "has no topics"),
     ],
 )  # fmt: skip
 def test_what_is_not_read_says_why(tmp_path, head, words):
@@ -259,5 +259,5 @@ def test_a_bag_beside_which_metadata_declare_more(tmp_path):
 def test_a_database_that_is_no_bag(tmp_path):
     with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as base, base:
         base.execute("CREATE TABLE t (x)")
-    with pytest.raises(DataError, match="no ROS 2 bag"):
+    with pytest.raises(DataError, match="not a ROS 2 bag"):
         read(tmp_path / "a.db3")

@@ -46,7 +46,9 @@ def _damage(verb: str, finding: Finding, it: kinds.Damage) -> Words:
     share = ""
     if it.got is not None and it.expected is not None:
         fits = it.got <= it.expected
-        share = f"{it.got} of {it.expected} {it.measured}" if fits else f"{it.got} {it.measured} where {it.expected} fit"
+        share = (
+            f"{it.got} of {it.expected} {it.measured}" if fits else f"{it.got} {it.measured} where {it.expected} fit"
+        )
     reason = "; ".join(filter(None, (_short(it.reason), share)))
     complete = finding.severity == "warning" and it.declared in (None, it.kept)
     kept = _kept(it.kept, None if complete else it.declared, it.counted, it.topic, every=complete)
@@ -231,15 +233,13 @@ def _property_changed(finding: Finding, it: kinds.PropertyChanged) -> Words:
     old, new = (_short(repr(value), 20) for value in (it.old, it.new))
     return Words(
         f"{it.name} of {it.topic!r} changes from {old} to {new} after {_number(it.kept, 'rows')}, and only these are read",
-        "Save the rest as a file of its own",
+        "Save the rest as another file",
     )
 
 
 def _unequal_lengths(finding: Finding, it: kinds.UnequalLengths) -> Words:
     listed = ", ".join(f"{_short(name, 20)} {rows}" for name, rows in it.lengths)
-    return Words(
-        f"axes of one sensor differ in length: {listed}; only equal lengths are read together", _AGAIN
-    )
+    return Words(f"axes of one sensor differ in length: {listed}; only equal lengths are read together", _AGAIN)
 
 
 def _missing_samples(finding: Finding, it: kinds.MissingSamples) -> Words:

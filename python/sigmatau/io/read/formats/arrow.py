@@ -1,4 +1,4 @@
-"""Parquet files, and Arrow's own (Feather version 2, and streams), which are read here: columns with types."""
+"""Arrow files (Feather version 2) and Arrow streams; Parquet files by `parquet`."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ __all__ = ["read", "sniff"]
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
 _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
-_SCHEMA = 1 << 24  # a stream begins with its schema, which is shorter. [bytes]
+_LONGEST_SCHEMA = 1 << 24  # a stream begins with its schema [bytes]
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is Parquet, an Arrow file, or an Arrow stream, which begins with the length of its schema."""
+    """Whether the file is Parquet, an Arrow file or an Arrow stream; a stream begins with the length of its schema."""
     return head.startswith((PARQUET, _FILE)) or (
         head.startswith(_STREAM)
-        and 0 < (size := int.from_bytes(head[4:8], "little")) < _SCHEMA
+        and 0 < (size := int.from_bytes(head[4:8], "little")) < _LONGEST_SCHEMA
         and size % 8 == 0
         and len(head) > 64
-        and 4 <= int.from_bytes(head[8:12], "little") < size  # where the root of the schema is
+        and 4 <= int.from_bytes(head[8:12], "little") < size  # offset of the root of the schema
     )
 
 
@@ -54,11 +54,11 @@ def _ipc(path: Path, head: Head) -> Table:
     with path.open("rb") as stream:
         stream.seek(-min(8, path.stat().st_size), 2)
         tail = stream.read()
-    notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: a damaged number would not be seen"]
+    notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: damaged numbers are not detected"]
     ends = tail.endswith(_END) if is_file else tail == _END_OF_STREAM
 
     def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
-        source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, and a directory
+        source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, followed by a directory
         return ipc.open_stream(source, options=options)
 
     with pa.memory_map(str(path)) as source, opened(source) as stream:
@@ -77,7 +77,7 @@ def _ipc(path: Path, head: Head) -> Table:
                 except StopIteration:
                     yield from _behind(path, source.tell(), is_file=is_file)
                     return
-                except MemoryError:  # a compressed buffer says how long it will be, and nothing bounds that
+                except MemoryError:  # the declared length of a compressed buffer is not limited
                     raise BatchError(place, reason="it needs more memory than there is, or is damaged") from None
                 except Exception as error:
                     raise BatchError(place, reason=text_of(error)) from None
@@ -102,7 +102,7 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
         return (Finding(details=NoEndMark(what="stream"), severity="error"),)
     with path.open("rb") as stream:
         stream.seek(end)
-        directory = stream.read(min(size - end, _SCHEMA))
+        directory = stream.read(min(size - end, _LONGEST_SCHEMA))
     at = directory.find(_END)
     if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
         return (Finding(details=BrokenOff(reason="its end mark is missing"), severity="error"),)

@@ -1,4 +1,4 @@
-"""Faults that libraries raise on damaged archives, told as ours."""
+"""Errors that libraries raise on damaged archives, as `DataError`."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["archive_faults"]
 
 @contextmanager
 def archive_faults(damaged: Callable[[Exception], DataError]) -> Iterator[None]:
-    """Whatever NumPy, zipfile and zlib raise on a damaged archive, a dozen kinds, becomes the error that `damaged` makes.
+    """Turn the errors of NumPy, zipfile and zlib on a damaged archive into the `DataError` that `damaged` returns.
 
-    Errors of ours, a lack of memory, and what the system says pass as they are.
+    `DataError`, `MemoryError` and errors of the operating system are not changed.
     """
     try:
         yield
     except (DataError, MemoryError):
         raise
     except OSError as error:
-        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+        if error.errno != errno.EINVAL:  # EINVAL: an offset before the beginning of the file
             raise
         raise damaged(error) from None
     except Exception as error:

@@ -1,4 +1,4 @@
-"""LabVIEW's TDMS: groups of channels, by npTDMS. A group is a topic; its waveform properties give the rate."""
+"""LabVIEW TDMS by npTDMS: a group of channels is a topic, and its waveform properties give the rate."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from sigmatau.io.read.table import Head, Table, need
 __all__ = ["read", "sniff"]
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
-_MEANING = ("unit_string", "wf_increment")
+_CHECKED_PROPERTIES = ("unit_string", "wf_increment")
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with a segment of TDMS."""
+    """Whether the file begins with a TDMS segment."""
     return head.startswith(_MARK)
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The tables of a file: the channels of a group that are of one length together."""
+    """The tables of a file: the channels of a group with one length are a table."""
     need("nptdms", "tdms", "a LabVIEW TDMS file")
     end, findings = _segments(path)
     leaves: list[Leaf] = []
@@ -58,7 +58,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                 if channel.dtype.kind not in "iufM":
                     others.append(f"{group.name}/{channel.name}")
                     continue
-                # Where the file breaks off, the channels behind the break lack a part: all are cut alike.
+                # Where the file breaks off some channels are shorter: all are cut to the same length.
                 whole = len(channel) + cut.get(channel.path, 0)
                 rows = min(upto, *(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole))
                 stamps = channel.dtype.kind == "M"
@@ -76,7 +76,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                         rate=_rate(properties),
                     )
                 )
-    notes = ["TDMS, without checksums: a damaged number would not be seen"]
+    notes = ["TDMS, without checksums: damaged numbers are not detected"]
     if others:
         notes.append(f"channels of other types: {', '.join(others[:12])}")
     if not leaves:
@@ -94,7 +94,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
-    """Where the last segment ends that can be read, and what is wrong behind it: npTDMS reads less without a word."""
+    """The end of the last readable segment, and a finding of the damage after it, which npTDMS does not report. [bytes]"""
     size = path.stat().st_size
     at, number = 0, 0
     with path.open("rb") as stream:
@@ -113,7 +113,7 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
                 return size, (_error(BrokenOff(place=place, reason="its writer did not close it")),)
             have = size - at - _LEAD
             if following > have:
-                end = size if data <= have else at  # without its description the data mean nothing
+                end = size if data <= have else at  # data without their description cannot be read
                 return end, (_error(BrokenOff(place=place, got=have, expected=following)),)
             if data > following:
                 return at, (_error(Damaged(place=place, reason="its data begin after its end")),)
@@ -123,7 +123,7 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """A property of a channel that means something else from a row on; npTDMS takes the last value for the whole."""
+    """A property of a channel that changes after a row; npTDMS uses its last value for all rows."""
 
     rows: int
     name: str
@@ -137,11 +137,11 @@ class _Change:
 
 
 def _changes(path: Path, end: int) -> dict[str, _Change]:
-    """By channel, the first property of those that say what its numbers are that changes from one segment to another."""
+    """By channel, its first change of unit, rate or scale from one segment to another."""
     from nptdms.reader import TdmsReader
 
     class Watching(TdmsReader):  # type: ignore[misc]  # npTDMS has no types
-        """Notes what the properties of each segment change."""
+        """Records the changes of properties."""
 
         def __init__(self, file: Any) -> None:  # noqa: ANN401
             super().__init__(file)
@@ -157,7 +157,7 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
             for name, items in (segment_object_properties or {}).items():
                 rows = self.before.get(name, 0)
                 for key, value in items:
-                    if key not in _MEANING and not key.startswith("NI_Scale"):
+                    if key not in _CHECKED_PROPERTIES and not key.startswith("NI_Scale"):
                         continue
                     old = self.seen.get((name, key))
                     if rows and old is not None and old != value:
@@ -172,7 +172,7 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
     scaled = [change for change in reader.found.values() if change.name.startswith("NI_Scale")]
     if scaled:
         raise DataError(
-            f"its scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
+            f"the scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
             f" {scaled[0].rows} rows; save each part as a file of its own"
         )
     return reader.found
@@ -183,7 +183,7 @@ def _error(details: Damage) -> Finding:
 
 
 class _Part(io.RawIOBase):
-    """A file up to a byte; npTDMS refuses all of one in which a segment is damaged."""
+    """A file up to a byte: npTDMS refuses a whole file if one segment is damaged."""
 
     def __init__(self, stream: io.BufferedReader, end: int) -> None:
         self._stream, self._end = stream, end
@@ -212,7 +212,7 @@ class _Part(io.RawIOBase):
 
 @contextlib.contextmanager
 def _opened(path: Path, end: int) -> Iterator[Any]:
-    """The file by npTDMS, which is told no name, so that it does not take an old index for it."""
+    """The file by npTDMS, without its name, so that npTDMS does not use an outdated index file."""
     import nptdms
 
     with _quiet(), path.open("rb") as stream, nptdms.TdmsFile.open(_Part(stream, end)) as file:
@@ -221,7 +221,7 @@ def _opened(path: Path, end: int) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """What npTDMS raises as a `DataError`, without its words on standard error, which are of what is a finding here."""
+    """Turn errors of npTDMS into `DataError`, and suppress its log, because its warnings are findings here."""
     loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]  # each module has its own
     enabled = [log.disabled for log in loggers]
     for log in loggers:
@@ -255,9 +255,7 @@ def _loader(path: Path, end: int, group: str, name: str, rows: int, declared: in
             raise DataError(f"channel {group}/{name} has {len(values)} of {declared} values; it is damaged")
         if values.dtype.kind == "M":
             if np.isnat(values).any():
-                raise DataError(
-                    f"channel {group}/{name} lacks a time, at row {int(np.flatnonzero(np.isnat(values))[0])}"
-                )
+                raise DataError(f"channel {group}/{name} has no time at row {int(np.flatnonzero(np.isnat(values))[0])}")
             values = values.astype("datetime64[us]").astype(np.int64)
         return values[:rows]
 

@@ -1,4 +1,4 @@
-"""Lines of VectorNav's sensors, ``$VNYMR,…*68``: those with a wrong checksum are left out, counted, and the first named."""
+"""VectorNav sentences, ``$VNYMR,…*68``; lines with a wrong checksum are left out, with a finding."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["read", "sniff"]
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
 _NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
 _ALTERNATING = 10  # longest run of other sentences in a log whose sentences alternate
-_APPENDED = (b"S", b"T")  # fields after those of the sentence, which can be switched on
+_APPENDED = (b"S", b"T")  # optional fields after those of the sentence
 
 
 def _xyz(name: str, unit: str) -> list[str]:
@@ -45,7 +45,7 @@ _FIELDS = {
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether half the lines are sentences of VectorNav."""
+    """Whether at least half the lines are VectorNav sentences."""
     found = sum(1 for _ in _LINE.finditer(head))
     return found > 0 and 2 * found >= sum(1 for line in head.split(b"\n") if line.strip())
 
@@ -61,7 +61,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        By ``load``: if no sentence of the name is whole, or compressed data are damaged.
+        If no sentence has numbers; by ``load``: if compressed data are damaged.
     """
     counts: Counter[tuple[str, int]] = Counter()
     for match in _LINE.finditer(head.data):
@@ -74,7 +74,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     for (name, width), _ in counts.most_common():
         widths.setdefault(name, width)
     if not widths:
-        raise DataError("has VectorNav sentences, none of them with numbers")
+        raise DataError("has VectorNav sentences but none with numbers")
     return tuple(_table(path, name, width, gzip=head.gzip) for name, width in widths.items())
 
 
@@ -97,7 +97,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
         rows = len(found.columns[0])
         return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, name, rows))
 
-    what = "" if known else f"; its {width} fields are not those that are known, so they have numbers for names"
+    what = "" if known else f"; its {width} fields are not the documented ones and are named by number"
     return Table(
         format="vectornav",
         columns=columns,

@@ -12,7 +12,8 @@ from sigmatau.findings.wording.phrases import Words
 __all__ = ["WORDS"]
 
 _AGAIN = "Get or make the file again"
-_REASON = 60  # longest reason in a sentence [characters]
+_LONGEST = 120  # of a sentence, STYLE 10 [characters]
+_REASON = 60  # longest reason of a missing part [characters]
 _SHOWN = 4  # columns listed
 
 
@@ -49,10 +50,12 @@ def _damage(verb: str, finding: Finding, it: kinds.Damage) -> Words:
         share = (
             f"{it.got} of {it.expected} {it.measured}" if fits else f"{it.got} {it.measured} where {it.expected} fit"
         )
-    reason = "; ".join(filter(None, (_short(it.reason), share)))
     complete = finding.severity == "warning" and it.declared in (None, it.kept)
     kept = _kept(it.kept, None if complete else it.declared, it.counted, it.topic, every=complete)
-    message = f"the {it.what} {verb}{_at(it.place)}{inside}{f': {reason}' if reason else ''}"
+    subject = f"the {it.what} {verb}{_at(it.place)}{inside}"
+    left = _LONGEST - sum(len(text) + 2 for text in (it.part, subject, share, kept))
+    reason = "; ".join(filter(None, (_short(it.reason, max(left, 20)), share)))
+    message = f"{subject}: {reason}" if reason else subject
     if complete:
         action = ""
     elif it.inside == "row":

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, NoEndMark, Place
-from sigmatau.io.read.formats.arrow_batches import BatchError, table_of, text_of
+from sigmatau.io.read.formats.arrow_batches import BatchError, table_of
 from sigmatau.io.read.formats.arrow_columns import columns_of
+from sigmatau.io.read.formats.library_errors import first_line, library_faults
 from sigmatau.io.read.formats.parquet import MARK as PARQUET
 from sigmatau.io.read.formats.parquet import parquet
 from sigmatau.io.read.formats.trailing_bytes import behind
@@ -38,12 +38,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def read(path: Path, head: Head) -> tuple[Table]:
     """The one table of a file; raises `DataError`."""
     need("pyarrow", "parquet", "a Parquet or Arrow file")
-    try:
+    with library_faults():
         return (parquet(path) if head.data.startswith(PARQUET) else _ipc(path, head),)
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:
-        raise _damaged(error) from None
 
 
 def _ipc(path: Path, head: Head) -> Table:
@@ -80,7 +76,7 @@ def _ipc(path: Path, head: Head) -> Table:
                 except MemoryError:  # the declared length of a compressed buffer is not limited
                     raise BatchError(place, reason="it needs more memory than there is, or is damaged") from None
                 except Exception as error:
-                    raise BatchError(place, reason=text_of(error)) from None
+                    raise BatchError(place, reason=first_line(error)) from None
                 yield place, batch
                 number += 1
 
@@ -107,7 +103,3 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
     if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
         return (Finding(details=BrokenOff(reason="its end mark is missing"), severity="error"),)
     return behind(path, end + at + len(_END), "the Arrow file")
-
-
-def _damaged(error: Exception) -> DataError:
-    return DataError(f"is damaged or cut off ({text_of(error)}); get or make the file again")

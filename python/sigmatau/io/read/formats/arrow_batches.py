@@ -14,9 +14,10 @@ from sigmatau.findings.kinds.reading import Damage, Place
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import real_columns
 from sigmatau.io.read.formats.arrow_columns import ArrowColumn, numbers
+from sigmatau.io.read.formats.library_errors import first_line
 from sigmatau.io.read.table import Loaded, Table
 
-__all__ = ["BatchError", "table_of", "text_of"]
+__all__ = ["BatchError", "table_of"]
 
 
 class BatchError(Exception):
@@ -71,7 +72,7 @@ def table_of(
                 fault = error
                 break
             except Exception as error:
-                fault = BatchError(place, reason=text_of(error))
+                fault = BatchError(place, reason=first_line(error))
                 break
             for index, values in got.items():
                 # A copy: the file is closed later, and an array of three columns is not kept for one.
@@ -98,8 +99,3 @@ def table_of(
         rows=rows,
         findings=findings,
     )
-
-
-def text_of(error: Exception) -> str:
-    """The first line of an error of pyarrow."""
-    return str(error).split("\n")[0] or type(error).__name__

@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.formats import library_errors
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
+from sigmatau.io.read.formats.library_errors import first_line
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Table, need
 
@@ -105,13 +107,12 @@ def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
 
 def damaged(error: Exception) -> DataError:
     """A `DataError` from an error of h5py."""
-    text = str(error).split("\n")[0].strip("'\"")
-    if match := _CUT.search(text):
+    if match := _CUT.search(first_line(error)):
         return DataError(
             f"is cut off: it has {match[1]} of {match[2]} bytes, and HDF5 files are only readable whole; get or make the"
             " file again"
         )
-    return DataError(f"is damaged or cut off ({text or type(error).__name__}); get or make the file again")
+    return library_errors.damaged(error)
 
 
 def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401

@@ -15,7 +15,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.library_errors import archive_faults
+from sigmatau.io.read.formats.library_errors import damaged, library_faults
 from sigmatau.io.read.formats.trailing_bytes import archive_ends, behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
@@ -138,7 +138,7 @@ def _npz(path: Path) -> Table:
     columns: list[Column] = []
     loaders: list[Callable[[], NDArray[Any]]] = []
     refused: list[str] = []
-    with archive_faults(_damaged):
+    with library_faults(_damaged):
         import zipfile  # in the call, to keep the reading of text fast
 
         with zipfile.ZipFile(path) as archive:
@@ -203,7 +203,7 @@ def _table(
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
             name = columns[index].name or f"number {index + 1}"
-            with archive_faults(_damaged):
+            with library_faults(_damaged):
                 array = loaders[index]()
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
@@ -250,7 +250,6 @@ def _refuse_shape(shape: tuple[int, ...]) -> None:
 
 
 def _damaged(error: Exception) -> DataError:
-    text = str(error).split("\n")[0]
-    if "allow_pickle" in text or "Object arrays" in text:
+    if "allow_pickle" in str(error) or "Object arrays" in str(error):
         return DataError("holds Python objects, which are refused; save plain numbers")
-    return DataError(f"is damaged or cut off ({text or type(error).__name__}); get or make the file again")
+    return damaged(error)

@@ -11,8 +11,9 @@ from typing import Any
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place
-from sigmatau.io.read.formats.arrow_batches import BatchError, table_of, text_of
+from sigmatau.io.read.formats.arrow_batches import BatchError, table_of
 from sigmatau.io.read.formats.arrow_columns import columns_of, is_list, with_sizes
+from sigmatau.io.read.formats.library_errors import first_line
 from sigmatau.io.read.formats.trailing_bytes import not_read
 from sigmatau.io.read.table import Table
 
@@ -64,7 +65,7 @@ def parquet(path: Path) -> Table:
                     except MemoryError:
                         raise
                     except Exception as error:
-                        raise BatchError(place, reason=text_of(error)) from None
+                        raise BatchError(place, reason=first_line(error)) from None
                     if len(held) != rows:
                         raise BatchError(place, got=len(held), expected=rows)
                     yield place, held

@@ -19,6 +19,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place, PropertyChanged
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import Leaf, gather
+from sigmatau.io.read.formats.library_errors import library_faults
 from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["read", "sniff"]
@@ -227,24 +228,11 @@ def _quiet() -> Iterator[None]:
     for log in loggers:
         log.disabled = True
     try:
-        with np.errstate(all="ignore"):
+        with library_faults(), np.errstate(all="ignore"):
             yield
-    except (DataError, MemoryError):
-        raise
-    except OSError as error:
-        if error.errno is not None:
-            raise
-        raise _damaged(error) from None
-    except Exception as error:
-        raise _damaged(error) from None
     finally:
         for log, was in zip(loggers, enabled, strict=True):
             log.disabled = was
-
-
-def _damaged(error: Exception) -> DataError:
-    text = str(error).split("\n")[0] or type(error).__name__
-    return DataError(f"is damaged or cut off ({text}); get or make the file again")
 
 
 def _loader(path: Path, end: int, group: str, name: str, rows: int, declared: int) -> Callable[[], NDArray[Any]]:

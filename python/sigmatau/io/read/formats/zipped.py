@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
-from sigmatau.io.read.formats.library_errors import archive_faults
+from sigmatau.io.read.formats.library_errors import damaged, library_faults
 from sigmatau.io.read.formats.trailing_bytes import archive_ends
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 from sigmatau.record import memory
@@ -45,7 +45,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
     tables: list[Table] = []
     left: list[str] = []
-    with archive_faults(_damaged), zipfile.ZipFile(path) as archive:
+    with library_faults(_damaged), zipfile.ZipFile(path) as archive:
         first = min((m.header_offset for m in archive.infolist()), default=0)
         members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
         if any(m.filename == "[Content_Types].xml" for m in members):
@@ -130,10 +130,9 @@ def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
     free = memory.available()
     if free is not None and 2 * member.file_size > free:
         raise DataError(f"{member.file_size / 1e9:.3g} GB unpacked do not fit in memory; unpack it and give the file")
-    with archive_faults(_damaged), zipfile.ZipFile(path) as archive:
+    with library_faults(_damaged), zipfile.ZipFile(path) as archive:
         return archive.read(member)
 
 
 def _damaged(error: Exception) -> DataError:
-    words = str(error).split("\n")[0] or type(error).__name__
-    return DataError(f"is a damaged or cut off zip archive ({words}); get or make the file again")
+    return damaged(error, "a damaged or cut off zip archive")

@@ -1,4 +1,8 @@
-"""Kinds of findings about files: damage, leftovers, columns, units."""
+"""Kinds of findings about files: damage, leftovers, columns, units.
+
+In all of them `kept` is the number of rows or messages that are read, `count` is the number of what was found, and `topic` is
+the topic, sentence or group that is read. Lines and columns count from 1, bytes from 0.
+"""
 
 from __future__ import annotations
 
@@ -139,15 +143,7 @@ class NoEndMark(Damage):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartMissing(InFile):
-    """A file of a split log that is missing or cannot be read; `part` is its name.
-
-    Attributes
-    ----------
-    number, of : int
-        Which part it is, counted from 1, and how many there are.
-    reason : str
-        Why it cannot be read; empty if the file is not there.
-    """
+    """A file of a split log that is missing, or cannot be read for a `reason`; `number` counts from 1."""
 
     code: ClassVar[str] = "part_missing"
     number: int
@@ -157,7 +153,7 @@ class PartMissing(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartOfSeveral(InFile):
-    """A file that is one part of a split log, see `PartMissing`."""
+    """A file that is one part of a split log; `number` counts from 1."""
 
     code: ClassVar[str] = "part_of_several"
     number: int
@@ -166,16 +162,7 @@ class PartOfSeveral(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BrokenMessages(InFile):
-    """Messages with a wrong checksum, which are left out.
-
-    Attributes
-    ----------
-    count : int
-    places : tuple of int
-        Where the first of them begin. [bytes]
-    kept : int
-        Messages that are read.
-    """
+    """Messages with a wrong checksum, which are left out; `places` are the offsets of the first of them. [bytes]"""
 
     code: ClassVar[str] = "broken_messages"
     count: int
@@ -185,18 +172,7 @@ class BrokenMessages(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BytesBetween(InFile):
-    """Bytes that belong to no whole message.
-
-    Attributes
-    ----------
-    bytes : int
-    count : int
-        Number of places.
-    place : Place
-        The first of them.
-    kept : int
-        Messages that are read.
-    """
+    """Bytes that belong to no whole message: their number, in `count` places, the first at `place`."""
 
     code: ClassVar[str] = "bytes_between"
     bytes: int
@@ -211,14 +187,10 @@ class BrokenLines(InFile):
 
     Attributes
     ----------
-    count : int
     inner : int
-        How many stand between two rows.
+        Number of them that stand between two rows.
     examples : tuple of (int, str)
-        The first lines, counted from 1, and what is wrong with each.
-    kept : int
-        Rows that are read.
-    topic : str
+        The first lines, and what is wrong with each.
     """
 
     code: ClassVar[str] = "broken_lines"
@@ -235,13 +207,10 @@ class OtherSentences(InFile):
 
     Attributes
     ----------
-    count : int
     example : str
-        The name of one.
-    topic : str
-        The sentence that is read.
+        One of the names.
     line, run : int or None
-        Where the longest run of other sentences begins, and its length, if the sensor was switched to them.
+        First line and length of the longest run of other sentences, if the sensor was switched to them.
     """
 
     code: ClassVar[str] = "other_sentences"
@@ -254,16 +223,12 @@ class OtherSentences(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Leftover(InFile):
-    """Bytes outside of what is read.
+    """Bytes outside of what is read: their number, and where they begin.
 
     Attributes
     ----------
-    bytes : int
-        How many.
-    place : Place
-        Where they begin.
     after : str
-        What ends there: ``"the array"``; empty if they stand before what is read.
+        What ends there: ``"the array"``; empty if they precede what is read.
     """
 
     bytes: int
@@ -273,20 +238,14 @@ class _Leftover(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BytesNotRead(_Leftover):
-    """Bytes in front of or behind the contents, of another log perhaps."""
+    """Bytes before or after the contents, possibly of another log."""
 
     code: ClassVar[str] = "bytes_not_read"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filler(_Leftover):
-    """Bytes of one value behind the contents.
-
-    Attributes
-    ----------
-    value : int
-        0 or 255.
-    """
+    """Bytes of one `value`, 0 or 255, after the contents."""
 
     code: ClassVar[str] = "filler"
     value: int
@@ -294,14 +253,7 @@ class Filler(_Leftover):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _LinesBetween(InFile):
-    """Lines among the rows of a text table.
-
-    Attributes
-    ----------
-    line : int
-        The first of them, counted from 1.
-    count : int
-    """
+    """Lines among the rows of a text table; `line` is the first of them."""
 
     line: int
     count: int = 1
@@ -309,14 +261,14 @@ class _LinesBetween(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HiddenRows(_LinesBetween):
-    """Rows behind a comment mark."""
+    """Rows behind a comment mark, which are left out."""
 
     code: ClassVar[str] = "hidden_rows"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comments(_LinesBetween):
-    """Comments."""
+    """Comments, which are skipped."""
 
     code: ClassVar[str] = "comments"
 
@@ -330,13 +282,7 @@ class HeaderAgain(_LinesBetween):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SecondHeader(_LinesBetween):
-    """A header that names other columns.
-
-    Attributes
-    ----------
-    kept : int
-        Rows that are read: those before it.
-    """
+    """A header that names other columns; only the rows before it are read."""
 
     code: ClassVar[str] = "second_header"
     kept: int
@@ -351,20 +297,16 @@ class NoLineEnd(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NeverWritten(InFile):
-    """Zeros at the end of a file that was laid out in advance.
+    """Zeros at the end of a preallocated file.
 
     Attributes
     ----------
-    rows : int
-        Rows of the file.
-    zeros : int
-        How many of them, at the end, are zero.
-    kept : int
-        Rows that are read; the row before the zeros may be half written and is left out.
+    rows, zeros : int
+        Number of all rows, and of the rows at the end that are zero. The row before them is left out too.
     column : str
-        The column that is zero; empty for all of them.
+        The column that is zero; empty for all columns.
     is_time : bool
-        Whether that is the column of the time stamps.
+        Whether that is the time column.
     """
 
     code: ClassVar[str] = "never_written"
@@ -383,10 +325,9 @@ class ColumnsNotRead(InFile):
     ----------
     columns : tuple of str
     channels : tuple of (str, int)
-        Channels and their columns, counted from 1, that would read the first of them too.
+        Channels and their columns that would read the first of them too.
     as_rates : bool
-        Whether ``--input rate`` must be given with them.
-    topic : str
+        Whether ``--input rate`` is needed with them.
     """
 
     code: ClassVar[str] = "columns_not_read"
@@ -398,18 +339,16 @@ class ColumnsNotRead(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnsByGravity(InFile):
-    """Columns without names, of which gravity tells the accelerometers.
+    """Columns without names, whose accelerometers are detected by gravity.
 
     Attributes
     ----------
     gyro, accel : tuple of (int, int)
-        First and last column, counted from 1.
+        First and last column.
     time : int or None
-        The column of the time stamps.
-    gravity : float
-        Size of the mean of the accelerometer's columns, in the unit of the file.
-    other : float
-        The same of the gyro's columns.
+        The time column.
+    gravity, other : float
+        Size of the mean of the accelerometer's and of the gyro's columns, in the units of the file.
     """
 
     code: ClassVar[str] = "columns_by_gravity"
@@ -422,13 +361,7 @@ class ColumnsByGravity(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unusable(InFile):
-    """A table that cannot be read.
-
-    Attributes
-    ----------
-    reason : str
-        The text of the error.
-    """
+    """A table that cannot be read; `reason` is the text of the error."""
 
     code: ClassVar[str] = "unusable"
     reason: str
@@ -436,12 +369,7 @@ class Unusable(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownMessages(InFile):
-    """Messages of unknown kinds, which are skipped.
-
-    Attributes
-    ----------
-    count : int
-    """
+    """Messages of unknown kinds, which are skipped."""
 
     code: ClassVar[str] = "unknown_messages"
     count: int
@@ -449,13 +377,7 @@ class UnknownMessages(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnfinishedMessage(InFile):
-    """A message that was not finished before data were appended.
-
-    Attributes
-    ----------
-    place : Place
-    bytes : int
-    """
+    """A message of some bytes that was not finished before data were appended."""
 
     code: ClassVar[str] = "unfinished_message"
     place: Place
@@ -464,14 +386,7 @@ class UnfinishedMessage(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeletedMessages(InFile):
-    """Messages of any topic that were deleted from a sound database.
-
-    Attributes
-    ----------
-    count : int
-    topic : str
-        The topic that is read.
-    """
+    """Messages of all topics that were deleted from an intact database."""
 
     code: ClassVar[str] = "deleted_messages"
     count: int
@@ -480,17 +395,7 @@ class DeletedMessages(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PropertyChanged(InFile):
-    """A property of channels that changes within the file, which is read up to there.
-
-    Attributes
-    ----------
-    topic : str
-        The group of the channels.
-    name : str
-    old, new : str or float
-    kept : int
-        Rows that are read.
-    """
+    """A property of channels that changes from `old` to `new`; only the rows before are read."""
 
     code: ClassVar[str] = "property_changed"
     topic: str
@@ -502,13 +407,7 @@ class PropertyChanged(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnequalLengths(InFile):
-    """Axes of one sensor with unequal numbers of samples.
-
-    Attributes
-    ----------
-    lengths : tuple of (str, int)
-        Array and number of samples.
-    """
+    """Axes of one sensor with unequal numbers of samples; `lengths` are pairs of array and number."""
 
     code: ClassVar[str] = "unequal_lengths"
     lengths: tuple[tuple[str, int], ...]
@@ -516,15 +415,7 @@ class UnequalLengths(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissingSamples(InFile):
-    """Samples that have the value by which the file marks missing ones.
-
-    Attributes
-    ----------
-    column : str
-    count : int
-    fill : float
-        That value, as stored.
-    """
+    """Samples that have the value `fill`, by which the file marks missing ones."""
 
     code: ClassVar[str] = "missing_samples"
     column: str
@@ -534,14 +425,7 @@ class MissingSamples(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoggerDropouts(InFile):
-    """Times when the logger lost data, by its own account.
-
-    Attributes
-    ----------
-    count : int
-    total, longest : float
-        Duration of all and of the longest. [s]
-    """
+    """Times when the logger lost data, as it reports: number, total duration and longest one. [s]"""
 
     code: ClassVar[str] = "dropouts"
     count: int
@@ -551,13 +435,13 @@ class LoggerDropouts(InFile):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitOverruled(InFile):
-    """A unit given by the user that is not the one the file states.
+    """A unit given by the user that differs from the one that the file states.
 
     Attributes
     ----------
     given, stated : str
     known : bool
-        Whether the unit stated is one of this quantity.
+        Whether the unit stated is a known unit of the quantity.
     scaled : bool
         Whether a scale is given.
     """

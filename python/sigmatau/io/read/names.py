@@ -193,8 +193,8 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
 def stated_unit(column: Column) -> str | None:
     """The text in brackets after a name, or in the row of units, whether it is a known unit or not."""
     match = _BRACKETS.match(column.name.strip()) if len(column.name) <= LONGEST_NAME else None
-    said = column.unit or (match["unit"].strip() if match and match["name"] else None)
-    return said if said and not said.isdigit() else None
+    text = column.unit or (match["unit"].strip() if match and match["name"] else None)
+    return text if text and not text.isdigit() else None
 
 
 def signal_name(column: Column, *, taken: Collection[str]) -> str:
@@ -207,12 +207,12 @@ def signal_name(column: Column, *, taken: Collection[str]) -> str:
 
 def _clock_in_another_unit(column: Column, key: str) -> bool:
     """Whether a column ``T`` is not a time: it has another unit, or no unit and may be a temperature."""
-    said = stated_unit(column)
+    text = stated_unit(column)
     if key != "t":
         return False
-    if said is None:
+    if text is None:
         return column.name.strip() == "T"
-    return not _known(said) or units.find(said).si != "s"
+    return not _known(text) or units.find(text).si != "s"
 
 
 def holds_increments(column: Column) -> bool:

@@ -89,24 +89,24 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         stream = "time" if channel == "time" else stream_name(channel)
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
-        said = options.unit.get(channel, options.unit.get(stream))
+        given = options.unit.get(channel, options.unit.get(stream))
         if channel == "time" and is_date(table.columns[index].first):
-            said = None  # dates have no unit
-        if said is not None and stated is not None and not _same(said, stated):
-            notes.append(f"{channel}: in {said} as given, though the file says {stated}")
-            overruled.append(_overruled(channel, said, stated))
+            given = None  # dates have no unit
+        if given is not None and stated is not None and not _same(given, stated):
+            notes.append(f"{channel}: in {given} as given, though the file says {stated}")
+            overruled.append(_overruled(channel, given, stated))
         unknown = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
         if unknown is not None and stream not in SI and unknown.isprintable():  # a signal may have any unit
             stated, unknown = unknown, None
-            if said is not None and not _same(said, stated):
-                overruled.append(_overruled(channel, said, stated))
-        if said is not None and unknown is not None:
+            if given is not None and not _same(given, stated):
+                overruled.append(_overruled(channel, given, stated))
+        if given is not None and unknown is not None:
             overruled.append(
                 _overruled(
-                    channel, said, unknown, known=False, scaled=channel in options.scale or stream in options.scale
+                    channel, given, unknown, known=False, scaled=channel in options.scale or stream in options.scale
                 )
             )
-        spelled = said or stated
+        spelled = given or stated
         if spelled is None:
             if channel != "time":
                 missing.append(channel)

@@ -42,7 +42,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
         If a topic that was asked for does not exist or is ambiguous, or if several tables have the same sensor.
     """
     if asked:
-        named = [name for said in asked for name in _split(tables, said)]
+        named = [name for spelled in asked for name in _split(tables, spelled)]
         return list({table.topic: table for table in (_named(tables, name) for name in named)}.values())
     if len(tables) == 1:
         return list(tables)
@@ -62,11 +62,11 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}", option="topic")
 
 
-def _split(tables: Sequence[Table], said: str) -> list[str]:
+def _split(tables: Sequence[Table], spelled: str) -> list[str]:
     """``a,b`` as two names, unless a topic has that name."""
-    if "," not in said or any(table.topic == said for table in tables):
-        return [said]
-    return [name.strip() for name in said.split(",") if name.strip()]
+    if "," not in spelled or any(table.topic == spelled for table in tables):
+        return [spelled]
+    return [name.strip() for name in spelled.split(",") if name.strip()]
 
 
 def _named(tables: Sequence[Table], name: str) -> Table:

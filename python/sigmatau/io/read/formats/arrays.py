@@ -261,9 +261,7 @@ def _table(
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
-            for (
-                index
-            ) in indices:  # a view keeps the whole array in memory, so it is used only if all columns are wanted
+            for index in indices:  # a view keeps the whole array in memory: used only if all columns are wanted
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
         return Loaded(

@@ -24,7 +24,7 @@ _FILES = re.compile(r"relative_file_paths:[ \t]*\n((?:[ \t]*-[^\n]*(?:\n|$))+)")
 
 
 def files_of(folder: Path) -> tuple[Path, ...]:
-    """The files of a bag in the order in which they were recorded; none if the folder is no bag."""
+    """The files of a bag in the order in which they were recorded; none if the folder is not a bag."""
     try:
         text = (folder / METADATA).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):

@@ -174,7 +174,7 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
     if scaled:
         raise DataError(
             f"the scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
-            f" {scaled[0].rows} rows; save each part as a file of its own"
+            f" {scaled[0].rows} rows; save each part as another file"
         )
     return reader.found
 

@@ -1,7 +1,7 @@
 """Kinds of findings about files: damage, leftovers, columns, units.
 
-In all of them `kept` is the number of rows or messages that are read, `count` is the number of what was found, and `topic` is
-the topic, sentence or group that is read. Lines and columns count from 1, bytes from 0.
+In all of them `kept` is the number of rows or messages that are read, `count` is the number of what was found, and `topic`
+is the topic, sentence or group that is read. Lines and columns count from 1, bytes from 0.
 """
 
 from __future__ import annotations

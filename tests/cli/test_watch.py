@@ -126,7 +126,7 @@ class TestLines:
     @pytest.mark.parametrize(
         ("text", "given", "words"),
         [
-            (b"1,2\n3,4\n", {}, "which column is what"),
+            (b"1,2\n3,4\n", {}, "name them"),
             (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
             (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "--rate"),
             (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import DataError
+from sigmatau.findings.kinds.reading import BrokenOff, Comments, HiddenRows, SecondHeader
 from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s],gyro_y [deg/s]\n"
@@ -42,7 +43,7 @@ def test_a_row_that_became_a_comment_is_told(tmp_path, mark, name):
     )
     found = next(f for f in record.findings if f.code == "hidden_rows")
     assert found.severity == "error"
-    assert found.message.startswith("line 32 begins with a comment mark and else looks like a row")
+    assert found.details == HiddenRows(line=32)
 
 
 def test_many_of_them_without_a_time_column(tmp_path):
@@ -51,14 +52,14 @@ def test_many_of_them_without_a_time_column(tmp_path):
         rows[k] = "%" + rows[k][1:]
     record = read(write(tmp_path / "log", "gyro_x gyro_y gyro_z\n" + "".join(rows)), rate=100, unit={"gyro": "deg/s"})
     assert codes(record) == [("hidden_rows", "error")]
-    assert "10 lines begin" in record.findings[0].message
+    assert record.findings[0].details == HiddenRows(line=22, count=10)
 
 
 def test_a_remark_is_only_counted(tmp_path):
     text = HEADER + "".join(ROWS[:20]) + "# lost the hammer here\n#\n" + "".join(ROWS[20:])
     record = read(write(tmp_path / "log.csv", text))
     assert codes(record) == [("comments", "info")]
-    assert record.findings[0].message == "comments among the rows are passed over: 2, the first on line 22"
+    assert record.findings[0].details == Comments(line=22, count=2)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +75,7 @@ def test_another_header_ends_the_reading(tmp_path, second):
     record = read(write(tmp_path / "log.csv", text))
     assert record.streams[0].grid.n == 30
     assert codes(record) == [("second_header", "error")]
-    assert "line 32 is a header that names other columns; 30 rows were read before it" in record.findings[0].message
+    assert record.findings[0].details == SecondHeader(line=32, kept=30)
 
 
 def test_the_same_header_again_does_not(tmp_path):
@@ -133,7 +134,7 @@ def test_compressed_after_it_was_cut(tmp_path):
             == 59
         )
         assert codes(record) == [("broken_off", "error")]
-        assert "cut off in its last number" in record.findings[0].message
+        assert record.findings[0].details == BrokenOff(inside="number", kept=59)
 
 
 DATES = [

@@ -3,6 +3,7 @@
 import pytest
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
 from sigmatau.io.read.names import recognise, unit_of
@@ -246,7 +247,7 @@ def test_refused(columns, asked, words):
 def test_increments_by_name_are_not_taken_for_rates(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("delta_theta_x [arcsec],dv_z [m/s]\n" + "1.5,2.5\n2.5,1.0\n" * 4)
-    with pytest.raises(OptionError, match="holds increments by its name: say --input increments"):
+    with pytest.raises(OptionError, match="holds increments by its name; give --input increments"):
         read(path, rate=10)
     record = read(path, rate=10, input="increments")
     assert record.channels == ("gyro_x", "accel_z")
@@ -255,7 +256,7 @@ def test_increments_by_name_are_not_taken_for_rates(tmp_path):
 def test_everything_missing_is_asked_for_at_once(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gyro_x,accel_x\n" + "1.5,2.5\n2.5,1.0\n" * 4)
-    with pytest.raises(OptionError, match=r"say e\.g\. --unit gyro=deg/s --unit accel=g --rate HZ"):
+    with pytest.raises(OptionError, match=r"give e\.g\. --unit gyro=deg/s --unit accel=g --rate HZ"):
         read(path)
 
 
@@ -264,28 +265,28 @@ def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(tmp_path):
     path.write_text("timestamp,gyro_x [deg/s]\n" + "2026-01-01T00:00:00Z,2.5\n2026-01-01T00:00:01Z,1.0\n" * 4)
     record = read(path, rate=10)
     assert record.streams[0].grid.n == 8
-    assert any("are no numbers and not used" in note for note in record.provenance.conversions)
+    assert any("are not numbers and not used" in note for note in record.provenance.conversions)
 
 
 def test_a_unit_of_no_rate_is_said(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gyro_x [V],gyro_y [LSB]\n" + "2.5,512\n2.6,513\n" * 20)
-    with pytest.raises(OptionError, match=r"the file has gyro_x in 'V', gyro_y in 'LSB': say --scale too"):
+    with pytest.raises(OptionError, match=r"the file has gyro_x in 'V', gyro_y in 'LSB': give --scale too"):
         read(path, rate=10)
     record = read(path, rate=10, unit={"gyro": "deg/s"})
     assert [f.code for f in record.findings] == ["unit_overruled"] * 2
-    assert "the file says 'V', which is no unit of it" in record.findings[0].message
+    assert record.findings[0].details == UnitOverruled(given="deg/s", stated="V", known=False)
 
 
 def test_counts_are_thought_of(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gyro_x,gyro_y\n" + "12,-7\n13,5\n" * 20)
-    with pytest.raises(OptionError, match=r"whole numbers may be counts: then say --scale too"):
+    with pytest.raises(OptionError, match=r"whole numbers may be counts: then give --scale too"):
         read(path, rate=10)
 
 
 def test_axes_of_two_units_are_no_sensor():
-    with pytest.raises(OptionError, match=r"gyro would be made of imu1, imu2; say which"):
+    with pytest.raises(OptionError, match=r"the columns of gyro belong to several IMUs \(imu1, imu2\)"):
         choose(names("t", "imu1_gyro_x", "imu2_gyro_y", "imu2_gyro_z"), None)
     assert len(choose(names("imu1_gyro_x", "imu1_gyro_y", "imu2_accel_x"), None).channels) == 3
 

@@ -8,6 +8,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read import read
 
 LETTERS = {
@@ -163,7 +164,7 @@ def test_cut(file, part):
     np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :rows, :3].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("broken_off", "error")
-    assert f"at byte {length - rest} of {length}" in finding.message
+    assert finding.details.place == Place("byte", length - rest, of=length)
 
 
 def test_a_flipped_page(file):
@@ -182,11 +183,11 @@ def test_a_flipped_page(file):
 def test_refused(file):
     whole = definitions("IMU") + imu(0)
     for log, words in (
-        (whole[:60], "without data: the log breaks off in the middle of a message at byte 0 of 60"),
+        (whole[:60], "without data: the file breaks off at byte 0 of 60, inside a message"),
         (definitions("IMU", units=False)[:89], "without data"),
         (b"\xa3\x95\x52" + bytes(300), "without data: .*kind 82, which is not defined"),
         (whole[:90].replace(b"BBnNZ", b"BBnN\xff"), "a definition that is no text"),
-        (whole[:90].replace(b"BBnNZ", b"BBnNQ"), "its 5 fields make 33 bytes"),
+        (whole[:90].replace(b"BBnNZ", b"BBnNQ"), "FMT defined as 89 bytes with 5 names"),
         (whole[:90].replace(b"BBnNZ", b"BBnN?"), "unknown type '\\?'"),
     ):
         file.write_bytes(log)

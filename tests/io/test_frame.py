@@ -127,7 +127,7 @@ def test_a_series_is_no_frame():
         def __arrow_c_stream__(self, requested_schema=None):
             raise AssertionError("not asked for")
 
-    with pytest.raises(DataError, match="one column without a name: give a frame"):
+    with pytest.raises(DataError, match="one column without a name; give a frame"):
         sigmatau.from_frame(Series())
 
 

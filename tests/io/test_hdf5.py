@@ -50,7 +50,7 @@ def test_checksums_are_told(tmp_path):
     assert "HDF5, datasets with checksums" in notes
     save(tmp_path / "log")
     assert any(
-        "without checksums: a damaged number would not be seen" in c
+        "without checksums: damaged numbers are not detected" in c
         for c in read(tmp_path / "log").provenance.conversions
     )
 
@@ -109,7 +109,7 @@ def test_links_to_other_files_and_circles_are_not_followed(tmp_path):
 def test_parts_that_were_never_written(tmp_path):
     with h5py.File(tmp_path / "log", "w") as file:
         file.create_dataset("wx", shape=(N,), dtype="f8", chunks=(100,))[:150] = 1.0
-    with pytest.raises(DataError, match=r"dataset wx has 2 of 20 chunks; the others would read as zeros"):
+    with pytest.raises(DataError, match=r"dataset wx has 2 of 20 chunks"):
         read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
     with h5py.File(tmp_path / "log", "w") as file:
         file.create_dataset("wx", shape=(1 << 40,), dtype="f8", chunks=(100,))
@@ -146,7 +146,7 @@ def test_a_heap_of_words_that_does_not_add_up(tmp_path):
         free += 16 + -(-int.from_bytes(raw[free + 8 : free + 16], "little") // 8) * 8
     raw[free + 8 : free + 16] = bytes(8)
     (tmp_path / "log").write_bytes(raw)
-    with pytest.raises(DataError, match="a heap of words does not add up"):
+    with pytest.raises(DataError, match="the sizes of a global heap are wrong"):
         read(tmp_path / "log")
 
 

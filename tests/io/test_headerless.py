@@ -28,7 +28,9 @@ def test_gravity_tells(tmp_path, size, unit, first):
     assert record.stream_of("gyro_y").column("gyro_y") == pytest.approx(gyro[:, 1], abs=1e-8)
     assert record.streams[0].grid.rate == pytest.approx(50)
     (finding,) = (f for f in record.findings if f.code == "columns_by_gravity")
-    assert ("gyro=2:4,accel=5:7" if first == "gyro" else "gyro=5:7,accel=2:4") in finding.message
+    found = finding.details
+    assert (found.time, found.gyro, found.accel) == (1, *(((2, 4), (5, 7)) if first == "gyro" else ((5, 7), (2, 4))))
+    assert found.gravity == pytest.approx(size, rel=0.05)
 
 
 def test_without_time(tmp_path):

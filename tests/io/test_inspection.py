@@ -50,7 +50,7 @@ def test_data_that_cannot_be_used_are_a_finding(csv):
     csv.write_text(csv.read_text().replace("\n0.2,", "\nx,"))
     (finding,) = st.inspect(csv).findings
     assert (finding.code, finding.severity) == ("unusable", "error")
-    assert "line 12: column time [s] has 'x', which is not a number" in finding.message
+    assert "line 12: column time [s] has 'x', which is not a number" in finding.details.reason
 
 
 def test_no_file_and_wrong_options(tmp_path, csv):

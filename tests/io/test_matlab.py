@@ -46,7 +46,7 @@ class TestVersions:
         assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-13)
         assert record.provenance.format == "matlab"
         assert "fs = 100: noted, not used" in record.provenance.conversions
-        assert any("no columns: calibration" in c for c in record.provenance.conversions)
+        assert any("are not read: calibration" in c for c in record.provenance.conversions)
         unprotected = any("no checksum" in c for c in record.provenance.conversions)
         assert unprotected == (version == "plain")
 

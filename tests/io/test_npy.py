@@ -159,7 +159,7 @@ def test_a_zip_archive_of_something_else(tmp_path):
     for name in ("a.zip", "a.npz"):
         with zipfile.ZipFile(tmp_path / name, "w") as archive:
             archive.writestr("hello.txt", "hello")
-        with pytest.raises(DataError, match=r"zip archive.*text tables, \.npy, \.npz"):
+        with pytest.raises(DataError, match=r"zip archive without (?:\.npy arrays|text tables)"):
             read(tmp_path / name)
 
 

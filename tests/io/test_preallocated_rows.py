@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sigmatau.findings.kinds.reading import NeverWritten
 from sigmatau.io.read import read
 from sigmatau.io.read.frame import from_frame
 
@@ -19,7 +20,7 @@ def six(record):
 def told(record):
     (finding,) = (f for f in record.findings if f.code == "never_written")
     assert finding.severity == "error"
-    return finding.message
+    return finding.details
 
 
 def test_open_memmap(tmp_path):
@@ -28,7 +29,7 @@ def test_open_memmap(tmp_path):
     del array
     record = read(tmp_path / "a.npy", **SAID)
     np.testing.assert_array_equal(six(record), DATA[: WRITTEN - 1])
-    assert f"the last {N - WRITTEN} of {N} rows" in told(record)
+    assert told(record) == NeverWritten(rows=N, zeros=N - WRITTEN, kept=WRITTEN - 1)
 
 
 def test_hdf5(tmp_path):

@@ -35,7 +35,7 @@ def test_no_reader_is_passed_over(log):
     """What a reader takes, its mark takes too: else it would depend on the mark and not on the reader."""
     data = log[1].read_bytes()[:HEAD]
     taken = []
-    for entry in registry._KNOWN:
+    for entry in registry._FORMATS:
         reader = registry.import_module(f"sigmatau.io.read.formats.{entry.module}")
         if reader.sniff(data, log[1]):
             assert entry.likely(data), entry.module
@@ -61,7 +61,7 @@ def test_a_table_loads_no_other_reader(tmp_path):
         "print(*sorted(m.rpartition('.')[2] for m in sys.modules if m.startswith('sigmatau.io.read.')))"
     )
     said = subprocess.run([sys.executable, "-c", code, str(path)], check=True, capture_output=True, text=True).stdout
-    others = {entry.module for entry in registry._KNOWN} - {"text"}
+    others = {entry.module for entry in registry._FORMATS} - {"text"}
     assert "text" in said.split()
     assert not others & set(said.split())
 

@@ -10,6 +10,7 @@ import roslogs
 from roslogs import IMU, KINDS, N, imu, imu_cdr, imu_mcap, imu_ros1, rosbags_log, six
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read import read
 from sigmatau.io.read.formats.messages import IMU_ROS2
 
@@ -189,10 +190,10 @@ def test_ros1_messages_in_mcap(tmp_path):
     [
         ([roslogs.schema(1, "x.Imu", b"\1\2", "protobuf"), roslogs.channel(1, "/p", encoding="protobuf")], "protobuf"),
         ([roslogs.schema(1, IMU, "float64 x\nFoo y\n"), roslogs.channel(1, "/p")], "sensor_msgs/Foo is missing"),
-        ([roslogs.schema(1, IMU, "float64\n"), roslogs.channel(1, "/p")], "makes no sense"),
+        ([roslogs.schema(1, IMU, "float64\n"), roslogs.channel(1, "/p")], "has an invalid line"),
         ([roslogs.schema(1, "a/A", "A a\n"), roslogs.channel(1, "/p")], "too deep"),
         ([roslogs.schema(1, "a/A", "wstring w\nfloat64 x\n"), roslogs.channel(1, "/p")], "log_time"),
-        ([], "holds no topics"),
+        ([], "has no topics"),
     ],
 )  # fmt: skip
 def test_what_is_not_read_says_why(tmp_path, head, words):
@@ -216,7 +217,7 @@ def test_a_message_unlike_its_definition(tmp_path):
         np.testing.assert_array_equal(six(record), values[:rows])
         (finding,) = record.findings
         assert (finding.code, finding.severity) == ("damaged", "error")
-        assert f"{rows} messages of /imu" in finding.message
+        assert (finding.details.kept, finding.details.topic) == (rows, "/imu")
 
 
 def test_counts_that_do_not_agree(tmp_path):
@@ -226,7 +227,7 @@ def test_counts_that_do_not_agree(tmp_path):
     (tmp_path / "a.mcap").write_bytes(roslogs.mcap([head, *body], {3: 31}, head))
     (finding,) = read(tmp_path / "a.mcap").findings
     assert (finding.code, finding.severity) == ("damaged", "error")
-    assert "30 messages of /imu where it declares 31" in finding.message
+    assert finding.details == Damaged(kept=30, declared=31, counted="messages", topic="/imu")
 
 
 def test_bags_without_definitions(tmp_path):
@@ -243,7 +244,7 @@ def test_a_bag_beside_which_metadata_declare_more(tmp_path):
     with contextlib.closing(sqlite3.connect(path)) as base, base:
         base.execute("DELETE FROM messages WHERE id > 500")
     (finding,) = read(path).findings
-    assert "500 messages of /imu where its metadata.yaml declares 600" in finding.message
+    assert finding.details == Damaged(kept=500, declared=600, counted="messages", topic="/imu")
     # As the recorder of ROS itself writes it.
     (path.parent / "metadata.yaml").write_text(
         "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n    - db3.db3\n"
@@ -252,11 +253,11 @@ def test_a_bag_beside_which_metadata_declare_more(tmp_path):
         '        offered_qos_profiles: "- history: 3\\n  depth: 0"\n      message_count: 800\n  compression_format: ""\n'
     )
     (finding,) = read(path).findings
-    assert "declares 800" in finding.message
+    assert finding.details.declared == 800
 
 
 def test_a_database_that_is_no_bag(tmp_path):
     with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as base, base:
         base.execute("CREATE TABLE t (x)")
-    with pytest.raises(DataError, match="no ROS 2 bag"):
+    with pytest.raises(DataError, match="not a ROS 2 bag"):
         read(tmp_path / "a.db3")

@@ -8,6 +8,7 @@ from roslogs import IMU, imu, imu_cdr
 
 from sigmatau.cli import main
 from sigmatau.errors import DataError
+from sigmatau.findings.kinds.reading import PartOfSeveral
 from sigmatau.io.read import read
 from sigmatau.io.read.inspection import inspect
 
@@ -82,13 +83,15 @@ def test_a_part_that_cannot_be_read(bag, damage):
     record = read(bag)
     np.testing.assert_array_equal(there(record), np.concatenate([VALUES[: N // 3], VALUES[2 * N // 3 :]]))
     assert [(f.code, f.severity) for f in record.findings if f.code == "part_missing"] == [("part_missing", "error")]
-    assert any("part 2 of 3, b_2.db3," in f.message for f in record.findings)
+    (details,) = (f.details for f in record.findings if f.code == "part_missing")
+    assert (details.part, details.number, details.of) == ("b_2.db3", 2, 3)
+    assert bool(details.reason) == (damage != "missing")
 
 
 def test_no_part_at_all(bag):
     for part in bag.glob("*.db3"):
         part.unlink()
-    with pytest.raises(DataError, match=r"bag: no part of the bag can be read: part 1 of 3, b_10\.db3, is missing"):
+    with pytest.raises(DataError, match=r"bag: no part of the bag can be read: b_10\.db3: part 1 of 3 is missing"):
         read(bag)
 
 
@@ -96,7 +99,7 @@ def test_one_part_alone_says_so(bag):
     record = read(bag / "b_2.db3")
     np.testing.assert_array_equal(six(record), VALUES[N // 3 : 2 * N // 3])
     (finding,) = record.findings
-    assert (finding.severity, finding.message) == ("info", "this is part 2 of 3 of a recording")
+    assert (finding.severity, finding.details) == ("info", PartOfSeveral(number=2, of=3))
 
 
 def test_a_bag_of_one_part(bag):

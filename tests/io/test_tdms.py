@@ -5,6 +5,7 @@ import pytest
 
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.findings.kinds.reading import PropertyChanged
 from sigmatau.io.read import read
 
 nptdms = pytest.importorskip("nptdms")
@@ -133,7 +134,7 @@ def test_a_property_that_changes_between_segments(tmp_path, name, new):
     assert record.streams[0].grid.rate == 200
     (finding,) = record.findings
     assert finding.severity == "error"
-    assert f"{name} of the channels of 'IMU' changes from {first[name]!r} to {new!r} after 600 rows" in finding.message
+    assert finding.details == PropertyChanged(topic="IMU", name=name, old=first[name], new=new, kept=600)
 
 
 def test_an_axis_that_is_shorter_is_told(tmp_path):
@@ -146,4 +147,6 @@ def test_an_axis_that_is_shorter_is_told(tmp_path):
                 ]
             )
     record = read(tmp_path / "log", topic="IMU/Gyro X")
-    assert ("error", True) in [(f.severity, "Gyro Z 600" in f.message) for f in record.findings]
+    (finding,) = (f for f in record.findings if f.code == "unequal_lengths")
+    assert finding.severity == "error"
+    assert ("Gyro Z", 600) in finding.details.lengths

@@ -227,6 +227,6 @@ def test_a_table_that_does_not_fit_is_refused_at_once(tmp_path, monkeypatch):
     assert read(log, rate=1).streams[0].grid.n == 100_000
     monkeypatch.setattr(memory, "available", lambda: 1_000_000)
     with pytest.raises(
-        DataError, match=r"some 1e\+05 rows take 0.0016 GB of memory, and 0.001 GB are free; save it as"
+        DataError, match=r"about 1e\+05 rows need 0.0016 GB of memory, but 0.001 GB are free; save it as"
     ):
         read(log, rate=1)

@@ -9,6 +9,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.findings.kinds.reading import LoggerDropouts, Place
 from sigmatau.io.read import read
 
 HEADER = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 10)
@@ -150,7 +151,9 @@ def test_samples_of_the_buffer(file):
     file.write_bytes(fifo(times, [8, 8, 6, 10, 33, 8]))
     record = read(file)
     assert record.provenance.rows == 32
-    assert "message 5 of sensor_gyro_fifo:0 says 33 samples" in record.findings[0].message
+    details = record.findings[0].details
+    assert (details.place, details.topic) == (Place("message", 5), "sensor_gyro_fifo:0")
+    assert (details.got, details.expected, details.kept) == (33, 32, 32)
 
 
 def test_increments_are_not_mistaken(file):
@@ -167,7 +170,7 @@ def test_dropouts(file):
     file.write_bytes(combined(between=lambda k: message(b"O", struct.pack("<H", k)) if k in (50, 120) else b""))
     (finding,) = read(file).findings
     assert (finding.code, finding.severity) == ("dropouts", "warning")
-    assert "2 times, for 0.170 s in all, 0.120 s at the longest" in finding.message
+    assert finding.details == LoggerDropouts(count=2, total=0.17, longest=0.12)
 
 
 def test_not_a_number(file):
@@ -193,7 +196,7 @@ def test_cut(file, part):
     np.testing.assert_array_equal(three(record, "gyro"), VALUES[:rows, :3].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("broken_off", "error")
-    assert f"at byte {first + 50 * rows} of {length}" in finding.message
+    assert finding.details.place == Place("byte", first + 50 * rows, of=length)
 
 
 def test_a_flipped_page(file):
@@ -215,11 +218,11 @@ def test_a_flipped_page(file):
         (HEADER, "without data"),
         (HEADER[:12], "header is not that of a ULog"),
         (b"ULog\0\0\0\0" + bytes(20), "header is not that of a ULog"),
-        (HEADER + FLAGS + COMBINED[:40], "breaks off in the middle of a message at byte 59 of 99"),
+        (HEADER + FLAGS + COMBINED[:40], "breaks off at byte 59 of 99, inside a message"),
         (HEADER + message(b"B", bytes(8) + b"\x02" + bytes(31)), "incompatible flags 0x2"),
         (HEADER + subscription("imu", 0) + data(0, b"12345678") * 9, "'imu' is not defined"),
         (HEADER + definition("imu", "imu a;") + subscription("imu", 0) + data(0, b"12") * 9, "nested"),
-        (HEADER + definition("imu", "float[3] a;") + subscription("imu", 0) + data(0, b"12") * 9, "makes 12 bytes"),
+        (HEADER + definition("imu", "float[3] a;") + subscription("imu", 0) + data(0, b"12") * 9, "gives 12 bytes"),
         (
             HEADER + definition("imu", "float[99999] a;") + subscription("imu", 0) + data(0, b"12") * 9,
             "longer than 65535",

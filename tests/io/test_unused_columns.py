@@ -5,6 +5,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, inspect, read, simulate, simulate_to
+from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.names import signal_name
 from sigmatau.io.read.table import Column
 from sigmatau.model.channel import ChannelModel
@@ -37,8 +38,8 @@ def test_what_the_advice_says_reads_the_whole_record(tmp_path, ending):
     (finding,) = read(path).findings
     assert (finding.code, finding.severity) == ("columns_not_read", "info")
     for name in SIGNAL:
-        assert name in finding.message
-    record = read(path, channels=asked(finding.remedy))
+        assert any(name in column for column in finding.details.columns)
+    record = read(path, channels=dict(finding.details.channels))
     assert record.findings == ()
     expected = simulate(MODEL, **OPTIONS)
     assert set(record.channels) == set(MODEL.channels)
@@ -62,7 +63,7 @@ def test_the_unit_of_a_signal_is_the_files(tmp_path):
     path = tmp_path / "a.csv"
     simulate_to(path, MODEL, **OPTIONS)
     (finding,) = read(path, channels={"pressure_a": 4}, unit={"pressure_a": "V"}).findings
-    assert (finding.code, finding.message) == ("unit_overruled", "the unit given is V, the file says Pa")
+    assert (finding.channels, finding.details) == (("pressure_a",), UnitOverruled(given="V", stated="Pa"))
     assert read(path, channels={"pressure_a": 4}, unit={"pressure_a": "Pa"}).findings == ()
 
 
@@ -71,7 +72,7 @@ def test_increments_are_read_without_the_signals(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time [s],gyro_x [rad],p [Pa]\n" + "".join(f"{k / 10},{k % 3},{k % 5}\n" for k in range(40)))
     (finding,) = (f for f in read(path, input="increments").findings if f.code == "columns_not_read")
-    assert "say --input rate --channels p=3;" in finding.remedy
+    assert (finding.details.channels, finding.details.as_rates) == ((("p", 3),), True)
 
 
 @pytest.mark.parametrize(

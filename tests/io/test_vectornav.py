@@ -9,6 +9,7 @@ import pytest
 
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.kinds.reading import OtherSentences
 from sigmatau.io.read import read
 
 N = 200
@@ -85,7 +86,8 @@ def test_a_broken_first_line_costs_no_row_between_others(tmp_path):
     record = read(path, rate=100)
     check(record, 9, 6, slice(1, None))
     assert [(f.code, f.severity) for f in record.findings] == [("broken_lines", "warning")]
-    assert record.findings[0].message.startswith("1 broken line: line 1 does not begin with $")
+    details = record.findings[0].details
+    assert (details.count, details.inner, details.examples) == (1, 0, ((1, "does not begin with $"),))
 
 
 def test_glued_lines_and_nan(tmp_path):
@@ -95,7 +97,7 @@ def test_glued_lines_and_nan(tmp_path):
     record = read(path, rate=100)
     check(record, 9, 6, np.delete(np.arange(N), [50, 51]))
     assert [(f.code, f.severity) for f in record.findings] == [("broken_lines", "error")]
-    assert "line 51" in record.findings[0].message
+    assert 51 in [line for line, _ in record.findings[0].details.examples]
     lines[7] = sentence("VNYMR", [*VALUES[7, :9], np.nan, 0, 0]).encode()
     path.write_bytes(b"".join(lines))
     missing = next(f for f in read(path, rate=100).findings if f.code == "missing_values")
@@ -167,8 +169,7 @@ def test_a_sensor_that_was_switched_to_another_sentence(tmp_path):
     (tmp_path / "log").write_text(own * 200 + other * 300)
     (finding,) = read(tmp_path / "log", topic="VNACC", rate=40).findings
     assert finding.severity == "error"
-    assert "from line 201 on come 300" in finding.message
-    assert "$VNGYR" in finding.message
+    assert finding.details == OtherSentences(count=300, example="VNGYR", topic="VNACC", line=201, run=300)
     (tmp_path / "log").write_text((own + other * 3) * 100)
     (finding,) = read(tmp_path / "log", topic="VNACC", rate=40).findings
     assert finding.severity == "info"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from sigmatau.findings.finding import Finding
 
-__all__ = ["SUBJECTS", "Words", "words"]
+__all__ = ["SUBJECTS", "Words", "sentence", "words"]
 
 SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting")
 """Modules of this package, one per subject."""
@@ -44,3 +44,9 @@ def words(finding: Finding) -> Words:
         Message and action; the channels are not named in them unless one of several is meant.
     """
     return _table()[type(finding.details)](finding, finding.details)
+
+
+def sentence(finding: Finding) -> str:
+    """The words of a finding for the text of an error: its message, and its action behind a semicolon."""
+    action = finding.action
+    return f"{finding.message}; {action[0].lower()}{action[1:]}" if action else finding.message

@@ -1,7 +1,7 @@
-"""Reading: any log in, one `Record` out.
+"""Reading of log files into a `Record`.
 
-Which reader a file needs is found by `known`; the reader hands over columns. All that follows is common to all formats:
-which column is which channel (`columns`), the sampling rate (`stamps`), units and the record itself (`assemble`).
+`registry` finds the reader of a format from the content of the file. The reader returns columns. The rest is common to all
+formats: channels (`columns`), the sampling rate (`time`), units (`resolve`) and the record (`assemble`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read import assemble
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.options import Options
@@ -35,64 +36,62 @@ def read(
     rate: float | None = None,
     unit: Mapping[str, str] | None = None,
     channels: Mapping[str, str | int] | None = None,
-    input: InputKind = "rate",  # noqa: A002  the word users know from --input
+    input: InputKind = "rate",  # noqa: A002  as in --input
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
     layout: str | None = None,
 ) -> Record:
-    """The static record that a file holds.
+    """Read a static record from a file.
 
-    What it is, is told by its content: text tables (comma, semicolon, tab or spaces; with or without a header; ``.gz`` too,
-    or several in a zip archive), VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and ArduPilot flight logs,
-    MATLAB, HDF5, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``; raw binary files need `layout`. Columns are recognised by the
-    names that people use, units by what the file says, the rate by the time stamps; what the file does not say is asked
-    for, never guessed.
+    The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header; also
+    ``.gz``, or several in a zip archive), VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and ArduPilot flight
+    logs, MATLAB, HDF5, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``. Raw binary files need `layout`. Columns are recognised
+    by common names, units are taken from the file, and the rate from the time stamps. Nothing is guessed: if the file does
+    not state it, an option must.
 
     Parameters
     ----------
     path : str or path
-        The file; or the folder of a ROS 2 bag, whose parts are read as one.
+        The file, or the folder of a ROS 2 bag, whose parts are joined.
     rate : float, optional
-        Sampling rate, if the file has no time column or its stamps are not to be trusted. [Hz]
+        Sampling rate, if the file has no time column or its time stamps are wrong. [Hz]
     unit : mapping, optional
-        Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the stamps (``"time"``), for what the
-        file does not say; it also overrules the file. A signal may have any unit, ``"1"`` for none.
+        Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the time stamps (``"time"``). It overrules
+        the unit in the file. A signal may have any unit, ``"1"`` for none.
     channels : mapping, optional
         Channel to column: a name, a number counted from 1, or three numbers for a sensor, e.g. ``{"time": "stamp",
         "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Names that do not begin with ``gyro`` or ``accel`` are signals.
-        Then only these are read, and a time column that is recognised; a mapping of ``"time"`` alone leaves the sensors
-        to be recognised, and ``"none"`` for it leaves the stamps out, for a file whose stamps are wrong. By default all are.
+        Then only these are read, and the time column if it is recognised. With ``"time"`` alone the sensors are recognised
+        by name, and ``{"time": "none"}`` ignores the time stamps. By default all channels are recognised by name.
     input : {"rate", "increments", "accumulated"}
-        What the numbers are: rates; the angle or velocity of one sample interval; or their running sum, of which N points
-        give N-1 rates.
+        Kind of the numbers: rates; the angle or velocity increment of a sample interval; or the accumulated increments, of
+        which N points give N-1 rates.
     scale, offset : mapping, optional
-        By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. A scale is taken for
-        ``"time"`` too.
+        By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. ``"time"`` may have a
+        scale too.
     topic : str or sequence of str, optional
-        Which of the topics, messages or variables of a file that holds several; one, or one for each sensor. By default the
-        only one that has a gyro and an accelerometer by the names of its columns, or the only one of each.
+        Topic, message or variable to read, if the file has several; or one for each sensor. By default the only one whose
+        column names are those of a gyro and an accelerometer, or the only one of each.
     layout : str, optional
-        Of a raw binary file: the fields of a row, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``.
-        A field is how many (if several), a type as NumPy names it (i1 to i8, u1 to u8, f4, f8), a name, and a unit in
-        brackets if it has one; three of a name are its x, y and z. ``<`` is the low byte first, as nearly always, ``>`` the
-        high one, for all fields that follow. ``4x`` passes four bytes over; ``header 512`` in front passes over what stands
-        before the first row.
+        Fields of a row of a raw binary file, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``. A field
+        is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit in brackets. A count
+        of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first) hold for all fields
+        that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes before the first row.
 
     Returns
     -------
     Record
-        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and each signal by itself (its own unit); each channel of shape (n,).
-        `Record.provenance` says what was done, `Record.findings` what looks wrong with the stamps.
+        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and one for each signal (in its own unit); each channel of shape (n,).
+        `Record.provenance` lists the conversions, `Record.findings` the faults of the file and of its time stamps.
 
     Raises
     ------
     OptionError
-        If something must be said that the file does not say (no rate, no unit, no column recognised), or was said wrongly.
+        If an option is missing (no rate, no unit, no column recognised) or wrong.
     DataError
-        If the file cannot be read or used: missing, empty, damaged, of an unknown format; a row of another length; a word
-        among the numbers; time going backwards. Its children are `NonFiniteError` for an infinity and
-        `RecordTooShortError`.
+        If the file is missing, empty, damaged or of an unknown format; if a row has another length or contains a non-numeric
+        value; if time goes backwards. Subclasses: `NonFiniteError` for an infinite value, and `RecordTooShortError`.
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
@@ -103,7 +102,7 @@ def read(
 
 @contextlib.contextmanager
 def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[tuple[Path, Sequence[Table]]]:
-    """A file and its tables; errors on the way get the name of the file."""
+    """A file and its tables; errors are prefixed with the name of the file."""
     name = os.fsdecode(path)
     tables: Sequence[Table] = ()
     try:
@@ -124,9 +123,9 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
             f"{name}: does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
         ) from None
     except OptionError as error:
-        lost = [f.message for table in tables for f in table.findings if f.severity == "error"]
-        if lost:  # what was asked for may have been in what is lost: no option can mend that
-            raise DataError(f"{name}: {lost[0]}; of what is left: {error}") from None
+        damage = [finding for table in tables for finding in table.findings if finding.severity == "error"]
+        if damage:  # the lost part may have held what was asked for, and no option restores it
+            raise DataError(f"{name}: {error} (the file is damaged: {sentence(damage[0])})") from None
         raise OptionError(f"{name}: {error}", option=error.option) from None
     except DataError as error:
         error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)
@@ -146,7 +145,7 @@ def _raw(file: Path, layout: str) -> Sequence[Table]:
 
 def _regular(name: str) -> Path:
     if "\0" in name:
-        raise DataError("no file has such a name")
+        raise DataError("a file name cannot contain a null character")
     file = Path(name)
     try:
         mode = file.stat().st_mode
@@ -171,7 +170,7 @@ def _head(file: Path) -> Head:
         try:
             while data and len(unpacked) <= HEAD:
                 unpacked += decoder.decompress(data, HEAD + 1 - len(unpacked))
-                if decoder.eof:  # one of several compressed files, one after the other
+                if decoder.eof:  # several compressed files may be joined
                     data = decoder.unused_data
                     decoder = zlib.decompressobj(31)
                 else:
@@ -181,5 +180,5 @@ def _head(file: Path) -> Head:
             if not unpacked:
                 raise DataError("the compressed data are damaged; get or make the file again") from None
     if not unpacked:
-        raise DataError("holds nothing once decompressed, or is cut off; get or make the file again")
+        raise DataError("is empty after decompression, or is cut off; get or make the file again")
     return Head(data=unpacked[:HEAD], whole=len(unpacked) <= HEAD, gzip=True)

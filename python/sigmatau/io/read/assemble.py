@@ -1,4 +1,4 @@
-"""The last step of every reader: columns and options into a record."""
+"""The last step of reading: a record from columns and options."""
 
 from __future__ import annotations
 
@@ -19,36 +19,36 @@ __all__ = ["assemble", "joined", "of_table"]
 
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
-    """A record from the tables of a file that are wanted.
+    """A record from the chosen tables of a file.
 
     Parameters
     ----------
     tables : sequence of Table
     file : Path or None
-        For its name and checksum; None if there is no file.
+        For its name and checksum; None for a data frame.
     options : Options
 
     Raises
     ------
     OptionError, DataError
-        Without the name of the file, which the caller puts before the message.
+        The caller adds the name of the file.
     """
     if len(tables) > 1 and options.channels:
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
-            f"--channels is about one topic, and {topics} are read: choose one by --topic", option="channels"
+            f"--channels applies to one topic, but {topics} are read; choose one by --topic", option="channels"
         )
     return joined([part(table, of_table(table, tables, options)) for table in tables], tables, file)
 
 
 def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) -> Record:
-    """A record from what its tables give; raises `OptionError` if two of them hold the same sensor."""
+    """A record from the streams of its tables; raises `OptionError` if two tables have the same sensor."""
     checksum = None if file is None else Checksum(file)
     streams = _one_temperature([stream for each in parts for stream in each.streams])
     for stream in streams:
         if sum(other.name == stream.name for other in streams) > 1:
             topics = " and ".join(table.topic for table in tables)
-            raise OptionError(f"{topics} both hold {stream.name}: choose one by --topic", option="topic")
+            raise OptionError(f"{topics} both have {stream.name}; choose one by --topic", option="topic")
     several = len(tables) > 1
     return Record(
         streams=tuple(streams),
@@ -66,13 +66,13 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
 
 
 def _one_temperature(streams: list[Stream]) -> list[Stream]:
-    """With the first of the temperatures that several tables hold; nobody asked for the others."""
+    """The streams without the second and further temperatures, which were not asked for."""
     first = next((stream for stream in streams if stream.quantity == "temperature"), None)
     return [stream for stream in streams if stream.quantity != "temperature" or stream is first]
 
 
 def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
-    """Without what is said of the sensors of the other tables, which is no slip of the pen."""
+    """The options without units, scales and offsets of sensors that only the other tables have."""
     if len(tables) == 1:
         return options
     own, others = _sensors(table), {s for other in tables if other is not table for s in _sensors(other)}

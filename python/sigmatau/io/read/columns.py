@@ -1,4 +1,4 @@
-"""From the columns of a table to channels: by the user's word, or else by their names."""
+"""The channels of a table, as the user names them or else by column names."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from sigmatau.io.read.thermometer import Thermometer, find_thermometer
 
 __all__ = ["Choice", "choose", "no_time"]
 
-_FEW = 4  # signals that an example names
-_WHOSE = re.compile(r"imu_?\d{1,3}(?!\d)")
+_EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
+_IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """Which columns are used, and for what.
+    """The columns that are read, by channel.
 
     Attributes
     ----------
     channels : dict
-        Channel to column, counted from 0; sensors together, gyro first.
+        Channel to column, counted from 0; the gyro first, then the accelerometer.
     time : int or None
-        The column of the stamps.
+        The column of the time stamps.
     notes : tuple of str
-        What was decided on the way, in words.
+        Decisions, for the provenance of the record.
     temperature : Thermometer or None
-        A temperature beside the sensors, which nobody asked for.
+        The column of the temperature, if it is recognised.
     """
 
     channels: dict[str, int]
@@ -50,7 +50,7 @@ class Choice:
 
 
 def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
-    """Channels by the user's word, or else by the names of the columns.
+    """The channels, as the user names them or else by column names.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
     Raises
     ------
     OptionError
-        If a column that was asked for is not there, two columns claim one channel, or no channel is found.
+        If a column that was asked for does not exist, two columns match one channel, or no channel is found.
     """
     found = recognise(columns)
     without = asked is not None and no_time(columns, asked)
@@ -89,17 +89,17 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
             first = channels[channel]
             raise OptionError(
                 f"columns {first + 1} {columns[first].name!r} and {index + 1} {columns[index].name!r} both look like"
-                f" {channel}; say which is meant, e.g. --channels {channel}={first + 1}, with all other channels wanted",
+                f" {channel}; choose one, e.g. --channels {channel}={first + 1}, and name all other channels to read",
                 option="channels",
             )
         channels[channel] = index
     if not channels and len(columns) == 1 and not columns[0].name and time is None:
-        return Choice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name: a signal x"))
+        return Choice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name, read as signal x"))
     _refuse_mixed(columns, channels)
     if not channels:
         what = "has no column names" if not any(c.name for c in columns) else "has no column with a known name"
         raise OptionError(
-            f"{what} (columns: {listing(columns)}); say which column is what, e.g. --channels {_example(columns)}",
+            f"{what} (columns: {listing(columns)}); name them, e.g. by --channels {_example(columns)}",
             option="channels",
         )
     taken = {index for index, match in enumerate(found) if match is not None}
@@ -108,21 +108,21 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
 
 
 def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:
-    """The axes of one sensor are not those of two units."""
+    """Raise `OptionError` if the axes of a sensor belong to two IMUs."""
     for sensor in ("gyro", "accel"):
         axes = {channel: index for channel, index in channels.items() if channel.startswith(sensor)}
-        found = {match[0] if (match := _WHOSE.search(columns[i].name.lower())) else "" for i in axes.values()}
+        found = {match[0] if (match := _IMU.search(columns[i].name.lower())) else "" for i in axes.values()}
         if len(found) > 1:
             example = ",".join(f"{channel}={index + 1}" for channel, index in axes.items())
-            whose = ", ".join(sorted(one or "no unit" for one in found))
+            whose = ", ".join(sorted(one or "no IMU" for one in found))
             raise OptionError(
-                f"{sensor} would be made of {whose}; say which columns are meant, e.g. --channels {example}",
+                f"the columns of {sensor} belong to several IMUs ({whose}); choose the columns, e.g. --channels {example}",
                 option="channels",
             )
 
 
 def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
-    """Whether ``time=none`` is asked for, and no column is called so."""
+    """Whether ``time=none`` is asked for, and no column has the name ``none``."""
     where = next((where for channel, where in asked.items() if channel.strip() == "time"), None)
     return (
         isinstance(where, str)
@@ -138,7 +138,7 @@ def _time(
     taken: set[int],
     strict: bool,
 ) -> tuple[int | None, tuple[str, ...]]:
-    """The time column, if one is recognised and no other use is made of it."""
+    """The time column, if one is recognised and is not read as a channel; and notes."""
     keys = [key_of(unit_of(column)[0]) for column in columns]
     halves = [k for k in keys if SPLIT_STAMP.search(k)]
     times = [
@@ -153,7 +153,7 @@ def _time(
                 return None, ()
             listed = " and ".join(f"{i + 1} {columns[i].name!r}" for i in best)
             raise OptionError(
-                f"columns {listed} both look like time; say which is meant, e.g. --channels time={best[0] + 1}",
+                f"columns {listed} both look like time; choose one, e.g. --channels time={best[0] + 1}",
                 option="channels",
             )
         if best:
@@ -174,7 +174,7 @@ def _resolve(columns: Sequence[Column], asked: Mapping[str, str | int]) -> dict[
     named: dict[str, int] = {}
     for channel, where in asked.items():
         if not channel.strip():
-            raise OptionError(f"a channel without a name was asked for (={where})", option="channels")
+            raise OptionError(f"--channels has a channel without a name (={where})", option="channels")
         for name, index in _places(columns, channel.strip(), where):
             if name in named:
                 raise OptionError(f"{name} is given twice in --channels", option="channels")
@@ -227,7 +227,7 @@ def _example(columns: Sequence[Column]) -> str:
     for index, column in enumerate(columns):
         if known[index] is None and column.name.strip() and stated_unit(column):
             signals[signal_name(column, taken=signals)] = index
-    if 0 < len(signals) <= _FEW:  # they say themselves what they are
+    if 0 < len(signals) <= _EXAMPLE_SIGNALS:
         return ",".join(f"{name}={index + 1}" for name, index in signals.items())
     n = len(columns)
     if n >= 7:

@@ -1,4 +1,4 @@
-"""Data frames in memory, of whatever library: columns by name, as in a file."""
+"""Data frames in memory, of any library: columns by name, as in a file."""
 
 from __future__ import annotations
 
@@ -32,35 +32,35 @@ def from_frame(
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
 ) -> Record:
-    """The static record that a data frame holds.
+    """A static record from a data frame.
 
-    Columns are recognised by the names that people use, as `read` does it for files: ``gyro_x``, ``wx``,
-    ``acc_x [g]``, ``t_ns`` … What is not certain is asked for.
+    Columns are recognised by common names, as in `read`: ``gyro_x``, ``wx``, ``acc_x [g]``, ``t_ns`` … What the frame does
+    not state must be given by an argument.
 
     Parameters
     ----------
     frame : data frame
         Of pandas, polars or pyarrow, a structured array, or a mapping of names to arrays of shape (n,) or (n, 3). Dates and
-        durations are stamps, also in the index of pandas; so is an index that has a name. Units may stand in the names, the
-        metadata of fields (pyarrow), or in ``frame.attrs["units"]`` (pandas).
+        durations are time stamps, also in the index of pandas; so is an index with a name. Units are taken from the names,
+        from the metadata of fields (pyarrow), and from ``frame.attrs["units"]`` (pandas).
     rate, unit, channels, input, scale, offset
         As in `read`.
 
     Returns
     -------
     Record
-        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and each signal by itself; each channel of shape (n,). Numbers are not
-        copied where the frame has them as NumPy arrays: do not change them while the record is in use.
+        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and one for each signal; each channel of shape (n,). NumPy arrays are not
+        copied: do not change them while the record is in use.
 
     Raises
     ------
     OptionError
-        If something must be said that the frame does not say, or was said wrongly.
+        If an argument is missing or wrong.
     DataError
-        If the frame cannot be used: columns of unequal length, words, time going backwards; `NonFiniteError` for an
-        infinity, `RecordTooShortError`.
+        If columns have unequal lengths or non-numeric values, or time goes backwards; `NonFiniteError` for an infinite
+        value, `RecordTooShortError`.
     TypeError
-        If it is no data frame.
+        If `frame` is not a data frame.
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=None
@@ -117,7 +117,7 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
             yield from _of_array(str(name), np.asarray(frame[name]))
     elif hasattr(frame, "__arrow_c_stream__"):
         if not hasattr(frame, "schema") and hasattr(frame, "dtype"):  # a series
-            raise DataError("is one column without a name: give a frame, or a mapping such as {'gyro_x': column}")
+            raise DataError("is one column without a name; give a frame, or a mapping such as {'gyro_x': column}")
         try:
             import pyarrow as pa
         except ImportError:
@@ -151,12 +151,12 @@ def _of_pandas(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
 
 
 def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
-    """The numbers or the dates of a series; missing ones as NaN, times of a zone in UTC."""
+    """The numbers or dates of a series: missing ones as NaN, times of a zone in UTC."""
     clock = getattr(values, "dt", values)
     if getattr(clock, "tz", None) is not None:
         values = clock.tz_convert(None)
     array: NDArray[Any] = values.to_numpy()
-    if array.dtype == object and getattr(values.dtype, "kind", "O") in "iuf":  # numbers of which some may be missing
+    if array.dtype == object and getattr(values.dtype, "kind", "O") in "iuf":  # numbers, some of them missing
         array = values.to_numpy(dtype=np.float64, na_value=np.nan)
     return array
 
@@ -172,7 +172,7 @@ def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
 
 
 def _unmasked(values: Any) -> NDArray[Any]:  # noqa: ANN401
-    """An array, with NaN (or no time) for what is masked in it: the numbers under a mask are those that do not count."""
+    """An array with NaN (or NaT) in place of masked values."""
     if not isinstance(values, np.ma.MaskedArray):
         return np.asarray(values)
     if not np.ma.is_masked(values):
@@ -193,7 +193,7 @@ def _stamp_unit(dtype: Any) -> str | None:  # noqa: ANN401
 
 
 def _stamps(get: _Get) -> _Get:
-    """Dates and durations as integers of their unit, the least one for NaT; other numbers as they are."""
+    """Dates and durations as integers of their unit, the smallest integer for NaT; other numbers unchanged."""
 
     def numbers() -> NDArray[Any]:
         array = get()

@@ -1,7 +1,7 @@
-"""Tables without names for their columns: which three are the accelerometers is told by gravity.
+"""Tables without column names: gravity tells which three columns are the accelerometers.
 
-Six columns, or seven with a time that goes forward in front, of which three have a mean of the size of gravity that hardly
-changes and the other three have not: nothing else looks so. Everything else is asked for.
+The table must have six columns, or seven with an increasing time first. Three adjacent columns must have a steady mean of
+the size of gravity, and the other three must not. In all other cases the user must name the columns.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import ColumnsByGravity
 from sigmatau.io.read.table import Table
 
 __all__ = ["by_gravity"]
 
-_LEAST_ROWS = 100
-_LOOKED_AT = 100_000
-_GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))  # in g, m/s^2 and mg, biases and scale errors allowed for
-_STEADY = 0.05  # scatter of an axis over the size of gravity
-_OTHERS = 0.2  # size of the other three's mean, over that of gravity: or either could be meant
+_MIN_ROWS = 100
+_ROWS_TESTED = 100_000
+_GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))  # [g, m/s^2, mg], with room for biases and scale errors
+_SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
+_GYRO_MEAN = 0.2  # largest mean of the other three columns, over the size of gravity
 
 
 def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
-    """Channels of a table whose columns have no names, as ``--channels`` would say them; None if that is not certain.
+    """Channels of a table without column names, in the form of ``--channels``; None if they are not certain.
 
     Parameters
     ----------
@@ -34,37 +35,37 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
         return None
     try:
         columns = table.load(list(range(count)), None).columns
-    except DataError:  # which is said when the columns are read for good
+    except DataError:  # raised again when the record is read
         return None
-    rows = np.stack([np.asarray(columns[k][:_LOOKED_AT], dtype=np.float64) for k in range(count)], axis=1)
+    rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)], axis=1)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < _LEAST_ROWS or (count == 7 and not _forward(rows[:, 0])):
+    if len(rows) < _MIN_ROWS or (count == 7 and not _increases(rows[:, 0])):
         return None
-    first, second = rows[:, count - 6 : count - 3], rows[:, count - 3 :]
-    found = [_gravity(three) for three in (first, second)]
-    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in (first, second)]
+    triples = rows[:, count - 6 : count - 3], rows[:, count - 3 :]
+    found = [_is_gravity(three) for three in triples]
+    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in triples]
     which = 0 if found[0] else 1
-    if found[0] == found[1] or sizes[1 - which] > _OTHERS * sizes[which]:
+    if found[0] == found[1] or sizes[1 - which] > _GYRO_MEAN * sizes[which]:
         return None
-    texts = [f"{count - 5}:{count - 3}", f"{count - 2}:{count}"]
+    places = ((count - 5, count - 3), (count - 2, count))
+    texts = [f"{first}:{last}" for first, last in places]
     channels: dict[str, str | int] = {"gyro": texts[1 - which], "accel": texts[which]}
     if count == 7:
         channels = {"time": 1, **channels}
-    said = ",".join(f"{channel}={where}" for channel, where in channels.items())
-    return channels, Finding(
-        code="columns_by_gravity",
-        severity="info",
-        message=f"the columns have no names; the mean of columns {texts[which]} has the size {sizes[which]:.4g} of gravity,"
-        f" that of {texts[1 - which]} is {sizes[1 - which]:.2g}: taken as --channels {said}",
-        effect="wrong columns would make wrong sensors",
-        remedy=f"say --channels {said} to be sure, or other columns",
+    details = ColumnsByGravity(
+        gyro=places[1 - which],
+        accel=places[which],
+        time=1 if count == 7 else None,
+        gravity=sizes[which],
+        other=sizes[1 - which],
     )
+    return channels, Finding(details=details, severity="info")
 
 
-def _forward(time: NDArray[np.float64]) -> bool:
+def _increases(time: NDArray[np.float64]) -> bool:
     return bool(np.all(np.diff(time) >= 0) and time[-1] > time[0])
 
 
-def _gravity(three: NDArray[np.float64]) -> bool:
+def _is_gravity(three: NDArray[np.float64]) -> bool:
     size = float(np.linalg.norm(three.mean(axis=0)))
-    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=0).max() < _STEADY * size)
+    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=0).max() < _SCATTER * size)

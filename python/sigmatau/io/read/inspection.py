@@ -1,4 +1,4 @@
-"""What is in a file, before anything is asked of it: tables, columns, rates, damage."""
+"""Inspection of a file without options: tables, columns, rates, damage."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.kinds.reading import Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
@@ -34,9 +35,9 @@ class ColumnInfo:
     name : str
         As the file has it; empty if it has none.
     channel : str or None
-        What it is taken for: ``"gyro_x"``, ``"time"`` …; None if that is not certain.
+        The channel it is recognised as: ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
     unit : str or None
-        As the file spells it; None if it does not say.
+        As the file spells it; None if it states none.
     """
 
     name: str
@@ -51,21 +52,21 @@ class TableInfo:
     Attributes
     ----------
     topic : str
-        Name in the file; empty if the file holds but one table.
+        Name in the file; empty if the file has only one table.
     rows : int or None
-        Rows; None if that is not known without reading what is of no use.
+        Number of rows; None if they were not counted.
     columns : tuple of ColumnInfo
     rate : float or None
         Sampling rate. [Hz]
     rate_source : str
-        How it was found; empty if it was not.
+        How the rate was found; empty if it was not.
     notes : tuple of str
-        What was found out, and what would be done on reading.
+        Properties of the table, and conversions on reading.
     findings : tuple of Finding
     chosen : bool
-        Whether this is a table that is read if nothing is said.
+        Whether the table is read by default.
     wanting : str
-        What has to be said before it can be analysed; empty if nothing.
+        Options that are needed to analyse it, in words; empty if none.
     """
 
     topic: str
@@ -94,7 +95,7 @@ class TableInfo:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Inspection(Printed):
-    """What is in a file.
+    """The contents of a file.
 
     Attributes
     ----------
@@ -102,11 +103,11 @@ class Inspection(Printed):
     format : str
     tables : tuple of TableInfo
     wanting : str
-        What has to be said before it can be analysed, if that is about the whole file: which topic.
+        Options that are needed to analyse the file, in words, such as the topic; empty if none.
     checks : tuple of Finding
-        What is wrong with the samples of the tables that are read if nothing is said.
+        Findings about the samples of the tables that are read by default.
     record : Record or None
-        What would be analysed; None if something has to be said first.
+        The record that would be analysed; None if options are needed first.
     """
 
     path: str
@@ -118,7 +119,7 @@ class Inspection(Printed):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Of all tables and samples, each once, errors first."""
+        """Findings of all tables and samples, each once, errors first."""
         return by_severity([*(finding for table in self.tables for finding in table.findings), *self.checks])
 
     def to_dict(self) -> dict[str, Any]:
@@ -135,14 +136,14 @@ class Inspection(Printed):
         return "\n".join([*self.contents(), *map(str, self.findings), *self.wants()])
 
     def contents(self) -> list[str]:
-        """The tables, a line or more each."""
+        """Lines that describe the tables."""
         lines = [f"{self.path}: {self.format}"]
         for table in self.tables:
             lines += _lines(table, several=len(self.tables) > 1)
         return lines
 
     def wants(self) -> list[str]:
-        """What has to be said first, a line or none."""
+        """A line with the options that are needed; nothing if there are none."""
         return [f"to analyse it: {self.wanting}"] if self.wanting else []
 
 
@@ -171,21 +172,20 @@ def inspect(
     rate: float | None = None,
     unit: Mapping[str, str] | None = None,
     channels: Mapping[str, str | int] | None = None,
-    input: InputKind = "rate",  # noqa: A002  the word users know from --input
+    input: InputKind = "rate",  # noqa: A002  as in --input
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
     layout: str | None = None,
 ) -> Inspection:
-    """What a file holds, and what is wrong with it as far as reading shows.
+    """Contents and faults of a file, without options.
 
-    Nothing has to be known of the file. Tables with a sensor by the names of their columns, and those that are asked for by
-    `topic` or `channels`, are read; of the others only names are told.
+    Tables that have a sensor, or that `topic` or `channels` ask for, are read. Of other tables only the names are listed.
 
     Parameters
     ----------
     path, rate, unit, channels, input, scale, offset, topic, layout
-        As `sigmatau.read` takes them: then it is said what would come of it.
+        As in `sigmatau.read`.
 
     Returns
     -------
@@ -194,9 +194,9 @@ def inspect(
     Raises
     ------
     DataError
-        If nothing of the file can be read.
+        If no table can be read.
     OptionError
-        For an option of the wrong form, or a topic that is not there.
+        If an option has the wrong form, or a topic does not exist.
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
@@ -221,7 +221,7 @@ def inspect(
                 found.append(_named(table))
         record = None
         if chosen and len(parts) == len(chosen):
-            with contextlib.suppress(OptionError):  # said by whoever analyses it
+            with contextlib.suppress(OptionError):  # raised again when the record is read
                 record = assemble.joined(parts, chosen, file)
     return Inspection(
         path=os.fsdecode(path), format=tables[0].format, tables=tuple(found), wanting=wanting, record=record
@@ -251,7 +251,7 @@ def _looked_into(
 
 
 def _counted(table: Table, info: TableInfo) -> TableInfo:
-    """With the number of rows, and what is found while they are counted."""
+    """The table with its number of rows, and the findings made in counting them."""
     recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None] or [0]
     try:
         loaded = table.load(recognised[:1], None)
@@ -262,12 +262,12 @@ def _counted(table: Table, info: TableInfo) -> TableInfo:
 
 
 def _unusable(info: TableInfo, error: DataError) -> TableInfo:
-    words = str(error).removeprefix(", ")
-    return replace(info, findings=(*info.findings, Finding(code="unusable", severity="error", message=words)))
+    details = Unusable(reason=str(error).removeprefix(", "))
+    return replace(info, findings=(*info.findings, Finding(details=details, severity="error")))
 
 
 def _named(table: Table) -> TableInfo:
-    """Of a table that is not read."""
+    """A table that is not read."""
     columns = []
     for column, match in zip(table.columns, recognise(table.columns), strict=True):
         stated = unit_of(column)[1] or (match[1] if match else None)

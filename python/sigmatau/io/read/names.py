@@ -1,8 +1,7 @@
-"""What the name of a column says: which channel it is, and in what unit.
+"""Channel and unit of a column by its name.
 
-A name is recognised only when it is certain, because a wrong column gives a wrong answer without a sign, and an
-unrecognised one costs the user an option. To teach a name: add it to one of the tables below, and to the table in
-``tests/io/test_columns.py``.
+Only unambiguous names are recognised: a wrong column gives a wrong result without a warning, while an unrecognised column
+only costs the user an option. To add a name, add it to a table below and to the table in ``tests/io/test_columns.py``.
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ __all__ = [
     "unit_of",
 ]
 
-# Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and these
-# words taken off the front.
+# Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and without
+# these prefixes.
 _PREFIX = re.compile(r"^(?:(?:field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?)_)+")
 
-# What an axis may follow, with or without an underscore: ``gyro_x``, ``gyrox``.
+# Stems before an axis, with or without an underscore: ``gyro_x``, ``gyrox``.
 _STEMS = {
     "gyro": (
         "gyros?",
@@ -69,16 +68,16 @@ _STEMS = {
     ),
 }
 
-# What an axis may stand before: ``xgyro`` (MAVLink).
+# Stems after an axis: ``xgyro`` (MAVLink).
 _AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
 
-# Names that say that a column holds increments.
+# Names of increments.
 _INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
 
-# ``gx`` may be gravity and ``az`` an azimuth, unless the other two axes are there as well.
+# ``gx`` may be gravity and ``az`` an azimuth: recognised only if all three axes exist.
 _ALONE = re.compile(r"^[ag]_?[xyz]$")
 
-# Of two time columns of one file, the one further up is taken: the sensor's own stamp before that of its arrival.
+# Time columns by priority: the time stamp of the sensor before that of the receiver.
 TIMES = (
     r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
     r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
@@ -90,7 +89,7 @@ TIMES = (
 )
 _SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
 
-# Half of a stamp is no stamp.
+# One half of a time stamp that is split into two columns.
 SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
 
 _KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
@@ -135,13 +134,13 @@ _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 LONGEST_NAME = 200
-"""With its unit in brackets."""
+"""Longest column name, with its unit in brackets. [characters]"""
 
 
 def unit_of(column: Column) -> tuple[str, str | None]:
-    """The name of a column without its unit, and the unit if there is one that is known; as the file spells both."""
+    """The name of a column without its unit, and its unit if that is known; as the file spells them."""
     name, unit = column.name.strip(), column.unit
-    # The pattern takes the square of the length of what it fails on: no name with a unit is so long.
+    # The pattern takes quadratic time on text that it does not match, so long names are not matched.
     match = _BRACKETS.match(name) if len(name) <= LONGEST_NAME else None
     if match and match["name"] and not match["unit"].strip().isdigit():
         name = match["name"].strip()
@@ -150,7 +149,7 @@ def unit_of(column: Column) -> tuple[str, str | None]:
 
 
 def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
-    """The channel that each column is, with its unit if the name says one; None for a column that is not recognised.
+    """The channel of each column, with its unit if the name states one; None for a column that is not recognised.
 
     Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
     """
@@ -165,7 +164,7 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     found: list[tuple[str, str | None] | None] = []
     of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
     for column, key in zip(columns, keys, strict=True):
-        if degrees_of(column):  # T in degrees is no time
+        if degrees_of(column):  # T in degrees is a temperature
             found.append(None)
             continue
         stated = unit_of(column)[1]
@@ -192,14 +191,14 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
 
 
 def stated_unit(column: Column) -> str | None:
-    """What the file says in brackets behind a name, or in its row of units, whether it is a unit that is known or not."""
+    """The text in brackets after a name, or in the row of units, whether it is a known unit or not."""
     match = _BRACKETS.match(column.name.strip()) if len(column.name) <= LONGEST_NAME else None
-    said = column.unit or (match["unit"].strip() if match and match["name"] else None)
-    return said if said and not said.isdigit() else None
+    text = column.unit or (match["unit"].strip() if match and match["name"] else None)
+    return text if text and not text.isdigit() else None
 
 
 def signal_name(column: Column, *, taken: Collection[str]) -> str:
-    """What a column that is no sensor's may be called as a channel, in letters that an option can hold; not a name taken."""
+    """A channel name for a column that is not a sensor's, in characters that ``--channels`` accepts; not one of `taken`."""
     name = re.sub(r"\W+", "_", bare_name(column)).strip("_").lower()
     if not name or name.isdigit() or name.startswith(("gyro", "accel", "time")):
         name = f"signal_{name}".rstrip("_")
@@ -207,35 +206,35 @@ def signal_name(column: Column, *, taken: Collection[str]) -> str:
 
 
 def _clock_in_another_unit(column: Column, key: str) -> bool:
-    """``T [degC]`` is no time, and a bare ``T`` in upper case is a temperature as often as a time."""
-    said = stated_unit(column)
+    """Whether a column ``T`` is not a time: it has another unit, or no unit and may be a temperature."""
+    text = stated_unit(column)
     if key != "t":
         return False
-    if said is None:
+    if text is None:
         return column.name.strip() == "T"
-    return not _known(said) or units.find(said).si != "s"
+    return not _known(text) or units.find(text).si != "s"
 
 
 def holds_increments(column: Column) -> bool:
-    """Whether the name of a column says that it holds increments."""
+    """Whether a column has increments, by its name."""
     return _INCREMENTS.match(key_of(unit_of(column)[0])) is not None
 
 
 def bare_name(column: Column) -> str:
-    """Without what stands in brackets at its end, be it a unit that is known or not."""
+    """The name of a column without the brackets at its end."""
     match = _BRACKETS.match(column.name.strip())
     return match["name"].strip() if match and match["name"] else column.name.strip()
 
 
 def key_of(name: str) -> str:
-    """A name as it is compared: in lower case, with underscores, without words that say nothing."""
+    """A name in the form that is compared: in lower case, with underscores, without prefixes."""
     key = re.sub(r"[\[(]([012])[\])]$", lambda m: "_" + "xyz"[int(m[1])], name.strip().lower())
     key = re.sub(r"[\s./:\-]+", "_", key).strip("_")
     return _PREFIX.sub("", key)
 
 
 def readings(key: str, stated: str | None) -> list[tuple[str, str | None]]:
-    """The ways to read a name: as it is, and with its end as a unit."""
+    """The readings of a name, with and without a unit at its end."""
     readings: list[tuple[str, str | None]] = [(key, stated)]
     match = _SUFFIX.match(key)
     if match:

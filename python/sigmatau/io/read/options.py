@@ -1,4 +1,4 @@
-"""What a user says about a file, checked before the file is looked at."""
+"""The options of reading, checked before the file is opened."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Options"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """What the user said, checked; see `sigmatau.io.read.read`."""
+    """Checked options, see `sigmatau.io.read.read`."""
 
     rate: float | None
     unit: Mapping[str, str]
@@ -39,7 +39,7 @@ class Options:
         offset: object,
         topic: object = None,
     ) -> Options:
-        """Options of the right types; raises `OptionError`."""
+        """Options of the right types and values; raises `OptionError`."""
         if rate is not None and not (_is_number(rate) and rate > 0):
             raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
         if input not in get_args(InputKind):

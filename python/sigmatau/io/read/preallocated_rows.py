@@ -1,7 +1,7 @@
-"""Rows at the end that were never written: what a logger left of a file that it laid out in advance, or a copy of one.
+"""Rows at the end that were never written, in a file that the logger preallocated.
 
-Such a file has its full length from the beginning, and where it was not written it reads as zeros. Sensors at rest do give
-an exact 0, so that one value of 0 says nothing; that everything is 0 at once, up to the end, does.
+A preallocated file has its full length from the beginning, and its unwritten part reads as zeros. A sensor at rest may give
+an exact 0, so a single 0 proves nothing; zeros in all columns up to the end of the file do.
 """
 
 from __future__ import annotations
@@ -13,23 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import NeverWritten
 
 __all__ = ["without_unwritten"]
 
-_ROWS = 8  # that are 0 in all columns
-_TIMES = 4  # as many as are 0 in all columns anywhere before: coarse counts of a sensor at rest are 0 now and then
-_OF_ONE = 64  # that are 0 in one column, which is 0 nowhere before
-_PIECE = 1 << 16
+_MIN_ROWS = 8  # shortest run of rows that are 0 in all columns
+_RUN_RATIO = 4  # its length over that of the longest such run before: coarse counts of a sensor at rest are 0 at times
+_MIN_ROWS_OF_ONE = 64  # shortest run of zeros in a single column, which is 0 nowhere before
+_CHUNK = 1 << 16  # [rows]
 
 
 def without_unwritten(
     columns: Mapping[int, NDArray[Any]], time: int | None, labels: Sequence[str]
 ) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
-    """The columns up to where they were written, and what is left out.
+    """The columns up to their last written row, and a finding if rows are removed.
 
-    Left out are rows at the end in which all columns, at least two, are 0, or the time is; and those from where on one
-    column of several is 0, if that is a long run and it was 0 nowhere before: containers that hold a column after the other
-    break off within one. The row before them goes too: the break may lie within it.
+    Three kinds of rows at the end are removed: rows in which all columns (at least two) are 0; rows in which the time is 0;
+    and a long run of zeros in a single column that is not 0 anywhere before, as in a container that stores one column
+    after the other. The row before them is removed too, because it may be half written.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def without_unwritten(
     time : int or None
         The column of the stamps.
     labels : sequence of str
-        Of all columns of the table, for the words.
+        Names of all columns of the table.
     """
     kept = dict(columns)
     n = min(map(len, kept.values()), default=0)
@@ -45,35 +46,29 @@ def without_unwritten(
         return kept, ()
     zeros = {index: _zeros_at_end(array[:n]) for index, array in kept.items()}
     together = min(zeros.values())
-    if together >= n:  # of a log that is 0 from end to end other things are said
+    if together >= n:  # other checks report a log of nothing but zeros
         return kept, ()
     if time is not None and 0 < zeros[time] < n and kept[time][n - zeros[time] - 1] > 0:
-        return _cut(kept, n - zeros[time], f"the time stamp {labels[time]} is")
-    if together >= _ROWS and together > _TIMES * _longest(kept, n - together):
-        return _cut(kept, n - together, f"all {len(kept)} columns are")
+        return _cut(kept, n - zeros[time], labels[time], is_time=True)
+    if together >= _MIN_ROWS and together > _RUN_RATIO * _longest(kept, n - together):
+        return _cut(kept, n - together)
     for index, run in zeros.items():
-        if _OF_ONE <= run < n and index != time and np.all(kept[index][: n - run] != 0):
-            return _cut(kept, n - run, f"column {labels[index]}, which is not 0 anywhere before, is")
+        if _MIN_ROWS_OF_ONE <= run < n and index != time and np.all(kept[index][: n - run] != 0):
+            return _cut(kept, n - run, labels[index])
     return kept, ()
 
 
 def _cut(
-    columns: Mapping[int, NDArray[Any]], rows: int, what: str
+    columns: Mapping[int, NDArray[Any]], rows: int, column: str = "", *, is_time: bool = False
 ) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
     n = min(map(len, columns.values()))
-    finding = Finding(
-        code="never_written",
-        severity="error",
-        message=f"in the last {n - rows} of {n} rows {what} exactly 0: they were never written to; the first {rows - 1} are"
-        " read, and the one before the zeros is given up with them, for it may be half written",
-        effect="the rest of the log is missing; get or make the file again",
-        where=f"row {rows - 1}",
-    )
-    return {index: array[: rows - 1] for index, array in columns.items()}, (finding,)
+    details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column, is_time=is_time)
+    kept = {index: array[: rows - 1] for index, array in columns.items()}
+    return kept, (Finding(details=details, severity="error"),)
 
 
 def _longest(columns: Mapping[int, NDArray[Any]], rows: int) -> int:
-    """The most rows one after the other, of the first so many, in which all columns are 0."""
+    """Longest run of rows that are 0 in all columns, among the first `rows`."""
     zero = np.ones(rows, dtype=bool)
     for array in columns.values():
         zero &= array[:rows] == 0
@@ -82,12 +77,12 @@ def _longest(columns: Mapping[int, NDArray[Any]], rows: int) -> int:
 
 
 def _zeros_at_end(array: NDArray[Any]) -> int:
-    """How many numbers at the end are 0; of a column on disk no more is read than is needed."""
-    end, step = len(array), _ROWS
+    """Number of zeros at the end; a column on disk is read backwards, in chunks."""
+    end, step = len(array), _MIN_ROWS
     while end > 0:
         start = max(0, end - step)
         others = np.flatnonzero(array[start:end])
         if len(others):
             return len(array) - (start + int(others[-1]) + 1)
-        end, step = start, _PIECE
+        end, step = start, _CHUNK
     return len(array)

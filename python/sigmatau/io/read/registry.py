@@ -1,7 +1,7 @@
-"""The formats that are read, and how each is told from the others before its reader is loaded: most files need but one.
+"""Detection of the format of a file from its content.
 
-A reader is a module with ``sniff(head, path) -> bool``, which recognises its format by content, and ``read(path, head)
--> tables``, which hands over columns. To add one, write such a module and name it in `_KNOWN`.
+A reader is a module with ``sniff(head, path) -> bool``, which recognises its format, and ``read(path, head) -> tables``. It
+is imported only if the first bytes may be of its format. To add a reader, list it in `_FORMATS`.
 """
 
 from __future__ import annotations
@@ -20,50 +20,49 @@ __all__ = ["reader_of"]
 
 
 @dataclass(frozen=True, slots=True)
-class _Known:
+class _Format:
     """A format.
 
     Attributes
     ----------
     module : str
     what : str
-        In the words of an error.
+        Name for errors.
     likely : callable
-        Whether a file that begins so may be one; cheap, and never False of one that `sniff` takes.
-    packed : bool
-        Whether it is read compressed by gzip too.
+        Fast test of the first bytes; True for all files that `sniff` accepts.
+    gzip : bool
+        Whether files compressed by gzip are read.
     """
 
     module: str
     what: str
     likely: Callable[[bytes], bool]
-    packed: bool = False
+    gzip: bool = False
 
 
 def _begins(*marks: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.startswith(marks)
 
 
-# Of those that begin alike the more particular one first: zip archives of arrays before those of tables; text last, which
-# has no mark of its own.
-_KNOWN = (
-    _Known("npy", "a NumPy file", _begins(b"\x93NUMPY", b"PK\x03\x04")),
-    _Known("zipped", "a zip archive", _begins(b"PK\x03\x04")),
-    _Known("roslog", "an MCAP file or a ROS bag", _begins(b"\x89MCAP", b"#ROSBAG")),
-    _Known("rosbag2", "an SQLite database", _begins(b"SQLite format 3")),
-    _Known("ulog", "a PX4 flight log", _begins(b"ULog")),
-    _Known("dataflash", "an ArduPilot log", _begins(b"\xa3\x95")),
-    _Known("matlab", "a MATLAB file", lambda head: head[126:128] in (b"IM", b"MI") or head[512:516] == b"\x89HDF"),
-    _Known("hdf5", "an HDF5 file", _begins(b"\x89HDF")),
-    _Known("arrow", "a Parquet or Arrow file", _begins(b"PAR1", b"ARROW1", b"\xff\xff\xff\xff")),
-    _Known("tdms", "a TDMS file", _begins(b"TDSm")),
-    _Known("novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head),
-    _Known("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, packed=True),
-    _Known("text", "text", lambda _: True, packed=True),
+# The more specific format first: zip archives of arrays before zip archives of tables. Text has no signature and is last.
+_FORMATS = (
+    _Format("npy", "a NumPy file", _begins(b"\x93NUMPY", b"PK\x03\x04")),
+    _Format("zipped", "a zip archive", _begins(b"PK\x03\x04")),
+    _Format("roslog", "an MCAP file or a ROS bag", _begins(b"\x89MCAP", b"#ROSBAG")),
+    _Format("rosbag2", "an SQLite database", _begins(b"SQLite format 3")),
+    _Format("ulog", "a PX4 flight log", _begins(b"ULog")),
+    _Format("dataflash", "an ArduPilot log", _begins(b"\xa3\x95")),
+    _Format("matlab", "a MATLAB file", lambda head: head[126:128] in (b"IM", b"MI") or head[512:516] == b"\x89HDF"),
+    _Format("hdf5", "an HDF5 file", _begins(b"\x89HDF")),
+    _Format("arrow", "a Parquet or Arrow file", _begins(b"PAR1", b"ARROW1", b"\xff\xff\xff\xff")),
+    _Format("tdms", "a TDMS file", _begins(b"TDSm")),
+    _Format("novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head),
+    _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True),
+    _Format("text", "text", lambda _: True, gzip=True),
 )
 
-# First bytes of files that people have at hand and that are no tables; only for the words of the error.
-_MARKS = (
+# Signatures of common files that are not tables, for the text of the error.
+_OTHER_FILES = (
     (b"%PDF", "a PDF"),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
@@ -73,7 +72,7 @@ _MARKS = (
     (b"\x7fELF", "a program"),
 )
 
-# Compressed files, also inside of gzip: by what, and how they are decompressed.
+# Compressed files, also within gzip: signature, name, and command to decompress them.
 _COMPRESSED = (
     (re.compile(rb"\x28\xb5\x2f\xfd"), "compressed by zstd", "zstd -d"),
     (re.compile(rb"\xfd7zXZ\0"), "compressed by xz", "xz -d"),
@@ -86,21 +85,21 @@ _COMPRESSED = (
 
 
 def reader_of(head: Head, path: Path) -> Format:
-    """The reader of a file; raises `DataError` if there is none, in words that say what the file is."""
+    """The reader of a file; raises `DataError` that names the kind of file if no reader accepts it."""
     for mark, what, command in _COMPRESSED:
         if mark.match(head.data):
             twice = " compressed by gzip" if head.gzip and "tar" in what else ""
-            raise DataError(f"is {what}{twice}: decompress it first ({command} {path.name}) and give what is in it")
-    for known in _KNOWN:
+            raise DataError(f"is {what}{twice}: decompress it first ({command} {path.name}) and give the file in it")
+    for known in _FORMATS:
         if not known.likely(head.data):
             continue
         reader = cast("Format", import_module(f"sigmatau.io.read.formats.{known.module}"))
         if not reader.sniff(head.data, path):
             continue
-        if head.gzip and not known.packed:
+        if head.gzip and not known.gzip:
             raise DataError(f"is {known.what} compressed by gzip; decompress it first (gzip -d {path.name})")
         return reader
-    found = next((what for mark, what in _MARKS if head.data.startswith(mark)), "binary data")
+    found = next((what for mark, what in _OTHER_FILES if head.data.startswith(mark)), "binary data")
     if _every_other_byte_is_null(head.data):
         raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
     raise DataError(f"is {found}, not a format that is read: {FORMATS}")

@@ -1,4 +1,4 @@
-"""Which column of a table is what, and in which unit; what is not known is asked for."""
+"""Channels and units of a table; raises `OptionError` if the file does not state them and no option does."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.headerless import by_gravity
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
@@ -26,18 +27,18 @@ SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
 
 
 def resolve(table: Table, options: Options) -> Resolved:
-    """Which column is what, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
-    told = None if options.channels else by_gravity(table)
-    choice = choose(table.columns, options.channels if told is None else told[0])
+    """The columns, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
+    by_mean = None if options.channels else by_gravity(table)
+    choice = choose(table.columns, options.channels if by_mean is None else by_mean[0])
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
     unit, notes, findings = _units(table, choice, options)
-    return choice, unit, notes, findings if told is None else [told[1], *findings]
+    return choice, unit, notes, findings if by_mean is None else [by_mean[1], *findings]
 
 
 def _check_keys(choice: Choice, options: Options) -> None:
-    """An option for a channel that is not read is a slip of the pen, and would go unseen."""
+    """Raise `OptionError` for a unit, scale or offset of a channel that is not read: it is probably misspelled."""
     known = {*choice.channels, *map(stream_name, choice.channels)}
     for name, keys in (("unit", options.unit), ("scale", options.scale), ("offset", options.offset)):
         for key in keys:
@@ -56,30 +57,30 @@ def _check_kind(table: Table, choice: Choice, options: Options) -> None:
         for channel, index in choice.channels.items():
             if stream_name(channel) in SI and holds_increments(table.columns[index]):
                 raise OptionError(
-                    f"column {table.label(index)} holds increments by its name: say --input increments", option="input"
+                    f"column {table.label(index)} holds increments by its name; give --input increments", option="input"
                 )
 
 
 def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choice:
-    """Without a time column that holds dates or words, if a rate is given and nobody asked for that column."""
+    """The choice without a time column of dates or words, if a rate is given and `channels` does not name that column."""
     if choice.time is None or options.rate is None or "time" in options.channels:
         return choice
     try:
         float(table.columns[choice.time].first or 0)
     except ValueError:
-        note = f"time stamps in column {table.label(choice.time)} are no numbers and not used"
+        note = f"time stamps in column {table.label(choice.time)} are not numbers and not used"
         return replace(choice, time=None, notes=(*choice.notes, note))
     return choice
 
 
 def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[str], list[Finding]]:
-    """Unit of each channel, as spelled by the user or the file, and what there is to say about it."""
+    """Unit of each channel, as spelled by the user or the file, with notes and findings."""
     recognised = recognise(table.columns)
     unit: dict[str, str] = {}
     notes: list[str] = []
     overruled: list[Finding] = []
     missing: list[str] = []
-    foreigners: list[str] = []
+    unknown_units: list[str] = []
     counts = False
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
@@ -88,70 +89,55 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         stream = "time" if channel == "time" else stream_name(channel)
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
-        said = options.unit.get(channel, options.unit.get(stream))
+        given = options.unit.get(channel, options.unit.get(stream))
         if channel == "time" and is_date(table.columns[index].first):
-            said = None  # dates have no unit that one could err about
-        if said is not None and stated is not None and not _same(said, stated):
-            notes.append(f"{channel}: in {said} as given, though the file says {stated}")
-            overruled.append(_overruled(channel, said, stated))
-        foreign = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
-        if foreign is not None and stream not in SI and foreign.isprintable():  # a signal is in any unit
-            stated, foreign = foreign, None
-            if said is not None and not _same(said, stated):
-                overruled.append(_overruled(channel, said, stated))
-        if said is not None and foreign is not None:
+            given = None  # dates have no unit
+        if given is not None and stated is not None and not _same(given, stated):
+            notes.append(f"{channel}: in {given} as given, though the file says {stated}")
+            overruled.append(_overruled(channel, given, stated))
+        unknown = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
+        if unknown is not None and stream not in SI and unknown.isprintable():  # a signal may have any unit
+            stated, unknown = unknown, None
+            if given is not None and not _same(given, stated):
+                overruled.append(_overruled(channel, given, stated))
+        if given is not None and unknown is not None:
             overruled.append(
-                Finding(
-                    code="unit_overruled",
-                    severity="warning",
-                    channel=channel,
-                    message=f"the unit given is {said}, the file says {foreign[:20]!r}, which is no unit of it",
-                    effect="the numbers are taken in the given unit" + _scaled(channel, stream, options),
+                _overruled(
+                    channel, given, unknown, known=False, scaled=channel in options.scale or stream in options.scale
                 )
             )
-        spelled = said or stated
+        spelled = given or stated
         if spelled is None:
             if channel != "time":
                 missing.append(channel)
-                foreigners += [f"{channel} in {foreign[:20]!r}"] if foreign is not None else []
+                unknown_units += [f"{channel} in {unknown[:20]!r}"] if unknown is not None else []
                 counts = counts or _whole(table.columns[index].first)
             continue
         if stream in SI or channel == "time":
             _check_unit(channel, spelled, stream)
         unit[channel] = spelled
     if missing:
-        if foreigners and len(foreigners) == len(missing):
-            hint = (
-                f" (the file has {', '.join(foreigners)}: say --scale too, e.g. --scale {stream_name(missing[0])}=0.01)"
-            )
+        if unknown_units and len(unknown_units) == len(missing):
+            example = f"--scale {stream_name(missing[0])}=0.01"
+            hint = f" (the file has {', '.join(unknown_units)}: give --scale too, e.g. {example})"
         else:
-            hint = " (whole numbers may be counts: then say --scale too)" if counts and not options.scale else ""
+            hint = " (whole numbers may be counts: then give --scale too)" if counts and not options.scale else ""
         raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options) + hint)
     return unit, notes, overruled
 
 
-def _overruled(channel: str, said: str, stated: str) -> Finding:
-    return Finding(
-        code="unit_overruled",
-        severity="warning",
-        channel=channel,
-        message=f"the unit given is {said}, the file says {stated}",
-        effect="the given unit is used",
-    )
+def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:
+    details = UnitOverruled(given=given, stated=stated, known=known, scaled=scaled)
+    return Finding(details=details, severity="warning", channels=(channel,))
 
 
 def _whole(text: str) -> bool:
-    """Whether a first field is a number without decimals, other than 0."""
+    """Whether a field is an integer other than 0."""
     return text.lstrip("+-").isdigit() and text.strip("+-0") != ""
 
 
-def _scaled(channel: str, stream: str, options: Options) -> str:
-    given = channel in options.scale or stream in options.scale
-    return ", times the scale given" if given else ": give --scale if they are volts or counts"
-
-
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
-    """What has to be said for the rate, beside the units."""
+    """The option that is needed for the rate, beside the units."""
     known = table.rate is not None if choice.time is None else "time" in unit
     if options.rate is not None or known:
         return ""
@@ -181,5 +167,5 @@ def _ask_for_units(missing: list[str], kind: InputKind, *, no_rate: str) -> Opti
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
     listed = f" (known: {table})" if table else " (any word; 1 for none)"
     return OptionError(
-        f"does not state the unit of {', '.join(missing)}; say e.g. {example}{no_rate}{listed}", option="unit"
+        f"does not state the unit of {', '.join(missing)}; give e.g. {example}{no_rate}{listed}", option="unit"
     )

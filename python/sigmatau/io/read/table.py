@@ -1,4 +1,4 @@
-"""What every reader hands over: the columns of a file, before they mean anything."""
+"""The columns of a file, as every reader returns them."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ __all__ = [
 ]
 
 HEAD = 1 << 18
-"""A format, and the layout of a text table, is found out from this many bytes. [bytes]"""
+"""The format, and the layout of a text table, are detected from this many bytes. [bytes]"""
 
 FORMATS = (
     "text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5, Parquet, Arrow, TDMS, .npy, .npz,"
     " or raw numbers with --layout"
 )
-"""What is read, in the words of an error."""
+"""The formats that are read, for the text of errors."""
 
 REST_MISSING = "the rest of the log is missing; get or make the file again"
 """Effect of a file that breaks off."""
@@ -60,7 +60,7 @@ class Head:
     data : bytes
         The first `HEAD` bytes, decompressed.
     whole : bool
-        True if the file holds no more than this.
+        True if the file has no more bytes than these.
     gzip : bool
         True if the file is compressed.
     """
@@ -77,11 +77,11 @@ class Column:
     Attributes
     ----------
     name : str
-        As the file has it, with the unit if that is part of it; empty if the column has no name.
+        As the file spells it, with its unit if that is part of the name; empty if the column has no name.
     unit : str or None
-        Its unit from a row of units, as the file spells it.
+        Unit from a row of units, as the file spells it.
     first : str
-        What stands in its first row, to show columns without names by; may be empty.
+        Text of its first row, which shows a column without a name; may be empty.
     """
 
     name: str
@@ -96,10 +96,10 @@ class Loaded:
     Attributes
     ----------
     columns : mapping of int to ndarray, shape (n,)
-        Raw numbers by column, counted from 0: finite, or NaN where one is missing, all of one length. In a column of
-        integers, as stamps may be, the least of 64 bits stands for a missing one.
+        Raw numbers by column, counted from 0, all of one length: finite, or NaN where one is missing. In a column of
+        integers, such as time stamps, the smallest 64-bit integer marks a missing one.
     findings : tuple of Finding
-        What was wrong with the data on the way, such as where they break off: severity error if rows are missing.
+        Faults of the data, such as where they break off; severity error if rows are missing.
     """
 
     columns: Mapping[int, NDArray[Any]]
@@ -108,10 +108,9 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """One table of a file as columns, of which those that are wanted are loaded later.
+    """One table of a file; its columns are loaded on demand.
 
-    Most files hold one. Others hold several: topics, messages by sensor and instance, groups, variables; then each has a
-    name by which ``--topic`` chooses it.
+    Most files have one table. In others each topic, message, group or variable is a table, and ``--topic`` chooses it.
 
     Attributes
     ----------
@@ -119,22 +118,22 @@ class Table:
         ``"text"``, ``"npy"``, ``"mcap"`` …
     columns : tuple of Column
     notes : tuple of str
-        What was found out about the layout, in words.
+        Properties of the file, for the provenance of the record.
     load : callable
-        ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` comes as 64-bit integers
-        if it holds such. Raises `DataError`.
+        ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` is returned as 64-bit
+        integers if it has integers. Raises `DataError`.
     where : callable
-        ``where(row)`` says where a row (counted from 0) stands in the file: ``"line 17"``.
+        ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``.
     topic : str
-        Name in the file; empty if the file holds but one table.
+        Name in the file; empty if the file has only one table.
     rows : int or None
-        Rows, if that is known before they are loaded.
+        Number of rows, if it is known before they are loaded.
     findings : tuple of Finding
-        What is wrong with the file as far as that shows before it is loaded.
+        Faults of the file that are known before it is loaded.
     rate : float or None
         Sampling rate that the format states, for a table without a time column. [Hz]
     rate_source : str
-        Where it is from, in words: ``"the waveform increment of the channels"``.
+        Source of the rate: ``"the waveform increment of the channels"``.
     """
 
     format: str
@@ -158,21 +157,21 @@ class Format(Protocol):
     """A module that reads one format."""
 
     def sniff(self, head: bytes, path: Path) -> bool:
-        """Whether a file that begins so is of this format."""
+        """Whether a file with this head is of this format."""
         ...
 
     def read(self, path: Path, head: Head) -> Sequence[Table]:
-        """The tables of a file that `sniff` took; raises `DataError`."""
+        """The tables of a file that `sniff` accepted; raises `DataError`."""
         ...
 
 
 def is_date(text: str) -> bool:
-    """Whether a field holds a date and time that text tables are read with, to the nanosecond since 1970."""
+    """Whether a field is a date and time; they are read to the nanosecond since 1970."""
     return _DATE.fullmatch(text) is not None
 
 
 def listing(columns: Sequence[Column]) -> str:
-    """The columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers; the first twelve of many."""
+    """The first twelve columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers."""
     shown = ", ".join(_shown(i, column) for i, column in enumerate(columns[:_LISTED], 1))
     return shown if len(columns) <= _LISTED else f"{shown}, … {len(columns)} in all"
 
@@ -189,7 +188,7 @@ _CHUNK = 1 << 20
 
 
 def refuse_infinite(array: NDArray[Any], name: str, where: str = "row {row} (counted from 0)") -> None:
-    """Raise `NonFiniteError` for the first infinity of a column; a NaN is a missing number."""
+    """Raise `NonFiniteError` for the first infinite value of a column; NaN marks a missing value."""
     if array.dtype.kind != "f":
         return
     for start in range(0, len(array), _CHUNK):
@@ -200,24 +199,24 @@ def refuse_infinite(array: NDArray[Any], name: str, where: str = "row {row} (cou
         if len(bad):
             row = start + int(bad[0])
             raise NonFiniteError(
-                f", {where.format(row=row)}: column {name} has {array[row]}, no finite number; cut the record there, or"
-                " put NaN in its place if it is missing",
+                f", {where.format(row=row)}: column {name} has {array[row]}; cut the record there, or put NaN in its place"
+                " if the value is missing",
                 channel=name,
                 index=row,
             )
 
 
 def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:
-    """Stamps as int64 if they are whole and fit, else as float64."""
+    """Time stamps as int64 if they are integers that fit, else as float64."""
     whole = array.dtype.kind in "iu" and int(array.max(initial=0)) < 1 << 63
     return array.astype(np.int64 if whole else np.float64)
 
 
 def need(module: str, extra: str, what: str) -> ModuleType:
-    """A library that only some formats need, imported when it is needed; raises `DataError` that says how to get it."""
+    """Import a library that only some formats need; raises `DataError` that says how to install it."""
     try:
         return importlib.import_module(module)
     except ImportError:
         raise DataError(
-            f"is {what}, which takes a library that is not installed: pip install 'sigmatau[{extra}]'"
+            f"is {what}, which needs a library that is not installed: pip install 'sigmatau[{extra}]'"
         ) from None

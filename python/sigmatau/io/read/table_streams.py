@@ -1,4 +1,4 @@
-"""What one table gives to a record: streams on their grids, and what was noticed on the way."""
+"""The streams of a record from one table, with conversions and findings."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
@@ -31,7 +32,7 @@ __all__ = ["Part", "find_rate", "part"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """What one table gives to a record."""
+    """Streams, conversions and findings of one table."""
 
     topic: str
     streams: tuple[Stream, ...]
@@ -42,7 +43,7 @@ class Part:
 
 
 def part(table: Table, options: Options) -> Part:
-    """What one table gives; raises as `assemble` does."""
+    """Streams, conversions and findings of one table; raises as `assemble` does."""
     resolved = resolve(table, options)
     choice = resolved[0]
     loaded, choice = _loaded(table, choice)
@@ -53,7 +54,7 @@ def part(table: Table, options: Options) -> Part:
     except (OptionError, RecordTooShortError):
         raise
     except DataError as error:
-        # Damage that is known of began where the stamps say so, if that is before it was found out.
+        # In a file with known damage the record ends where time goes backwards, if that is before the damage was detected.
         shorter = disorder.cut(loaded, choice, table, error, least=MIN_SAMPLES + 1)
         try:
             return _made(table, options, (choice, *resolved[1:]), shorter)
@@ -62,14 +63,14 @@ def part(table: Table, options: Options) -> Part:
 
 
 def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
-    """The streams of columns that are loaded."""
+    """The streams of loaded columns."""
     choice, unit, notes, overruled = resolved
     raw = loaded.columns
     indices = list(choice.channels.values())
     rows = len(raw[indices[0]])
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:
-        broken = "".join(f" ({finding.message})" for finding in (*table.findings, *loaded.findings))
+        broken = "".join(f" ({sentence(finding)})" for finding in (*table.findings, *loaded.findings))
         raise RecordTooShortError(
             f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
         )
@@ -82,7 +83,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     own = own_rows(raw, sensors, missing) if missing else {}
     empty = mostly_missing(
         raw, by_stream, missing, own, table.where, table.label, timed=choice.time is not None
-    )  # one bad channel must not cost the log
+    )  # one bad channel must not make the log unusable
     if empty:
         choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in empty})
         by_stream = {name: {c: i for c, i in of.items() if c not in empty} for name, of in by_stream.items()}
@@ -154,12 +155,12 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
 
 
 def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
-    """The columns, with that of the temperature if it can be read."""
+    """The columns, with the temperature if it can be read."""
     wanted = {*choice.channels.values(), *(() if choice.time is None else (choice.time,))}
     if choice.temperature is not None and choice.temperature.index not in wanted:
         try:
             return table.load(sorted({*wanted, choice.temperature.index}), choice.time), choice
-        except DataError:  # it must not cost the log
+        except DataError:  # it must not make the log unusable
             name = table.label(choice.temperature.index)
             choice = replace(choice, temperature=None, notes=(*choice.notes, f"column {name} cannot be read"))
     return table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
@@ -175,7 +176,7 @@ def find_rate(
 
 
 def _named(table: Table, choice: Choice) -> list[str]:
-    """Channels that bear another name in the file."""
+    """Notes of channels that have another name in the file."""
     return [
         f"{channel} from column {table.label(index)}"
         for channel, index in choice.channels.items()

@@ -1,4 +1,4 @@
-"""A column that holds a temperature: a stream beside the sensors, for what drifts with it."""
+"""The temperature as a stream beside the sensors, for the check of drift."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ __all__ = ["temperature_stream"]
 def temperature_stream(
     label: str, found: Thermometer, raw: Mapping[int, NDArray[Any]], timing: Timing, *, missing: bool
 ) -> tuple[tuple[Stream, ...], str]:
-    """The stream, and what is to be said of it; no stream if the numbers are no temperatures. Never refused.
+    """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`.
 
-    A thermometer that is read more rarely than the sensors leaves its column empty in between: so many samples are missing.
+    A thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
     """
     column = raw[found.index]
     scale, offset = TO_CELSIUS[found.unit or "degC"]
     values = column[~np.isnan(column)] if missing else column
     if len(values) < MIN_SAMPLES:
-        return (), f"temperature: column {label} holds {len(values)} numbers, too few"
+        return (), f"temperature: column {label} has {len(values)} numbers, too few"
     median = typical(values, found.unit or "degC")
     if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
         unit = found.unit or "degC, which was assumed"
-        return (), f"temperature: column {label} is no temperature in {unit} (median {median:.4g} °C)"
+        return (), f"temperature: column {label} is not a temperature in {unit} (median {median:.4g} °C)"
     try:
         stream = make_stream(
             "temperature",

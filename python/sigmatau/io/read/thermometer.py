@@ -1,4 +1,4 @@
-"""Which column of a table is a temperature, by its name and its unit."""
+"""Detection of the temperature column of a table by its name and unit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sigmatau.record.thermometers import NAMES
 
 __all__ = ["Thermometer", "degrees_of", "find_thermometer"]
 
-_LONGEST = 40  # characters at the end of a name that may hold a unit
+_LONGEST = 40  # longest end of a name that is searched for a unit [characters]
 
 _ONLY_WITH_UNIT = re.compile("t")  # ArduPilot
 _SPELLED = {
@@ -30,7 +30,7 @@ class Thermometer:
     ----------
     index : int
     unit : {"degC", "K", "degF"} or None
-        None if the log does not say.
+        None if the log does not state it.
     """
 
     index: int
@@ -38,22 +38,22 @@ class Thermometer:
 
 
 def degrees_of(column: Column) -> str | None:
-    """The unit of temperature that a column states; "" for another unit, None for none."""
+    """The unit of temperature that a column states; "" for any other unit, None if it states none."""
     in_brackets = re.search(r"[\[({]([^\[\](){}]*)[\])}]\s*$", column.name[-_LONGEST:])
     stated = column.unit or (in_brackets[1] if in_brackets else None)
     return _SPELLED.get(stated.strip().lower(), "") if stated else None
 
 
 def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
-    """The one column that is a temperature by its name and unit; None if there is none, or no way to tell which.
+    """The column that is a temperature by its name and unit; None if there is none or more than one.
 
     Parameters
     ----------
     columns : sequence of Column
     keys : sequence of str
-        Their names, without the unit, as `sigmatau.io.read.columns` compares them.
+        Their names as `sigmatau.io.read.names.key_of` returns them.
     taken : set of int
-        Columns that are something else.
+        Columns that are recognised as something else.
     """
     found: dict[int, list[Thermometer]] = {}
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):

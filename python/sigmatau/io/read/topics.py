@@ -1,4 +1,4 @@
-"""Which tables of a file are read, when it holds several: topics, messages by sensor and instance, groups."""
+"""Choice of the tables to read from a file with several topics, messages or groups."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ _LISTED = 12
 
 
 def sensors(table: Table) -> tuple[str, ...]:
-    """Sensors of which all three axes are recognised by the names of the columns: ``gyro``, ``accel``, both or none."""
+    """Sensors whose three axes are recognised by column names: ``gyro``, ``accel``, both or none."""
     found = {match[0] for match in recognise(table.columns) if match is not None}
     return tuple(s for s in ("gyro", "accel") if {f"{s}_{axis}" for axis in "xyz"} <= found)
 
 
 def describe(table: Table) -> str:
-    """A topic in a few words: its name, its sensors, its rows."""
+    """Name, sensors and number of rows of a topic."""
     rows = "" if table.rows is None else f"{table.rows} rows"
     what = ", ".join(filter(None, (" and ".join(sensors(table)), rows)))
     return f"{table.topic} ({what})" if what else table.topic
 
 
 def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
-    """The tables that were asked for; or else the one, or the two, that hold gyro and accelerometer beyond doubt.
+    """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer.
 
     Parameters
     ----------
     tables : sequence of Table
     asked : sequence of str
-        Topics by name; or, if that is true of one only, by its name without the number of the instance, or by its end.
+        Topics by name. The name without the number of the instance, or its end, is enough if only one topic matches.
 
     Raises
     ------
     OptionError
-        If a topic that was asked for is not there or not the only one, or if several might be meant.
+        If a topic that was asked for does not exist or is ambiguous, or if several tables have the same sensor.
     """
     if asked:
-        named = [name for said in asked for name in _parted(tables, said)]
+        named = [name for spelled in asked for name in _split(tables, spelled)]
         return list({table.topic: table for table in (_named(tables, name) for name in named)}.values())
     if len(tables) == 1:
         return list(tables)
@@ -56,19 +56,17 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     if not both and len(gyro) <= 1 and len(accel) <= 1 and (gyro or accel):
         return [*gyro, *accel]
     likely = [*both, *gyro, *accel] or [table for table in tables if table.rows != 0] or list(tables)
-    what = (
-        "holds several sensors" if both or gyro or accel else "holds several tables, none with known names of columns"
-    )
+    what = "has several sensors" if both or gyro or accel else "has several tables, none with known column names"
     examples = [gyro[0], accel[0]] if gyro and accel and not both else likely[:1]
     example = " ".join(f"--topic {table.topic!r}" for table in examples)
     raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}", option="topic")
 
 
-def _parted(tables: Sequence[Table], said: str) -> list[str]:
-    """``a,b`` as two names, unless a topic is called so."""
-    if "," not in said or any(table.topic == said for table in tables):
-        return [said]
-    return [name.strip() for name in said.split(",") if name.strip()]
+def _split(tables: Sequence[Table], spelled: str) -> list[str]:
+    """``a,b`` as two names, unless a topic has that name."""
+    if "," not in spelled or any(table.topic == spelled for table in tables):
+        return [spelled]
+    return [name.strip() for name in spelled.split(",") if name.strip()]
 
 
 def _named(tables: Sequence[Table], name: str) -> Table:
@@ -81,14 +79,14 @@ def _named(tables: Sequence[Table], name: str) -> Table:
         if len(same) == 1:
             return same[0]
         if same:
-            raise OptionError(f"several topics are called so: {_listed(same)}; give the whole name", option="topic")
+            raise OptionError(f"several topics match {name!r}: {_listed(same)}; give the whole name", option="topic")
     if not any(table.topic for table in tables):
-        raise OptionError(f"holds one table and no topics: leave --topic {name} out", option="topic")
-    raise OptionError(f"has no topic {name!r}; it holds {_listed(tables)}", option="topic")
+        raise OptionError(f"has one table and no topics; leave out --topic {name}", option="topic")
+    raise OptionError(f"has no topic {name!r}; it has {_listed(tables)}", option="topic")
 
 
 def _without_instance(topic: str) -> str:
-    """``sensor_gyro:0`` and ``IMU[0]`` without their number."""
+    """The name without the number of the instance: ``sensor_gyro`` of ``sensor_gyro:0``, ``IMU`` of ``IMU[0]``."""
     return re.sub(r"(?::\d+|\[\d+\])$", "", topic)
 
 

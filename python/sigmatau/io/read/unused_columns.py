@@ -1,7 +1,7 @@
-"""Columns of a log in this package's own form that no channel was made of.
+"""Columns of a log in this package's own form that are not read.
 
-Read by default are sensors alone, whose names are certain. Most logs have columns beside (a magnetic field, a norm, a
-counter) that nobody misses; but in a log whose columns are called as channels are, each with its unit, all are channels.
+Only sensors are read by default. Most logs have other columns (a magnetic field, a norm, a counter) that nobody misses. If
+all columns of a log are named like channels, each with its unit, all of them are channels.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import re
 from collections.abc import Collection
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import ColumnsNotRead
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.names import recognise, signal_name, stated_unit, unit_of
 from sigmatau.io.read.options import Options
@@ -17,12 +18,12 @@ from sigmatau.io.read.table import Table
 
 __all__ = ["not_read"]
 
-_SHOWN = 4  # of the names, and of the columns that are spelled out
+_SHOWN = 4  # columns that the example of --channels names
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|")  # or nothing: a missing value
 
 
 def not_read(table: Table, choice: Choice, options: Options, used: Collection[int | None]) -> tuple[Finding, ...]:
-    """What is to be said of them; nothing if channels were asked for, which is a choice.
+    """A finding that names them; nothing if the user chose channels.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ def not_read(table: Table, choice: Choice, options: Options, used: Collection[in
     choice : Choice
     options : Options
     used : collection of int
-        Columns that something was made of.
+        Columns that are read.
     """
     if set(options.channels) - {"time"} or not _own_form(table, choice):
         return ()
@@ -42,25 +43,17 @@ def not_read(table: Table, choice: Choice, options: Options, used: Collection[in
     ]
     if not left:
         return ()
-    shown = ", ".join(table.label(index) for index in left[:_SHOWN])
-    more = f" and {len(left) - _SHOWN} more" if len(left) > _SHOWN else ""
-    # Of increments a signal beside them would be taken for one, too.
+    # With --input increments a signal would be taken for increments too: then signals are read alone, as rates.
     read = dict(choice.channels) if options.input == "rate" else {}
     for index in left[:_SHOWN]:
         read[signal_name(table.columns[index], taken=read)] = index
-    asked = "--channels " + ",".join(f"{channel}={index + 1}" for channel, index in read.items())
-    alone = "" if options.input == "rate" else "--input rate "
-    topic = f" --topic {table.topic}" if table.topic else ""
-    one = len(left) == 1
-    return (
-        Finding(
-            code="columns_not_read",
-            severity="info",
-            message=f"not read: column{'' if one else 's'} {shown}{more}, of no name that a gyro or an accelerometer has",
-            effect="what is said of the record does not include " + ("it" if one else "them"),
-            remedy=f"to read {'it' if one else 'them'}, say {alone}{asked}{topic}; then these alone are read",
-        ),
+    details = ColumnsNotRead(
+        columns=tuple(table.label(index) for index in left),
+        channels=tuple((channel, index + 1) for channel, index in read.items()),
+        as_rates=options.input != "rate",
+        topic=table.topic,
     )
+    return (Finding(details=details, severity="info"),)
 
 
 def _own_form(table: Table, choice: Choice) -> bool:

@@ -1,6 +1,6 @@
-"""Arrays of a file into columns and tables: what .npy, MATLAB, HDF5 and data frames have in common.
+"""Tables from named arrays: common to .npy, MATLAB, HDF5, TDMS and data frames.
 
-A container holds arrays under names, in groups. An array of shape (n,) is a column, one of shape (n, k) is k of them; arrays
+A container has named arrays in groups. An array of shape (n,) is a column, and one of shape (n, k) is k columns. The arrays
 of one group and one length are a table.
 """
 
@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import MissingSamples, UnequalLengths
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
@@ -23,10 +25,10 @@ from sigmatau.record.record import MIN_SAMPLES
 __all__ = ["WIDEST", "Leaf", "gather", "parts", "pick", "real_columns", "squeezed"]
 
 WIDEST = 64
-"""An array of more columns than this is no table of a sensor."""
+"""Largest number of columns of an array that is read."""
 
 _AXES = frozenset("xyzXYZ")
-_NAMED = 8
+_LISTED = 8
 _UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
 
 
@@ -37,20 +39,20 @@ class Leaf:
     Attributes
     ----------
     group : tuple of str
-        Names of the groups, or structs, that it is in, from the top.
+        Names of the groups, or structs, that contain it, from the top.
     name : str
     shape : tuple of int
         ``(n,)`` or ``(n, k)``.
     load : callable
-        Gives the array in that shape; raises `DataError` and no other.
+        Returns the array in that shape; raises only `DataError`.
     unit : str or None
         As the file spells it.
     rate : float or None
         Sampling rate, if the format states one. [Hz]
     fill : float or None
-        The number that stands for a missing sample.
+        The stored number that marks a missing sample.
     scale : tuple of float
-        Factor and offset, in that order, that make the value of what is stored.
+        Factor and offset: value = stored * factor + offset.
     """
 
     group: tuple[str, ...]
@@ -63,7 +65,7 @@ class Leaf:
     scale: tuple[float, float] = (1.0, 0.0)
 
     def values(self) -> tuple[NDArray[Any], int]:
-        """The array with NaN for missing samples, scaled; and how many are missing."""
+        """The scaled array with NaN for missing samples, and their number."""
         array = self.load()
         gone = None if self.fill is None else array == self.fill
         missing = 0 if gone is None else int(np.count_nonzero(gone))
@@ -75,12 +77,12 @@ class Leaf:
 
 
 def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """The columns that an array of shape (n, *shape) makes, with their names and indices."""
+    """Names and indices of the columns of an array of shape (n, *shape)."""
     if len(shape) == 0 or shape == (1,):
         yield name, (0,) * len(shape)
     elif len(shape) == 1:
         endings: Sequence[str] = "xyz" if shape[0] == 3 else [str(k + 1) for k in range(shape[0])]
-        stated = _UNIT.fullmatch(name)  # what stands in brackets stays at the end
+        stated = _UNIT.fullmatch(name)  # a unit in brackets stays at the end
         stem, unit = stated.groups() if stated else (name, "")
         for k, ending in enumerate(endings):
             yield f"{stem}_{ending}{unit}", (k,)
@@ -92,13 +94,13 @@ def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
 
 
 def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, ...], bool] | None:
-    """The shape (n,) or (n, k) that an array is read in, and whether that is its transpose; None if it is no columns.
+    """The shape (n,) or (n, k) of the columns of an array, and whether it is transposed; None if it has no columns.
 
     Parameters
     ----------
     shape : sequence of int
     lying : bool
-        Whether the format has rows for vectors, as MATLAB does: then (k, n) with few k and many n is (n, k).
+        Whether vectors may be rows, as in MATLAB: then (k, n) with small k and large n is read as (n, k).
     """
     if len(shape) == 1:
         return (int(shape[0]),), False
@@ -117,12 +119,12 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
 def real_columns(
     raw: Mapping[int, NDArray[Any]], labels: Mapping[int, str], exact: int | None
 ) -> dict[int, NDArray[Any]]:
-    """Columns that are found to be real numbers; raises `DataError`, or `NonFiniteError` for an infinity."""
+    """The columns as real numbers; raises `DataError` for other types and `NonFiniteError` for an infinite value."""
     checked: dict[int, NDArray[Any]] = {}
     for index, array in raw.items():
         if array.dtype.kind not in "iuf":
             raise DataError(f"column {labels[index]} holds {array.dtype}, not real numbers")
-        # The kernels take the byte order of the machine, and no half or extended floats.
+        # The kernels need native byte order and float32 or float64.
         plain = array if array.dtype.kind in "iu" or array.dtype.itemsize in (4, 8) else array.astype(np.float64)
         plain = plain if plain.dtype.isnative else plain.astype(plain.dtype.newbyteorder("="))
         plain = plain if plain.flags.aligned else plain.copy()
@@ -143,7 +145,7 @@ def gather(
     findings: tuple[Finding, ...] = (),
     rate_source: str = "",
 ) -> tuple[Table, ...]:
-    """The tables that arrays make: those of one group and one length together.
+    """The tables of a container: the arrays of one group and one length are a table.
 
     Parameters
     ----------
@@ -163,17 +165,17 @@ def gather(
     Raises
     ------
     DataError
-        If nothing is left that is long enough.
+        If no array is long enough.
     """
     long = [leaf for leaf in leaves if leaf.shape[0] >= MIN_SAMPLES]
     left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]
     if not long:
         held = _names([f"{separator.join((*leaf.group, leaf.name))} {leaf.shape}" for leaf in left_out])
-        lost = "".join(f" ({finding.message})" for finding in findings)
+        lost = "".join(f" ({sentence(finding)})" for finding in findings)
         raise DataError(f"has no array of at least {MIN_SAMPLES} numbers{f', only {held}' if held else ''}{lost}")
     if left_out:
         short = _names([separator.join((*leaf.group, leaf.name)) for leaf in left_out])
-        notes = (*notes, f"arrays of fewer than {MIN_SAMPLES} rows are no columns: {short}")
+        notes = (*notes, f"arrays of fewer than {MIN_SAMPLES} rows are not read: {short}")
     by_home: dict[tuple[tuple[str, ...], int], list[Leaf]] = {}
     present = {(leaf.group, leaf.shape[0]) for leaf in long}
     for leaf in long:
@@ -181,7 +183,7 @@ def gather(
     groups = [group for group, _ in by_home]
     tables = []
     for (group, rows), members in by_home.items():
-        # Arrays of several lengths in one group are told apart by the first of each length.
+        # Tables of one group with different lengths are named by their first array.
         last = (members[0].name,) if groups.count(group) > 1 or (not group and not root) else ()
         topic = root + separator.join((*group, *last)) if len(by_home) > 1 or group or root else ""
         table = _table(kind, topic, group, rows, members, separator, notes, findings)
@@ -196,7 +198,7 @@ def gather(
 
 
 def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
-    """Sensors of which one axis has another length than the others: they would be read without it, and without a word."""
+    """Findings of sensors whose axes have unequal lengths: an axis of another length is not read with the others."""
     held = {match[0] for match in recognise(table.columns) if match is not None}
     named = [leaf for leaf in leaves if len(leaf.shape) == 1]
     found = recognise([Column(name=f"{leaf.group[-1]}_{leaf.name}" if _is_axis(leaf) else leaf.name) for leaf in named])
@@ -206,13 +208,7 @@ def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
             match[0]: (x.name, x.shape[0]) for x, match in zip(named, found, strict=True) if match and match[0] in axes
         }
         if held & set(axes) and len({rows for _, rows in lengths.values()}) > 1:
-            listed = ", ".join(f"{name} {rows}" for name, rows in lengths.values())
-            yield Finding(
-                code="unequal_lengths",
-                severity="error",
-                message=f"the axes of one sensor have unequal numbers of samples: {listed}",
-                effect="only those of one length are read together; the rest of the shorter ones is missing",
-            )
+            yield Finding(details=UnequalLengths(lengths=tuple(lengths.values())), severity="error")
 
 
 def _is_axis(leaf: Leaf) -> bool:
@@ -220,9 +216,9 @@ def _is_axis(leaf: Leaf) -> bool:
 
 
 def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
-    """The group whose table an array joins: the highest above it that holds arrays of its length.
+    """The group whose table an array joins: the highest group above it that has arrays of its length.
 
-    So one vector of time serves the sensors in the groups below it.
+    One time vector then serves all sensors in the groups below it.
     """
     for depth in range(len(leaf.group)):
         if (leaf.group[:depth], leaf.shape[0]) in present:
@@ -259,19 +255,13 @@ def _table(
         for indices in by_leaf.values():
             leaf = sources[indices[0]][0]
             array, missing = leaf.values()
-            if missing:
-                findings.append(
-                    Finding(
-                        code="missing_samples",
-                        severity="error",
-                        message=f"{missing} numbers of {leaf.name} are {leaf.fill:g}, which the file says means missing",
-                        effect="they are left out as NaN",
-                    )
-                )
+            if missing and leaf.fill is not None:
+                details = MissingSamples(column=leaf.name, count=missing, fill=leaf.fill)
+                findings.append(Finding(details=details, severity="error"))
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
-            for index in indices:  # a view holds the whole array in memory: only if all of it is wanted
+            for index in indices:  # a view keeps the whole array in memory: used only if all columns are wanted
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
         return Loaded(
@@ -291,4 +281,4 @@ def _table(
 
 
 def _names(names: Sequence[str]) -> str:
-    return ", ".join(names[:_NAMED]) + (f", … {len(names)} in all" if len(names) > _NAMED else "")
+    return ", ".join(names[:_LISTED]) + (f", … {len(names)} in all" if len(names) > _LISTED else "")

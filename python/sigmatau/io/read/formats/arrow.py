@@ -1,4 +1,4 @@
-"""Parquet files, and Arrow's own (Feather version 2, and streams), which are read here: columns with types."""
+"""Arrow files (Feather version 2) and Arrow streams; Parquet files by `parquet`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.arrow_batches import BatchError, rest_lost, table_of, text_of
+from sigmatau.findings.kinds.reading import BrokenOff, Damaged, NoEndMark, Place
+from sigmatau.io.read.formats.arrow_batches import BatchError, table_of
 from sigmatau.io.read.formats.arrow_columns import columns_of
+from sigmatau.io.read.formats.library_errors import first_line, library_faults
 from sigmatau.io.read.formats.parquet import MARK as PARQUET
 from sigmatau.io.read.formats.parquet import parquet
 from sigmatau.io.read.formats.trailing_bytes import behind
@@ -20,29 +21,25 @@ __all__ = ["read", "sniff"]
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
 _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
-_SCHEMA = 1 << 24  # a stream begins with its schema, which is shorter. [bytes]
+_LONGEST_SCHEMA = 1 << 24  # a stream begins with its schema [bytes]
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is Parquet, an Arrow file, or an Arrow stream, which begins with the length of its schema."""
+    """Whether the file is Parquet, an Arrow file or an Arrow stream; a stream begins with the length of its schema."""
     return head.startswith((PARQUET, _FILE)) or (
         head.startswith(_STREAM)
-        and 0 < (size := int.from_bytes(head[4:8], "little")) < _SCHEMA
+        and 0 < (size := int.from_bytes(head[4:8], "little")) < _LONGEST_SCHEMA
         and size % 8 == 0
         and len(head) > 64
-        and 4 <= int.from_bytes(head[8:12], "little") < size  # where the root of the schema is
+        and 4 <= int.from_bytes(head[8:12], "little") < size  # offset of the root of the schema
     )
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
     """The one table of a file; raises `DataError`."""
     need("pyarrow", "parquet", "a Parquet or Arrow file")
-    try:
+    with library_faults():
         return (parquet(path) if head.data.startswith(PARQUET) else _ipc(path, head),)
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:
-        raise _damaged(error) from None
 
 
 def _ipc(path: Path, head: Head) -> Table:
@@ -53,41 +50,44 @@ def _ipc(path: Path, head: Head) -> Table:
     with path.open("rb") as stream:
         stream.seek(-min(8, path.stat().st_size), 2)
         tail = stream.read()
-    notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: a damaged number would not be seen"]
+    notes = [f"Arrow {'file' if is_file else 'stream'}, without checksums: damaged numbers are not detected"]
     ends = tail.endswith(_END) if is_file else tail == _END_OF_STREAM
 
     def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
-        source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, and a directory
+        source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, followed by a directory
         return ipc.open_stream(source, options=options)
 
     with pa.memory_map(str(path)) as source, opened(source) as stream:
         schema = stream.schema
     found, others = columns_of(schema)
 
-    def batches(fields: Sequence[str]) -> Iterator[tuple[str, Any] | Finding]:
+    def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
         with pa.memory_map(str(path)) as source, opened(source, options) as stream:
             number = 0
             while True:
-                place = f"batch {number + 1}"
+                place = Place("batch", number + 1)
                 try:
                     batch = stream.read_next_batch()
                 except StopIteration:
                     yield from _behind(path, source.tell(), is_file=is_file)
                     return
-                except MemoryError:  # a compressed buffer says how long it will be, and nothing bounds that
-                    raise BatchError(f"{place}: asks for more memory than there is, or is damaged") from None
+                except MemoryError:  # the declared length of a compressed buffer is not limited
+                    raise BatchError(place, reason="it needs more memory than there is, or is damaged") from None
                 except Exception as error:
-                    raise BatchError(f"{place}: {text_of(error)}") from None
+                    raise BatchError(place, reason=first_line(error)) from None
                 yield place, batch
                 number += 1
 
-    return table_of("arrow", found, others, tuple(notes), batches, None, damage="damaged" if ends else "broken_off")
+    return table_of("arrow", found, others, tuple(notes), batches, None, damage=Damaged if ends else BrokenOff)
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
-    """What lies behind the batches: their end mark; in a file its directory, with its length and a mark; then nothing."""
+    """Findings of the bytes after the batches.
+
+    A stream ends with an end mark; a file with a directory, its length and a mark.
+    """
     size = path.stat().st_size
     if not is_file:
         with path.open("rb") as stream:
@@ -95,16 +95,11 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
             mark = stream.read(len(_END_OF_STREAM))
         if mark == _END_OF_STREAM:
             return behind(path, end, "the stream")
-        what = "the stream has no end mark: its writer was stopped, or the file is cut off between two batches"
-        return (rest_lost("no_end_mark", what),)
+        return (Finding(details=NoEndMark(what="stream"), severity="error"),)
     with path.open("rb") as stream:
         stream.seek(end)
-        directory = stream.read(min(size - end, _SCHEMA))
+        directory = stream.read(min(size - end, _LONGEST_SCHEMA))
     at = directory.find(_END)
     if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
-        return (rest_lost("broken_off", "the file breaks off: its end mark is missing"),)
+        return (Finding(details=BrokenOff(reason="its end mark is missing"), severity="error"),)
     return behind(path, end + at + len(_END), "the Arrow file")
-
-
-def _damaged(error: Exception) -> DataError:
-    return DataError(f"is damaged or cut off ({text_of(error)}); get or make the file again")

@@ -1,4 +1,4 @@
-"""Batches of an Arrow table, put together up to the first that cannot be read."""
+"""The batches of an Arrow table, joined up to the first that cannot be read."""
 
 from __future__ import annotations
 
@@ -10,15 +10,22 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damage, Place
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import real_columns
 from sigmatau.io.read.formats.arrow_columns import ArrowColumn, numbers
-from sigmatau.io.read.table import REST_MISSING, Loaded, Table
+from sigmatau.io.read.formats.library_errors import first_line
+from sigmatau.io.read.table import Loaded, Table
 
-__all__ = ["BatchError", "rest_lost", "table_of", "text_of"]
+__all__ = ["BatchError", "table_of"]
 
 
 class BatchError(Exception):
-    """A batch cannot be read; the words say which."""
+    """A batch that cannot be read; the arguments are fields of `sigmatau.findings.kinds.reading.Damage`."""
+
+    def __init__(self, place: Place | None, **fields: Any) -> None:  # noqa: ANN401
+        super().__init__(place)
+        self.fields = {"place": place, **fields}
 
 
 def table_of(
@@ -26,13 +33,13 @@ def table_of(
     found: Sequence[ArrowColumn],
     others: Sequence[str],
     notes: tuple[str, ...],
-    batches: Callable[[Sequence[str]], Iterator[tuple[str, Any] | Finding]],
+    batches: Callable[[Sequence[str]], Iterator[tuple[Place, Any] | Finding]],
     rows: int | None,
     *,
-    damage: str,
+    damage: type[Damage],
     findings: tuple[Finding, ...] = (),
 ) -> Table:
-    """The table of these columns, read batch by batch; `damage` is the code of a batch that cannot be."""
+    """The table of these columns, read batch by batch; `damage` is the kind of finding for a batch that cannot be read."""
     if not found:
         raise DataError(f"has no column of numbers (columns: {', '.join(others[:12]) or 'none'})")
     twice = sorted({c.path[0] for c in found if sum(o.path == c.path and o.part == c.part for o in found) > 1})
@@ -44,33 +51,38 @@ def table_of(
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
         fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
-        row, fault = 0, ""
+        row = 0
+        fault: BatchError | None = None
         late: list[Finding] = []
         source = batches(fields)
         while True:
+            place: Place | None = None
             try:
                 item = next(source)
                 if isinstance(item, Finding):
                     late.append(item)
                     continue
-                _, batch = item
+                place, batch = item
                 got = {i: numbers(batch.column(found[i].path[0]), found[i], row, exact=i == exact) for i in wanted}
             except StopIteration:
                 break
             except MemoryError:
                 raise
+            except BatchError as error:
+                fault = error
+                break
             except Exception as error:
-                fault = text_of(error)
+                fault = BatchError(place, reason=first_line(error))
                 break
             for index, values in got.items():
-                # Of a page on disk a copy, for the file is closed; of three columns in one array no more than is wanted.
+                # A copy: the file is closed later, and an array of three columns is not kept for one.
                 pieces[index].append(np.array(values))
             row += batch.num_rows
-        if fault:
-            declared = "" if rows is None else f" of {rows}"
-            late.append(rest_lost(damage, f"{fault}: {row}{declared} rows are read"))
+        if fault is not None:
+            details = damage(**fault.fields, measured="rows", kept=row, declared=rows)
+            late.append(Finding(details=details, severity="error"))
             if not row:
-                raise DataError(f"is damaged or cut off: {fault}; nothing can be read: get or make the file again")
+                raise DataError(f"no rows can be read: {sentence(late[-1])}")
         joined: dict[int, NDArray[Any]] = {}
         for index in wanted:
             held = pieces.pop(index)
@@ -87,13 +99,3 @@ def table_of(
         rows=rows,
         findings=findings,
     )
-
-
-def rest_lost(code: str, message: str) -> Finding:
-    """That what follows is not read, as an error."""
-    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)
-
-
-def text_of(error: Exception) -> str:
-    """The first line of an error of pyarrow."""
-    return str(error).split("\n")[0] or type(error).__name__

@@ -1,4 +1,4 @@
-"""The columns of numbers of an Arrow schema, and their numbers."""
+"""The numeric columns of an Arrow schema."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a n
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrowColumn:
-    """A column, and how it is got out of a table.
+    """A numeric column of an Arrow table.
 
     Attributes
     ----------
     column : Column
     path : tuple of str
-        The field, and the fields in it if that is a struct.
+        The field, and the fields within it if it is a struct.
     part : tuple of int
-        Which element, if the field is a list of fixed size.
+        Index of the element, if the field is a list of fixed size.
     """
 
     column: Column
@@ -38,7 +38,7 @@ class ArrowColumn:
 
 
 def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN401  pyarrow has no types
-    """The columns of numbers of an Arrow schema, and the names of its other fields."""
+    """The numeric columns of an Arrow schema, and the names of its other fields."""
     import pyarrow as pa
 
     found: list[ArrowColumn] = []
@@ -67,7 +67,7 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
 
 
 def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
-    """A column of an Arrow array of its field; a null is NaN, or the least integer in times and in an exact column."""
+    """The numbers of a column; a null is NaN, or the smallest integer in times and in an exact column."""
     import pyarrow as pa
 
     if isinstance(array, pa.ChunkedArray):
@@ -78,12 +78,12 @@ def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = Fals
         array = (
             array.field(name)
             if not array.null_count and array.offset == 0 and len(array) == len(array.field(name))
-            else array.flatten()[array.type.get_field_index(name)]  # which hands on the nulls of the struct
+            else array.flatten()[array.type.get_field_index(name)]  # with the nulls of the struct
         )
     if pa.types.is_fixed_size_list(array.type) or is_list(array.type):
         size = _size_of(array, column, row) if is_list(array.type) else array.type.list_size
-        there = array.drop_null()  # what stands in the place of a list that is null is anything
-        held: NDArray[Any] = pick(there.flatten().to_numpy(zero_copy_only=False).reshape(-1, size), column.part)
+        lists = array.drop_null()  # the values of a null list are undefined
+        held: NDArray[Any] = pick(lists.flatten().to_numpy(zero_copy_only=False).reshape(-1, size), column.part)
         if not array.null_count:
             return held
         picked = np.full((len(array), *held.shape[1:]), np.nan)
@@ -99,23 +99,23 @@ def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = Fals
 
 
 def is_list(kind: Any) -> bool:  # noqa: ANN401
-    """Whether a type is of lists of any length."""
+    """Whether a type is a list of variable length."""
     import pyarrow as pa
 
     return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind))
 
 
 def _size_of(array: Any, column: ArrowColumn, row: int) -> int:  # noqa: ANN401
-    """How many numbers each list has; raises `DataError` if not all have as many."""
+    """The length of all lists; raises `DataError` if they differ."""
     lengths = np.asarray(array.drop_null().value_lengths())
     size = int(lengths[0]) if len(lengths) else 1
     if (lengths != size).any() or column.part[0] >= size:
-        raise DataError(f"column {'.'.join(column.path)!r} holds lists of unequal length, after row {row}")
+        raise DataError(f"column {'.'.join(column.path)!r} has lists of unequal length, after row {row}")
     return size
 
 
 def with_sizes(schema: Any, first: Any) -> Any:  # noqa: ANN401
-    """A schema with lists of a fixed size where the first row has so many numbers: pandas writes no fixed sizes."""
+    """A schema with lists of the size of the first row, because pandas writes lists of variable size."""
     import pyarrow as pa
 
     for k, field in enumerate(schema):

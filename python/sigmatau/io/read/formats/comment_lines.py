@@ -1,7 +1,7 @@
-"""Lines among the rows of a text table that begin with the mark of a comment.
+"""Lines among the rows of a text table that begin with a comment mark.
 
-Most are remarks. One flipped bit makes one of a row, which is lost then; and where logs are put one after the other, the
-header of the next may stand behind a mark and name other columns, or the same ones in another order or unit.
+Most are comments. A flipped bit can turn a row into one, and the row is lost. In a file of several logs the next header may
+follow a comment mark, and it may name other columns, or the same columns in another order or unit.
 """
 
 from __future__ import annotations
@@ -10,26 +10,27 @@ from dataclasses import dataclass
 
 from sigmatau._native.formats import TextColumns
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Comments, HeaderAgain, HiddenRows, SecondHeader
 from sigmatau.io.read.formats.layout import Layout, header_fields
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column
 
-__all__ = ["Passed"]
+__all__ = ["SkippedLines"]
 
 _EXCHANGED = str.maketrans(",.", ".,")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Passed:
-    """What was passed over among the rows. Lines count from 1.
+class SkippedLines:
+    """Lines that were skipped among the rows. Lines count from 1.
 
     Attributes
     ----------
     read : TextColumns
     stop : int or None
-        Line of the first header that names other columns than the one in front does: rows after it are not to be had.
+        Line of the first header that differs from the header of the table: rows after it are not read.
     again : int or None
-        Line of the first header before that which says the same.
+        Line of the first header before it that equals the header of the table.
     """
 
     read: TextColumns
@@ -37,11 +38,11 @@ class Passed:
     again: int | None
 
     @classmethod
-    def between(cls, read: TextColumns, layout: Layout) -> Passed:
+    def between(cls, read: TextColumns, layout: Layout) -> SkippedLines:
         own = [column.name for column in layout.columns]
         stop = again = None
         for line, text in read.headers:
-            # Text with decimal commas comes with commas and points exchanged.
+            # In text with decimal commas the decoder exchanges commas and points.
             fields = header_fields(text.translate(_EXCHANGED) if layout.decimal_comma else text, layout)
             if not fields:
                 continue
@@ -52,28 +53,16 @@ class Passed:
         return cls(read=read, stop=stop, again=again)
 
     def findings(self, rows: int) -> tuple[Finding, ...]:
-        """What there is to say of them; `rows` were read."""
+        """Findings of the skipped lines; `rows` is the number of rows that were read."""
         read, stop = self.read, self.stop
-        found = []
+        found: list[Finding] = []
         if stop is not None:
-            message = (
-                f"line {stop} is a header that names other columns; {rows} rows were read before it, none after it"
-            )
-            effect = "split the file there: it holds several logs"
-            found.append(Finding(code="second_header", severity="error", message=message, effect=effect))
+            found.append(Finding(details=SecondHeader(line=stop, kept=rows), severity="error"))
         if self.again is not None:
-            message = f"line {self.again} is a header like the first one: several logs were joined"
-            found.append(Finding(code="header_again", severity="info", message=message))
+            found.append(Finding(details=HeaderAgain(line=self.again), severity="info"))
         if read.hidden and (stop is None or read.first_hidden < stop):
-            message = (
-                f"line {read.first_hidden} begins with a comment mark and else looks like a row of data"
-                if read.hidden == 1
-                else f"{read.hidden} lines begin with a comment mark and else look like rows of data, the first is line"
-                f" {read.first_hidden}"
-            )
-            effect = "left out, so that samples may be missing there; mend the file, or delete what is no row"
-            found.append(Finding(code="hidden_rows", severity="error", message=message, effect=effect))
+            hidden = HiddenRows(line=read.first_hidden, count=read.hidden)
+            found.append(Finding(details=hidden, severity="error"))
         if read.remarks and (stop is None or read.first_remark < stop):
-            message = f"comments among the rows are passed over: {read.remarks}, the first on line {read.first_remark}"
-            found.append(Finding(code="comments", severity="info", message=message))
+            found.append(Finding(details=Comments(line=read.first_remark, count=read.remarks), severity="info"))
         return tuple(found)

@@ -1,7 +1,7 @@
 """ArduPilot logs (DataFlash, .bin): each kind of message is a table, by instance.
 
-The file describes itself: ``FMT`` defines the messages, ``FMTU``, ``UNIT`` and ``MULT`` their units. The chain of messages
-is followed by compiled code, which says where it breaks off; what the fields mean is found here.
+``FMT`` defines the messages; ``FMTU``, ``UNIT`` and ``MULT`` define their units. Compiled code follows the chain of messages
+and reports where it breaks off. This module interprets the fields.
 https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html
 """
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.message_chain import broken
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
@@ -27,7 +28,7 @@ __all__ = ["read", "sniff"]
 
 _MARKS = b"\xa3\x95"
 
-# By letter of the type; text and arrays are no columns.
+# By letter of the type; text and arrays are not read.
 _TYPES = {
     "b": "i1",
     "B": "u1",
@@ -47,10 +48,10 @@ _TYPES = {
     "E": "<u4",
     "L": "<i4",
 }
-_HUNDREDTHS = "cCeE"  # whole numbers that count hundredths
+_HUNDREDTHS = "cCeE"  # integers in hundredths
 
-# What ArduPilot's documentation says where an older log defines no units.
-_USUAL = {
+# Units of older logs, which define none, by ArduPilot's documentation.
+_DEFAULT_UNITS = {
     "TimeUS": "us",
     "SampleUS": "us",
     **dict.fromkeys(("GyrX", "GyrY", "GyrZ"), "rad/s"),
@@ -63,7 +64,7 @@ _SPELLED = {"m/s/s": "m/s^2"}
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """A kind of message, as `_logs.scan_dataflash` found it."""
+    """A kind of message, see `sigmatau._native.logs.scan_dataflash`."""
 
     number: int
     name: str
@@ -71,11 +72,11 @@ class _Kind:
     size: int
     instance: int | None
     rows: Sequence[tuple[int, int]]
-    several: bool = False  # kinds of this name
+    several: bool = False  # whether several kinds have this name
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with the marks of a message."""
+    """Whether the file begins with the header of a message."""
     return head.startswith(_MARKS)
 
 
@@ -90,7 +91,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
+        If the log has no data; by ``load``: `NonFiniteError` for an infinite value.
     """
     scan = logs.scan_dataflash(str(path))
     found = [_Kind(*kind) for kind in scan["kinds"]]
@@ -105,7 +106,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         for table in _tables(str(path), end, kind, instance, rows, units.get(kind.number, {}), findings)
     ]
     if not tables:
-        because = f": {findings[0].message}; get or make the file again" if findings else ""
+        because = f": {sentence(findings[0])}" if findings else ""
         raise DataError(f"is an ArduPilot log without data{because}")
     return tuple(tables)
 
@@ -159,7 +160,7 @@ def _tables(
 
 
 def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
-    """By kind and field, the unit as far as it is defined and its numbers are in it as they stand."""
+    """Units by kind and field, if they are defined and the numbers need no factor."""
     by_number = {kind.number: kind for kind in kinds}
     names: dict[str, str] = {}
     factors: dict[str, float] = {}
@@ -178,7 +179,7 @@ def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> 
     for number, kind in by_number.items():
         own = {
             name: unit
-            for name, unit in _USUAL.items()
+            for name, unit in _DEFAULT_UNITS.items()
             if kind.name.rstrip("0123456789") in _SENSORS or name == "TimeUS"
         }
         found = units[number] = {field[0]: own[field[0]] for field in kind.fields if field[0] in own}
@@ -190,7 +191,7 @@ def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> 
             elif spelled and factor == 1:
                 found[name] = _SPELLED.get(spelled, spelled)
             elif spelled:
-                found.pop(name, None)  # in another unit than is usual, by a factor that has no name
+                found.pop(name, None)  # not the default unit, and its factor has no name
     return units
 
 

@@ -1,4 +1,4 @@
-"""HDF5: groups of datasets. Each group with datasets of numbers of one length is a topic; compounds are tables."""
+"""HDF5: each group whose numeric datasets have one length is a topic, and each compound dataset is a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.formats import library_errors
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
+from sigmatau.io.read.formats.library_errors import first_line
 from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Table, need
 
@@ -24,14 +26,14 @@ _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
 _NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
-_MANY = 10_000  # objects in a file: beyond this it is no log
-_RATIO = 1100  # the best that deflate can do
-_LARGE = 1 << 28  # other filters do better, so this much is never refused. [bytes]
-_DEEP = 32
+_MAX_OBJECTS = 10_000  # in a file; a log has far fewer
+_MAX_RATIO = 1100  # largest compression ratio of deflate is 1032
+_ALWAYS_READ = 1 << 28  # datasets up to this size are read whatever their ratio: other filters compress better [bytes]
+_MAX_DEPTH = 32  # of nested groups
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is HDF5 from its first byte; behind a block of the user's own it is MATLAB's."""
+    """Whether the file is HDF5 from its first byte; with a user block it is a MATLAB file."""
     return head.startswith(_MARK)
 
 
@@ -59,7 +61,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if not leaves:
         raise DataError("has no dataset of numbers of shape (n,) or (n, k)")
     sums = "with checksums" if checked == {True} else "some without checksums" if True in checked else ""
-    notes.append(f"HDF5, datasets {sums or 'without checksums: a damaged number would not be seen'}")
+    notes.append(f"HDF5, datasets {sums or 'without checksums: damaged numbers are not detected'}")
     return gather(
         leaves,
         kind="hdf5",
@@ -71,19 +73,21 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def declared_end(path: Path, start: int) -> int:
-    """Where a file ends by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
+    """The end of a file by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
 
     Parameters
     ----------
     path : Path
     start : int
-        Where the superblock is: behind the block of the user's own, if there is one. [bytes]
+        Offset of the superblock, which follows the user block. [bytes]
     """
     with path.open("rb") as stream:
         stream.seek(start)
         block = stream.read(64)
     version = block[8] if len(block) == 64 else 0
-    if len(block) < 64 or block[13 if version < 2 else 9] != 8:  # of the widths that are written today
+    if (
+        len(block) < 64 or block[13 if version < 2 else 9] != 8
+    ):  # only offsets of 8 bytes, which all current libraries write
         return path.stat().st_size
     at = 40 if version == 0 else 44 if version == 1 else 28
     return int.from_bytes(block[at : at + 8], "little")
@@ -93,7 +97,7 @@ def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
     """The file, for a ``with``; raises `DataError`."""
     h5py = need("h5py", "hdf5", "an HDF5 file")
     try:
-        # Without a lock: logs are read from shares that have none.
+        # Without a lock: some network shares do not support locks.
         return h5py.File(os.fsencode(path), "r", locking=False)
     except MemoryError:
         raise
@@ -102,18 +106,17 @@ def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
 
 
 def damaged(error: Exception) -> DataError:
-    """What h5py says of a file, in our words."""
-    text = str(error).split("\n")[0].strip("'\"")
-    if match := _CUT.search(text):
+    """A `DataError` from an error of h5py."""
+    if match := _CUT.search(first_line(error)):
         return DataError(
-            f"is cut off: it has {match[1]} of {match[2]} bytes, and HDF5 cannot be read without all; get or make the"
+            f"is cut off: it has {match[1]} of {match[2]} bytes, and HDF5 files are only readable whole; get or make the"
             " file again"
         )
-    return DataError(f"is damaged or cut off ({text or type(error).__name__}); get or make the file again")
+    return library_errors.damaged(error)
 
 
 def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
-    """Datasets with the names that lead to them; each object once, links to other files never."""
+    """Datasets with their path of names; each object once, without links to other files."""
     import h5py
 
     seen: set[bytes] = set()
@@ -121,8 +124,8 @@ def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
     while waiting:
         names, group = waiting.pop(0)
         for name in group:
-            if len(seen) > _MANY:
-                raise DataError(f"holds more than {_MANY} objects, which no log does")
+            if len(seen) > _MAX_OBJECTS:
+                raise DataError(f"has more than {_MAX_OBJECTS} objects, too many for a log")
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 continue
             item = group[name]
@@ -130,7 +133,7 @@ def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
             if number in seen:
                 continue
             seen.add(number)
-            if isinstance(item, h5py.Group) and len(names) < _DEEP:
+            if isinstance(item, h5py.Group) and len(names) < _MAX_DEPTH:
                 waiting.append(((*names, name), item))
             elif isinstance(item, h5py.Dataset):
                 yield (*names, name), item
@@ -174,31 +177,31 @@ def _scale(dataset: Any) -> tuple[float, float]:  # noqa: ANN401
 
 
 def _number(item: Any, key: str) -> float | None:  # noqa: ANN401
-    """An attribute that is one number."""
+    """An attribute with a single number."""
     value = _attribute(item, key) if key in item.attrs else None
     return float(value.item()) if value is not None and value.dtype.kind in "iuf" else None
 
 
 def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN401
-    """Raise `DataError` if a dataset declares more than the file can hold; missing parts would read as zeros."""
+    """Raise `DataError` if a dataset declares more than the file stores: h5py returns zeros for missing parts."""
     if dataset.shape is None or dataset.dtype.kind == "O":
         return
     declared = int(np.prod([int(n) for n in dataset.shape], dtype=object)) * dataset.dtype.itemsize
     stored = int(dataset.id.get_storage_size())
     name = "/".join(names)
     if stored == 0:
-        raise DataError(f"dataset {name} was never written, and would read as zeros")
-    if stored > size or declared > max(_LARGE, stored * _RATIO):
-        raise DataError(f"dataset {name} declares {declared} bytes, of which the file has {stored}; it is damaged")
+        raise DataError(f"dataset {name} was never written; get or make the file again")
+    if stored > size or declared > max(_ALWAYS_READ, stored * _MAX_RATIO):
+        raise DataError(f"dataset {name} declares {declared} bytes but the file stores {stored}; it is damaged")
     if dataset.chunks is None:
         if stored < declared and dataset.external is None:
-            raise DataError(f"dataset {name} has {stored} of {declared} bytes; the rest would read as zeros")
+            raise DataError(f"dataset {name} has {stored} of {declared} bytes; get or make the file again")
         return
     want = 1
     for n, chunk in zip(dataset.shape, dataset.chunks, strict=True):
         want *= -(-n // chunk)
     if (got := dataset.id.get_num_chunks()) < want:
-        raise DataError(f"dataset {name} has {got} of {want} chunks; the others would read as zeros")
+        raise DataError(f"dataset {name} has {got} of {want} chunks; get or make the file again")
 
 
 def loader(
@@ -209,7 +212,7 @@ def loader(
     field: str | None = None,
     transposed: bool = False,
 ) -> Callable[[], NDArray[Any]]:
-    """What reads a dataset, or a field of it, when it is wanted; the file is open no longer than that."""
+    """A function that reads a dataset, or a field of it; the file is open only during the call."""
 
     def load() -> NDArray[Any]:
         with open_file(path) as file:
@@ -236,14 +239,14 @@ def _unit(item: Any, field: str = "") -> str | None:  # noqa: ANN401
 
 
 def word(item: Any, key: str) -> str | None:  # noqa: ANN401
-    """An attribute of a group or dataset that is one word."""
+    """A text attribute of a group or dataset."""
     value = _attribute(item, key) if key in item.attrs else None
     found = None if value is None else value.item()
     return found.decode("utf-8", "replace") if isinstance(found, bytes) else found if isinstance(found, str) else None
 
 
 def _noted(names: tuple[str, ...], item: Any) -> Iterator[str]:  # noqa: ANN401
-    """Attributes that may matter to the user; what they mean is not certain enough to use them."""
+    """Notes of attributes that may state the rate or a scale; their meaning is not certain, so they are not used."""
     for key in list(item.attrs)[:WIDEST]:
         if key.lower() in _NOTED:
             value = _attribute(item, key)
@@ -252,7 +255,7 @@ def _noted(names: tuple[str, ...], item: Any) -> Iterator[str]:  # noqa: ANN401
 
 
 def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
-    """An attribute of one value; None if it has several, or cannot be read safely."""
+    """An attribute with one value; None if it has several, or cannot be read safely."""
     handle = item.attrs.get_id(key)
     if int(np.prod(handle.shape, dtype=object)) != 1:
         return None
@@ -261,7 +264,7 @@ def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
 
         if (
             h5py.check_string_dtype(handle.dtype) is None
-        ):  # references and lists are no units, and damage makes them of words
+        ):  # references and lists are not units, and damage can turn words into them
             return None
         check_heaps(Path(item.file.filename))
     value = np.asarray(item.attrs[key])
@@ -269,19 +272,19 @@ def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
 
 
 def check_heaps(path: Path) -> None:
-    """Raise `DataError` if a word of variable length could make the library look for it for ever."""
+    """Raise `DataError` if a damaged heap would make the library search for a string without end."""
     status = path.stat()
     if not _heaps_are_sound(str(path), status.st_size, status.st_mtime_ns):
-        raise DataError("is damaged: a heap of words does not add up; get or make the file again")
+        raise DataError("is damaged: the sizes of a global heap are wrong; get or make the file again")
 
 
 @lru_cache(maxsize=4)
 def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
-    """Whether the objects of every global heap fill it: the library looks for the next one for ever after one of no size.
+    """Whether the objects of every global heap fill it: after an object of size 0 the library searches without end.
 
-    The layout is that of the HDF5 file format specification, version 3, section III.E.
+    Layout: HDF5 file format specification, version 3, section III.E.
     """
-    del changed  # of the file, for the cache
+    del changed  # part of the cache key
     with Path(name).open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         at = data.find(b"GCOL\x01\0\0\0")
         while 0 <= at <= size - 16:

@@ -1,9 +1,8 @@
-"""The layout of a text table, found out from its beginning: delimiter, first row of data, names, units.
+"""The layout of a text table, detected from its beginning: delimiter, first row, names, units.
 
-Nothing is guessed: a number is what Python's ``float`` reads, less underscores; a line is data if most of its fields are
-numbers and it has as many fields as the table has columns. Decimal commas are read where the fields are parted by another
-character and no number has a point. What could be read in two ways (decimal commas between commas, two delimiters at once)
-is refused with a word on how to save it instead.
+A number is what Python's ``float`` accepts, without underscores. A line is a row if at least half of its fields are numbers
+and it has as many fields as the table has columns. Decimal commas are read if the delimiter is another character and no
+number has a point. An ambiguous table (decimal commas between commas, two delimiters) is refused, with advice.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ __all__ = ["COMMENTS", "Layout", "find_layout", "header_fields"]
 COMMENTS = ("#", "%", "//")
 
 _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
-_LINES = 2000  # looked at
+_LINES = 2000  # number of lines that are tested
 
-# There is one way to match each of these: with two, a line that fails would be tried in every combination of them.
+# Each pattern matches a text in only one way, so that failing lines take linear time.
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
-_NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*+")  # the row of most logs
+_NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*+")  # fast path: most rows
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _EXCHANGED = str.maketrans(",.", ".,")
@@ -35,7 +34,7 @@ _IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """How a text table is laid out.
+    """The layout of a text table.
 
     Attributes
     ----------
@@ -45,7 +44,7 @@ class Layout:
         Lines before the data.
     columns : tuple of Column
     notes : tuple of str
-        In words.
+        Properties of the table, for the provenance of the record.
     decimal_comma : bool
         Whether 0,5 is one half.
     """
@@ -59,7 +58,7 @@ class Layout:
 
 @dataclass(slots=True)
 class _Line:
-    """A line of the head, and its fields under each delimiter."""
+    """A line of the head, with its fields by delimiter."""
 
     number: int  # counted from 1
     text: str
@@ -72,12 +71,12 @@ class _Line:
         return self.fields[delimiter]
 
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
-        """Number of fields, how many of them are numbers, and whether the last is empty; no fields if this is no data."""
+        """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
         if delimiter == "," and _NUMBERS.fullmatch(self.text):
             n = self.text.count(",") + 1
             return n, n, False
         if "," in self.text and '"' not in self.text and len(self.text.split(delimiter, 1)) < 2:
-            return 0, 0, False  # one field, and no number
+            return 0, 0, False  # one field that is not a number
         parts = self.split(delimiter)
         if not _is_data(parts):
             return 0, 0, False
@@ -92,21 +91,21 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     data : bytes
         Beginning of the file, decompressed.
     whole : bool
-        True if the file ends there; else its last line is not looked at.
+        True if the file ends there; else the last line is ignored.
     encoding : str
-        What the file is written in, if not what `data` is; for the notes.
+        Encoding of the file, if it differs from that of `data`; for the notes.
 
     Raises
     ------
     DataError
-        If there are no lines of numbers, or more than one way to read them.
+        If there are no rows, or if they are ambiguous.
     """
     text, read_as = _decode(data, whole=whole)
     written = f", {encoding}" if encoding else read_as
     lines = _lines(text)
     rows = [line for line in lines if not line.comment]
     if not rows:
-        raise DataError("holds only comments and blank lines, no data" if lines else "holds nothing but blank lines")
+        raise DataError("has only comments and blank lines" if lines else "has only blank lines")
     if rows[0].text.startswith(("{", "<")):
         raise DataError(f"is JSON or XML, not a format that is read: {FORMATS}")
     _refuse_sentences(rows)
@@ -114,7 +113,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     delimiter, columns = _delimiter(rows)
     first = next(line for line in rows if _is_data(line.split(delimiter), columns))
     if delimiter == ",":
-        _refuse_halves(rows, first, columns)
+        _refuse_split_numbers(rows, first, columns)
     before = [line for line in lines if line.number < first.number]
     _refuse_other_delimiters(first, delimiter)
     names, units, header, layout_notes = _names(before, delimiter, columns)
@@ -139,7 +138,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
 
 
 def header_fields(text: str, layout: Layout) -> list[str]:
-    """The names in a line further down that begins with the mark of a comment; nothing if it is no header."""
+    """The names in a comment line among the rows; nothing if it is not a header."""
     fields = _header_fields(_Line(0, text, comment=True), layout.delimiter, len(layout.columns))
     return fields if _names_something(fields) else []
 
@@ -149,7 +148,7 @@ def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
         end = data.rfind(b"\n") + 1
         if not end:
             ends = "; its lines end in CR alone: save it with LF or CR LF" if b"\r" in data else ""
-            raise DataError(f"the first line is longer than {len(data) // 1024} KiB, so this is no text table{ends}")
+            raise DataError(f"the first line is longer than {len(data) // 1024} KiB, so this is not a text table{ends}")
         data = data[:end]
     data = data.removeprefix(b"\xef\xbb\xbf")
     if b"\n" not in data and b"\r" in data.strip():
@@ -157,14 +156,14 @@ def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
     try:
         return data.decode("utf-8"), ""
     except UnicodeDecodeError:
-        # Windows logs write a degree sign so; Latin-1 differs from it only where no unit is spelled.
+        # Windows logs write the degree sign in this encoding.
         return data.decode("cp1252", errors="replace"), ", read as Windows-1252"
 
 
 def _lines(text: str) -> list[_Line]:
     lines = []
     for number, raw in enumerate(text.split("\n")[:_LINES], 1):
-        # As the reader of the rows does: tabs may be empty fields, so only what is all blank is passed over.
+        # As in the reader of the rows: tabs may be empty fields, so only blank lines are skipped.
         line = raw.strip(" \r") if "\t" in raw else raw.strip()
         if line:
             lines.append(_Line(number, line, line.lstrip().startswith(COMMENTS)))
@@ -198,7 +197,7 @@ def _is_missing(text: str) -> bool:
 
 
 def _is_data(fields: list[str], columns: int | None = None) -> bool:
-    """Whether a line of such fields is data: at least half of them numbers, or words for a missing one."""
+    """Whether a line with these fields is a row: at least half of them are numbers or mark missing numbers."""
     if columns is not None and len(fields) == columns + 1 and not fields[-1]:
         fields = fields[:-1]
     if columns is not None and len(fields) != columns:
@@ -210,7 +209,7 @@ def _is_data(fields: list[str], columns: int | None = None) -> bool:
 
 
 def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
-    """The delimiter and the number of columns under which the most numbers stand in lines of data."""
+    """The delimiter and the number of columns that give the most numbers in rows."""
     best: tuple[int, float] = (0, 0.0)
     choice: tuple[str | None, int] | None = None
     for delimiter in _DELIMITERS:
@@ -230,13 +229,13 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
             score = (count, count / fields[n])
             if score > best:
                 best = score
-                # A delimiter at the end of every line ends no column.
+                # A delimiter at the end of every line does not add a column.
                 choice = (delimiter, n - 1 if trailing[n] == lines[n] else n)
     if choice is None:
         line = rows[0]
         raise DataError(
             f"has no line of numbers in its first {len(rows)} lines (line {line.number} begins {line.text[:40]!r});"
-            " a table of numbers in columns is wanted"
+            " a table with columns of numbers is needed"
         )
     delimiter, columns = choice
     return (None if columns == 1 and all(len(r.split(None)) == 1 for r in rows[-5:]) else delimiter), columns
@@ -253,7 +252,7 @@ def _refuse_sentences(rows: list[_Line]) -> None:
 
 
 def _exchange_decimal_commas(rows: list[_Line]) -> bool:
-    """Whether numbers have decimal commas; those rows get points then, as the reader of the rows sees them."""
+    """Whether numbers have decimal commas; then commas and points of those rows are exchanged, as in the reader."""
     for delimiter in (";", "\t", None):
         found = next((row for row in rows if _has_decimal_commas(row, delimiter)), None)
         if found is None:
@@ -276,16 +275,16 @@ def _exchange_decimal_commas(rows: list[_Line]) -> bool:
 
 def _has_decimal_commas(row: _Line, delimiter: str | None) -> bool:
     if "," not in row.text or len(row.text.split(delimiter, 1)) < 2:
-        return False  # as nearly every row; the fields need not be looked at
+        return False  # fast path: most rows
     fields = [f for f in row.split(delimiter) if f]
     commas = sum(_DECIMAL_COMMA.fullmatch(f) is not None for f in fields)
     numbers = commas + sum(map(_is_number, fields))
-    # Spaces also part a date from a time, and the words of a remark.
+    # Spaces also separate dates from times, and the words of a comment.
     return commas > 0 and (numbers == len(fields) if delimiter is None else 2 * numbers >= len(fields))
 
 
-def _refuse_halves(rows: list[_Line], first: _Line, columns: int) -> None:
-    """Decimal commas in a table parted by commas, or of one column: each number falls into two whole ones."""
+def _refuse_split_numbers(rows: list[_Line], first: _Line, columns: int) -> None:
+    """Raise `DataError` for decimal commas in a comma-separated table, where each number is split into two integers."""
     if columns % 2:
         return
     data = []
@@ -304,8 +303,8 @@ def _refuse_halves(rows: list[_Line], first: _Line, columns: int) -> None:
 
 def _decimal_comma(row: _Line) -> DataError:
     return DataError(
-        f", line {row.number}: numbers with a decimal comma ({row.text[:40]!r}) cannot be told from two numbers with a"
-        " comma between; save them with a decimal point, or with semicolons between them"
+        f", line {row.number}: numbers with a decimal comma ({row.text[:40]!r}) cannot be distinguished from two numbers"
+        " with a comma between them; save them with a decimal point, or with semicolons between them"
     )
 
 
@@ -316,8 +315,8 @@ def _refuse_other_delimiters(first: _Line, delimiter: str | None) -> None:
         parts = [p for p in re.split(r"[;,\s|]+", text) if p]
         if len(parts) > 1 and all(map(_is_number, parts)):
             raise DataError(
-                f", line {first.number}: {text[:40]!r} stands between two {_DELIMITERS[delimiter]}s, so the columns are"
-                " parted in more than one way; save them with one delimiter"
+                f", line {first.number}: {text[:40]!r} between two {_DELIMITERS[delimiter]}s has another delimiter;"
+                " save the table with one delimiter"
             )
 
 
@@ -331,30 +330,30 @@ def _refuse_cut_rows(
         if all(map(_is_number, fields)):
             raise DataError(
                 f", line {line.number}: {len(fields)} field{'s' if len(fields) != 1 else ''}, but {columns} on line"
-                f" {first.number}; mend or delete the line"
+                f" {first.number}; correct or delete the line"
             )
 
 
 def _names(
     before: list[_Line], delimiter: str | None, columns: int
 ) -> tuple[list[str], list[str | None], int | None, list[str]]:
-    """Names, units from a row of their own, the line of the header, and what there is to say."""
+    """Names, units of a unit row, number of the header line, and notes."""
     blank: list[str] = [""] * columns
     nothing: list[str | None] = [None] * columns
-    marked = [line for line in before if any(c.isalnum() for c in line.text)]  # a row of dashes says nothing
+    marked = [line for line in before if any(c.isalnum() for c in line.text)]  # without rows of dashes
     fitting = [(line, fields) for line in marked if (fields := _header_fields(line, delimiter, columns))]
     plain = [line for line in marked if not line.comment]
-    if any(line in plain for line, _ in fitting):  # then no comment is the header
+    if any(line in plain for line, _ in fitting):  # then the header is not a comment
         fitting = [(line, fields) for line, fields in fitting if line in plain[-2:]]
     if not fitting or (plain and not fitting[-1][0].comment and fitting[-1][0] is not plain[-1]):
-        notes = [f"line {plain[-1].number} passed over: it does not name the {columns} columns"] if plain else []
+        notes = [f"line {plain[-1].number} skipped: it does not name the {columns} columns"] if plain else []
         return blank, nothing, None, notes
     line, fields = fitting[-1]
     if len(fitting) > 1 and _is_unit_row(fields):
         names = fitting[-2][1]
         units = [f.strip("[](){} ") or None for f in fields]
         return names, units, fitting[-2][0].number, [f"units on line {line.number}"]
-    # A remark, or a row of units that are not known, may have as many words as the table has columns.
+    # A comment, or a row of unknown units, may have as many words as the table has columns.
     line, fields = next((c for c in reversed(fitting) if _names_something(c[1])), (line, fields))
     in_header = any(unit_of(Column(name=f))[1] for f in fields)
     return fields, nothing, line.number, ["units in the header"] if in_header else []
@@ -365,12 +364,12 @@ def _names_something(fields: list[str]) -> bool:
 
 
 def _header_fields(line: _Line, delimiter: str | None, columns: int) -> list[str]:
-    """The names in a line, if it has one for each column and none is a number; else nothing."""
+    """The names in a line, if it has one for each column and no numbers; else nothing."""
     text = line.text
     if line.comment:
         text = re.sub(r"^\s*(?:#+|%+|//+)\s*", "", text)
         if columns == 1 and len(_IN_BRACKETS.sub("", text).split()) != 1:
-            return []  # a remark
+            return []  # a comment
     if not text:
         return []
     if columns == 1:

@@ -1,4 +1,4 @@
-"""Faults that libraries raise on damaged archives, told as ours."""
+"""Errors that libraries raise on damaged files, as `DataError`."""
 
 from __future__ import annotations
 
@@ -8,22 +8,32 @@ from contextlib import contextmanager
 
 from sigmatau.errors import DataError
 
-__all__ = ["archive_faults"]
+__all__ = ["damaged", "first_line", "library_faults"]
+
+
+def first_line(error: Exception) -> str:
+    """The first line of an error, or its type if it has no text."""
+    return str(error).split("\n")[0].strip("'\"") or type(error).__name__
+
+
+def damaged(error: Exception, what: str = "damaged or cut off") -> DataError:
+    """A `DataError` from the error of a library."""
+    return DataError(f"is {what} ({first_line(error)}); get or make the file again")
 
 
 @contextmanager
-def archive_faults(damaged: Callable[[Exception], DataError]) -> Iterator[None]:
-    """Whatever NumPy, zipfile and zlib raise on a damaged archive, a dozen kinds, becomes the error that `damaged` makes.
+def library_faults(convert: Callable[[Exception], DataError] = damaged) -> Iterator[None]:
+    """Turn the errors of a library on a damaged file into `DataError`.
 
-    Errors of ours, a lack of memory, and what the system says pass as they are.
+    `DataError`, `MemoryError` and errors of the operating system are not changed.
     """
     try:
         yield
     except (DataError, MemoryError):
         raise
     except OSError as error:
-        if error.errno != errno.EINVAL:  # a place before the beginning of the file
+        if error.errno not in (None, errno.EINVAL):  # EINVAL: an offset before the beginning of the file
             raise
-        raise damaged(error) from None
+        raise convert(error) from None
     except Exception as error:
-        raise damaged(error) from None
+        raise convert(error) from None

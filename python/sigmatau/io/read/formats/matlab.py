@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats import hdf5, mat5
 from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.formats.trailing_bytes import behind
@@ -46,7 +47,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if found.skipped:
         notes.append(f"not numbers of shape (n,) or (n, k): {', '.join(found.skipped[:12])}")
     if not found.leaves:
-        lost = "".join(f"; {finding.message}" for finding in found.findings)
+        lost = "".join(f"; {sentence(finding)}" for finding in found.findings)
         raise DataError(f"has no variable of numbers of shape (n, 1) or (n, k){lost}")
     return gather(
         found.leaves,

@@ -1,8 +1,7 @@
-"""Definitions of ROS messages: which numbers a message holds, under which names, and how to get at them.
+"""Definitions of ROS messages, as columns and as steps for the compiled decoder.
 
-A definition is text: a type and a name a line, then the definitions of the types it uses, each behind a line of ``=`` and
-``MSG: package/Type``. It becomes columns, named by the path of the field (``angular_velocity.x``), and steps for the
-compiled decoder. Strings and sequences are stepped over; their contents are no columns.
+A definition is text: one type and name per line, then the definitions of the types it uses, each after a line of ``=`` and
+``MSG: package/Type``. A column is named by the path of its field (``angular_velocity.x``). Strings and sequences have none.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from sigmatau.io.read.table import Column
 __all__ = ["IMU_ROS2", "LOG_TIME", "Layout", "Step", "layout_of"]
 
 Step = tuple[str, int, int]
-"""What, how many (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
+"""Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
 
 LOG_TIME = "log_time [ns]"
-"""The stamp that the recorder put on a message."""
+"""The time stamp that the recorder gave to a message."""
 
 _NUMBERS = {
     "bool": "u1",
@@ -39,7 +38,7 @@ _NUMBERS = {
 _ROS1 = {**_NUMBERS, "byte": "i1", "time": "utime", "duration": "duration"}
 _ROS2 = {**_NUMBERS, "byte": "u1", "builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
 
-# Units that the definitions of these packages fix, by type and field; they hold for all that is within the field.
+# Units by type and field, from the definitions of these packages; they hold for all parts of the field.
 _UNITS = {
     ("sensor_msgs/Imu", "angular_velocity"): "rad/s",
     ("sensor_msgs/Imu", "linear_acceleration"): "m/s^2",
@@ -56,7 +55,8 @@ _UNITS = {
 }
 _STAMPS = {"time": "ns", "utime": "ns", "duration": "ns"}
 
-_ARRAY_COLUMNS = 64  # a longer array is a map or an image, not a sensor
+# Limits, so that a damaged definition costs little.
+_ARRAY_COLUMNS = 64  # longest array that is read; a longer one is a map or an image
 _COLUMNS = 2000
 _STEPS = 20_000
 _DEPTH = 24
@@ -90,7 +90,7 @@ float64 x
 float64 y
 float64 z
 """
-"""``sensor_msgs/msg/Imu`` of ROS 2, for bags that do not hold the definitions of their messages."""
+"""``sensor_msgs/msg/Imu`` of ROS 2, for bags without definitions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +122,7 @@ class _Builder:
     numbers: Mapping[str, str]
     columns: list[Column] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
-    open: bool = False  # from here on the place of a field is not known
+    open: bool = False  # the offsets of further fields are unknown
 
 
 def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
@@ -135,12 +135,12 @@ def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
     type_name : str
         ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``.
     ros1 : bool
-        The words of ROS 1 (``time`` is a type) or of ROS 2.
+        Whether the definition is of ROS 1, where ``time`` is a type.
 
     Raises
     ------
     DataError
-        If the definition makes no sense or lacks a type.
+        If the definition is invalid or lacks a type.
     """
     name = _short(type_name)
     builder = _Builder(types=_types(definition, name), numbers=_ROS1 if ros1 else _ROS2)
@@ -172,7 +172,7 @@ def _field(line: str, within: str) -> _Field | None:
         return None
     match = _FIELD.match(text)
     if match is None:
-        raise DataError(f"the definition of {within} has a line {text[:60]!r}, which makes no sense")
+        raise DataError(f"the definition of {within} has an invalid line: {text[:60]!r}")
     if match["rest"].startswith("="):
         return None  # a constant
     count = None if not match["array"] else -1 if match["bound"] or not match["count"] else int(match["count"][:20])
@@ -186,7 +186,7 @@ def _short(name: str) -> str:
 
 
 def _resolved(builder: _Builder, name: str, within: str) -> str:
-    """The full name of a type; a bare one is of the same package."""
+    """The full name of a type; a name without a package is of the same package."""
     name = _short(name)
     if name in builder.numbers or name in ("string", "wstring") or "/" in name:
         return name
@@ -204,7 +204,7 @@ def _message(
         raise DataError(f"the definition of {name} is too deep or too long")
     fields = builder.types[name]
     if not fields and not ros1:
-        builder.steps.append(("u1", 1, -1))  # ROS 2 gives a structure without members one byte
+        builder.steps.append(("u1", 1, -1))  # in ROS 2 an empty structure takes one byte
     for part in fields:
         if builder.open:
             return
@@ -221,13 +221,13 @@ def _one(
     path: str,
     unit: str | None,
     depth: int,
-    columns: bool,  # noqa: FBT001  handed down
+    columns: bool,  # noqa: FBT001  passed on
     ros1: bool,  # noqa: FBT001
 ) -> None:
     count = 1 if part.count is None else part.count
     columns = columns and 0 <= count <= _ARRAY_COLUMNS
     if kind == "wstring":
-        builder.open = True  # the middlewares do not agree on the width of a character
+        builder.open = True  # its width depends on the middleware
     elif kind == "string":
         builder.steps.append(("string", count, -1))
     elif kind in builder.numbers:
@@ -250,6 +250,6 @@ def _one(
         _message(builder, kind, f"{path}.", unit, depth=depth + 1, columns=False, ros1=ros1)
         builder.steps.append(("]", 0, -1))
         if builder.open and count != 0:
-            # Which of the elements holds the wide string cannot be known: the loop goes, and all behind it.
+            # The offset is lost within the loop, so the loop and all after it are dropped.
             start = max(i for i, step in enumerate(builder.steps) if step[0] == "[")
             del builder.steps[start:]

@@ -1,7 +1,7 @@
-"""NovAtel's RAWIMU, RAWIMUS, RAWIMUX and RAWIMUSX, ASCII and binary: counts of velocity and angle over a sample interval.
+"""NovAtel RAWIMU, RAWIMUS, RAWIMUX and RAWIMUSX, ASCII and binary: counts of velocity and angle over a sample interval.
 
-Only the logs with X name the type of the sensor, and with it the scale; for the others, and for types whose scale is not in
-the table below, the counts are handed over as they are, and a scale must be given.
+Only RAWIMUX and RAWIMUSX name the type of the sensor, which determines the scale. In other logs, and for types that are not
+in the table below, the numbers are counts, and the user must give a scale.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.truncation import finding
+from sigmatau.findings.kinds.reading import BrokenMessages, BrokenOff, BytesBetween, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 
 __all__ = ["read", "sniff"]
@@ -48,7 +48,7 @@ _ASCII = re.compile(rb"[#%](RAWIMU(?:SX|S|X|))A,[^;*#%\r\n]{0,200};([^*#%\r\n]{0
 _BEGUN = re.compile(rb"[#%]RAWIMU(?:SX|S|X|)A,")
 _ANY = re.compile(rb"^[#%][A-Z][A-Z0-9_]{2,30}A,[^;*\r\n]{0,300};[^*\r\n]*\*[0-9A-Fa-f]{8}\r?$", re.MULTILINE)
 _TEXT = re.compile(rb"[\t\r\n\x20-\x7e]*")  # NMEA sentences, prompts and the like among binary messages
-_BETWEEN = 1 << 20  # of what stands between two messages so much is looked at. [bytes]
+_BETWEEN = 1 << 20  # tested between two messages [bytes]
 _SYNC = re.compile(rb"\xaaD[\x12\x13]")
 _WEEK_NS = 604_800_000_000_000
 _DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
@@ -56,17 +56,17 @@ _DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
 
 @dataclass(slots=True)
 class _Found:
-    """Rows by name of the log, and what was no whole message."""
+    """Rows by name of the log, and bytes that are not part of a whole message."""
 
     rows: dict[str, list[tuple[int, int, tuple[int, ...]]]] = field(default_factory=dict)
     broken: list[int] = field(default_factory=list)  # positions
-    end: int = 0  # of the last whole message
-    spans: list[tuple[int, int]] = field(default_factory=list)  # of whole messages, of any name if they are binary
-    junk: list[tuple[int, int]] = field(default_factory=list)  # bytes between them that belong to none
+    end: int = 0  # end of the last whole message
+    spans: list[tuple[int, int]] = field(default_factory=list)  # whole messages; of any name if they are binary
+    junk: list[tuple[int, int]] = field(default_factory=list)  # bytes between them
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether a whole RAWIMU log stands in the beginning of the file; or other logs do, and such further on."""
+    """Whether the file begins with a RAWIMU log, or with other NovAtel logs and has a RAWIMU further on."""
     others = any(b"RAWIMU" not in match[0][:8] for match in _ANY.finditer(head))
     if _BEGUN.search(head) is None and _SYNC.search(head) is None and not others:
         return False
@@ -88,7 +88,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If there is no RAWIMU among the logs.
+        If the file has no RAWIMU.
     """
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _scan(data)
@@ -125,9 +125,9 @@ def _scan(data: bytes | mmap.mmap) -> _Found:
 
 
 def _between(data: bytes | mmap.mmap, found: _Found) -> list[tuple[int, int]]:
-    """Where bytes stand between whole messages that are no log of another name, nor text of another kind.
+    """Bytes between whole messages that are not another log or text.
 
-    A RAWIMU whose first bytes are damaged is found by this alone: nothing begins there.
+    Only this check finds a RAWIMU whose first bytes are damaged.
     """
     spans = np.array(sorted(found.spans), dtype=np.int64).reshape(-1, 2)
     ends = np.maximum.accumulate(spans[:, 1])
@@ -142,7 +142,7 @@ def _between(data: bytes | mmap.mmap, found: _Found) -> list[tuple[int, int]]:
 
 
 def _crc(data: bytes) -> int:
-    # NovAtel's begins with 0 and is not inverted at the end, as zlib's is at both.
+    # NovAtel starts at 0 and does not invert the result; zlib inverts both.
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
@@ -225,7 +225,7 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
                 raw[0] = whole_stamps(rows["time"]) if exact == 0 else rows["time"].astype(np.float64)
                 continue
             gyro, axis = index <= 3, (index - 1) % 3
-            # In the log: z, minus y, x, first of the velocity.
+            # Order in the log: z, -y, x; velocity first.
             counts = rows["counts"][:, (3 if gyro else 0) + 2 - axis].astype(np.float64)
             scale = 1.0 if known is None else known[1] if gyro else known[2]
             raw[index] = counts * (-scale if axis == 1 else scale)
@@ -246,30 +246,22 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
 def _findings(found: _Found, rest: bytes) -> tuple[Finding, ...]:
     findings = []
     rows = sum(map(len, found.rows.values()))
-    # Where a message with a wrong checksum stands has been said.
+    # Places of messages with a wrong checksum are reported as such.
     junk = [(a, b) for a, b in found.junk if not any(a <= at < b for at in found.broken[:1000])]
     if junk:
         findings.append(
             Finding(
-                code="bytes_between",
+                details=BytesBetween(
+                    bytes=sum(b - a for a, b in junk), count=len(junk), place=Place("byte", junk[0][0]), kept=rows
+                ),
                 severity="error",
-                message=f"{sum(b - a for a, b in junk)} bytes in {len(junk)} place{'s' if len(junk) > 1 else ''}, from byte"
-                f" {junk[0][0]} on, belong to no whole message; {rows} messages are whole",
-                effect="messages may be missing there, and times after them too early",
             )
         )
     inner = [at for at in found.broken if at < found.end]
     if inner:
-        first = ", ".join(map(str, inner[:5]))
-        findings.append(
-            Finding(
-                code="broken_messages",
-                severity="error",
-                message=f"{len(inner)} messages with a wrong checksum, the first at byte {first}; {rows} are whole",
-                effect="they are left out, so that rows are missing and times after each are too early",
-            )
-        )
+        details = BrokenMessages(count=len(inner), places=tuple(inner[:5]), kept=rows)
+        findings.append(Finding(details=details, severity="error"))
     if rest.strip(b"\r\n\0 "):
-        message = f"no whole message after byte {found.end}; {rows} were read before"
-        findings.append(finding("broken_off", message))
+        end = BrokenOff(place=Place("byte", found.end), inside="message", kept=rows, counted="messages")
+        findings.append(Finding(details=end, severity="error"))
     return tuple(findings)

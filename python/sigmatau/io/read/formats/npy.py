@@ -1,4 +1,4 @@
-"""NumPy's own files: .npy, an array on disk that is not loaded whole, and .npz, several of them in a zip archive."""
+"""NumPy files: .npy, an array that is mapped and not loaded whole, and .npz, a zip archive of arrays."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.library_errors import archive_faults
+from sigmatau.io.read.formats.library_errors import damaged, library_faults
 from sigmatau.io.read.formats.trailing_bytes import archive_ends, behind
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
 __all__ = ["read", "sniff"]
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
-_MANY = 64  # more columns than rows, and than this: the array lies on its side
+_MAX_COLUMNS = 64  # an array with more columns than this and than rows is probably transposed
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is .npy, or a zip archive of such."""
+    """Whether the file is .npy, or a zip archive of .npy files."""
     if head.startswith(_NPY):
         return True
     if not head.startswith(_ZIP):
         return False
-    # The name of the first member stands in its header; the directory of all, at the end, is read later.
+    # The header of the first member has its name; the directory at the end of the archive is read later.
     length = int.from_bytes(head[26:28], "little")
     return head[30 : 30 + length].endswith(b".npy") or path.suffix == ".npz"
 
@@ -40,7 +41,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def read(path: Path, head: Head) -> tuple[Table]:
     """The columns of an array of shape (n, C), of a structured array, or of the arrays of an archive.
 
-    In an archive each one-dimensional array is a column, and each of shape (n, 3) three: ``gyro`` gives ``gyro_x``,
+    In an archive an array of shape (n,) is a column, and an array of shape (n, 3) is three: ``gyro`` gives ``gyro_x``,
     ``gyro_y`` and ``gyro_z``.
 
     Parameters
@@ -51,8 +52,8 @@ def read(path: Path, head: Head) -> tuple[Table]:
     Raises
     ------
     DataError
-        If the file is damaged, or holds no columns of numbers; by ``load``: for arrays of unequal length;
-        `NonFiniteError` for an infinity.
+        If the file is damaged or has no numeric columns; by ``load``: for arrays of unequal length; `NonFiniteError` for an
+        infinite value.
     """
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
@@ -64,7 +65,7 @@ def _npy(path: Path) -> Table:
     loaders: list[Callable[[], NDArray[Any]]] = []
     if array.dtype.names:
         if array.ndim != 1:
-            raise DataError(f"has a structured array of shape {array.shape}; one dimension is wanted, a sample each")
+            raise DataError(f"has a structured array of shape {array.shape}; (n,) is needed, one element per sample")
         columns = []
         for name in array.dtype.names:
             for label, part in parts(name, array.dtype[name].shape):
@@ -83,22 +84,22 @@ def _npy(path: Path) -> Table:
 
 
 def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
-    """The arrays of a file, which ``np.save`` to one open file puts one behind the other; all of one kind.
+    """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays.
 
-    `np.load` would give the first and pass over the others.
+    `np.load` returns only the first.
     """
     try:
         first = np.load(path, mmap_mode="r", allow_pickle=False)
     except (OSError, MemoryError):
         raise
-    except Exception as error:  # NumPy raises a dozen kinds on damaged files
+    except Exception as error:  # NumPy raises many types of errors on damaged files
         left = _rows_left(path)
         if left is None:
             raise _damaged(error) from None
         return [left[0]], (left[1],)
     arrays: list[NDArray[Any]] = [first]
     at, size = first.offset + first.nbytes, path.stat().st_size
-    with path.open("rb") as stream, contextlib.suppress(ValueError):  # of NumPy: what follows is no header
+    with path.open("rb") as stream, contextlib.suppress(ValueError):  # raised by NumPy if no header follows
         while at < size:
             stream.seek(at)
             shape, order, dtype = _header(stream)
@@ -109,12 +110,12 @@ def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
             mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, shape, order)
             arrays.append(mapped)
             at = end
-    what = "the array" if len(arrays) == 1 else f"the {len(arrays)} arrays of one kind that are read"
+    what = "the array" if len(arrays) == 1 else f"the {len(arrays)} arrays"
     return arrays, behind(path, at, what)
 
 
 def _rows_left(path: Path) -> tuple[NDArray[Any], Finding] | None:
-    """The whole rows of an array that is cut off; None if there are none, or it does not lie row by row."""
+    """The whole rows of an array that is cut off; None if there are none, or the array is stored by columns."""
     with contextlib.suppress(Exception), path.open("rb") as stream:
         shape, order, dtype = _header(stream)
         start = stream.tell()
@@ -123,13 +124,13 @@ def _rows_left(path: Path) -> tuple[NDArray[Any], Finding] | None:
         if dtype.hasobject or not shape or (order == "F" and len(shape) > 1) or not MIN_SAMPLES <= rows < shape[0]:
             return None
         mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, (rows, *shape[1:]))
-        message = f"the array is cut off: {rows} of {shape[0]} rows are there"
-        return mapped, Finding(code="broken_off", severity="error", message=message, effect=REST_MISSING)
+        details = BrokenOff(what="array", kept=int(rows), declared=int(shape[0]))
+        return mapped, Finding(details=details, severity="error")
     return None
 
 
 def _joined(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Pieces of a column as one; a single one stays on disk."""
+    """The pieces of a column, joined; a single piece stays on disk."""
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
@@ -137,8 +138,8 @@ def _npz(path: Path) -> Table:
     columns: list[Column] = []
     loaders: list[Callable[[], NDArray[Any]]] = []
     refused: list[str] = []
-    with archive_faults(_damaged):
-        import zipfile  # in the call, for those who read text
+    with library_faults(_damaged):
+        import zipfile  # in the call, to keep the reading of text fast
 
         with zipfile.ZipFile(path) as archive:
             first = min((m.header_offset for m in archive.infolist()), default=0)
@@ -168,7 +169,7 @@ def _npz(path: Path) -> Table:
 
 
 class _Member:
-    """One column of an archive; an array of three columns is decompressed once for each, and not kept."""
+    """One column of an archive; an array is decompressed for each of its columns, and not kept."""
 
     def __init__(self, path: Path, name: str, part: tuple[int, ...]) -> None:
         self.path, self.name, self.part = path, name, part
@@ -182,7 +183,7 @@ class _Member:
 
 
 class _Whole(io.RawIOBase):
-    """A member of an archive whose checksum is verified: read_array stops before the end, where zipfile looks."""
+    """A member that is read to its end, where zipfile verifies the checksum; read_array stops before the end."""
 
     def __init__(self, member: IO[bytes]) -> None:
         self._data = io.BytesIO(member.read())
@@ -202,7 +203,7 @@ def _table(
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
             name = columns[index].name or f"number {index + 1}"
-            with archive_faults(_damaged):
+            with library_faults(_damaged):
                 array = loaders[index]()
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
@@ -227,7 +228,7 @@ def _table(
 
 
 def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.dtype[Any]]:
-    """Shape, order and type of the array whose file begins here."""
+    """Shape, order and type of the array that begins here."""
     version = np.lib.format.read_magic(member)
     read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read_header(member)
@@ -241,13 +242,14 @@ def _refuse_objects(dtype: np.dtype[Any], name: str) -> None:
 
 def _refuse_shape(shape: tuple[int, ...]) -> None:
     if len(shape) not in (1, 2):
-        raise DataError(f"has an array of shape {shape}; (n,) or (n, columns) is wanted")
-    if len(shape) == 2 and shape[1] > max(shape[0], _MANY):
-        raise DataError(f"has an array of shape {shape}, more columns than rows; save its transpose, a sample a row")
+        raise DataError(f"has an array of shape {shape}; (n,) or (n, columns) is needed")
+    if len(shape) == 2 and shape[1] > max(shape[0], _MAX_COLUMNS):
+        raise DataError(
+            f"has an array of shape {shape}, more columns than rows; save its transpose, one row per sample"
+        )
 
 
 def _damaged(error: Exception) -> DataError:
-    text = str(error).split("\n")[0]
-    if "allow_pickle" in text or "Object arrays" in text:
+    if "allow_pickle" in str(error) or "Object arrays" in str(error):
         return DataError("holds Python objects, which are refused; save plain numbers")
-    return DataError(f"is damaged or cut off ({text or type(error).__name__}); get or make the file again")
+    return damaged(error)

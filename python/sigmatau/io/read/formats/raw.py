@@ -1,4 +1,4 @@
-"""Raw binary files, of which only the user knows how they are laid out: rows of numbers, one after the other."""
+"""Raw binary files of rows of numbers, with a layout that the user gives."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats.truncation import finding
+from sigmatau.findings.kinds.reading import BrokenOff, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
 __all__ = ["parse_layout", "read"]
@@ -22,16 +22,16 @@ _HEADER = re.compile(r"header\s+(\d+)")
 _SKIPPED = re.compile(r"(\d*)x")
 _FIELD = re.compile(r"([<>]?)\s*(\d*)\s*([iufIUF][1248])\s+([^\s\[\],](?:[^\[\],]*[^\s\[\],])?)\s*(?:\[([^\[\]]*)\])?")
 _TYPES = ("i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8")
-_LARGEST = 1 << 20  # bytes of a row
+_LONGEST_ROW = 1 << 20  # [bytes]
 
 
 def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str, int | None], ...]]:
-    """Bytes of the header, the type of a row, and for each column its field and its place in that.
+    """Bytes of the header, the type of a row, and for each column its field and its index in the field.
 
     Raises
     ------
     OptionError
-        That says which part is wrong.
+        Names the part that is wrong.
     """
     header, order, offset = 0, "", 0
     names: list[str] = []
@@ -48,14 +48,14 @@ def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str
             order = match[1] or order
             kind, count = match[3].lower(), _count(match[2] or "1", part)
             if kind not in _TYPES:
-                raise _wrong(part, f"there is no type {kind}; types: {', '.join(_TYPES)}")
+                raise _wrong(part, f"unknown type {kind}; types: {', '.join(_TYPES)}")
             if not order and kind[1] != "1":
                 raise _wrong(
-                    part, "whether the low byte (<) or the high byte (>) comes first must be said, e.g. <" + part
+                    part, "the byte order is missing: < (low byte first) or > (high byte first), e.g. <" + part
                 )
             name = f"f{len(names)}"
             base = np.dtype((order or "|") + kind)
-            if count * base.itemsize > _LARGEST:
+            if count * base.itemsize > _LONGEST_ROW:
                 raise _wrong(part, "the row grows beyond 1 MiB")
             names.append(name)
             formats.append(np.dtype((base, (count,))) if count > 1 else base)
@@ -67,8 +67,8 @@ def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str
                 column = Column(name=f"{match[4]}{ending}{unit}")
                 columns.append((column, name, None if count == 1 else place))
         else:
-            raise _wrong(part, f"a field is a count, a type, a name and a unit, e.g. {_EXAMPLE}")
-        if offset > _LARGEST:
+            raise _wrong(part, f"a field has a count, a type, a name and a unit, e.g. {_EXAMPLE}")
+        if offset > _LONGEST_ROW:
             raise _wrong(part, "the row grows beyond 1 MiB")
     if not columns:
         raise OptionError(f"--layout {text!r} has no fields; e.g. {_EXAMPLE}", option="layout")
@@ -87,7 +87,7 @@ def _wrong(part: str, why: str) -> OptionError:
 
 
 def read(path: Path, head: Head, layout: object) -> tuple[Table]:
-    """The columns of a raw file, which stays on disk.
+    """The columns of a raw file, which is mapped and not loaded whole.
 
     Parameters
     ----------
@@ -99,19 +99,19 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
     Raises
     ------
     OptionError
-        If the layout cannot be understood.
+        If the layout is invalid.
     DataError
-        If the file is compressed or holds no row.
+        If the file is compressed or has no row.
     """
     if not isinstance(layout, str) or not layout.strip():
-        raise OptionError(f"`layout` must be words such as {_EXAMPLE}, not {layout!r}", option="layout")
+        raise OptionError(f"`layout` must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:
-        raise DataError("is compressed by gzip, and a layout is about plain files; decompress it first")
+        raise DataError("is compressed by gzip, but --layout needs an uncompressed file; decompress it first")
     header, row, columns = parse_layout(layout)
     size = path.stat().st_size
     rows, rest = divmod(max(size - header, 0), row.itemsize)
     if not rows:
-        raise DataError(f"has {size} bytes: no row of {row.itemsize} bytes after a header of {header}")
+        raise DataError(f"has {size} bytes: too few for a row of {row.itemsize} bytes after a header of {header}")
     array = np.memmap(path, dtype=row, mode="r", offset=header, shape=(rows,))
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
@@ -125,11 +125,8 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
 
     findings: tuple[Finding, ...] = ()
     if rest:
-        message = (
-            f"the last {rest} bytes are no whole row of {row.itemsize}; {rows} rows were read. The file was cut off there,"
-            " or the layout is wrong"
-        )
-        findings = (finding("broken_off", message),)
+        end = BrokenOff(place=Place("row", rows), inside="row", got=rest, expected=row.itemsize, kept=rows)
+        findings = (Finding(details=end, severity="error"),)
     return (
         Table(
             format="raw",

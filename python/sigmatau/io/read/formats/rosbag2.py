@@ -1,4 +1,4 @@
-"""Bags of ROS 2 as SQLite databases (.db3): rows by Python's own library, messages by compiled code."""
+"""ROS 2 bags in SQLite databases (.db3): rows by the sqlite3 module, messages by compiled code."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damaged, DeletedMessages
 from sigmatau.io.read.formats import roslog
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.formats.trailing_bytes import behind
-from sigmatau.io.read.table import REST_MISSING, Head, Loaded, Table
+from sigmatau.io.read.table import Head, Loaded, Table
 
 __all__ = ["read", "sniff"]
 
 _MAGIC = b"SQLite format 3\0"
 _ZSTD = b"\x28\xb5\x2f\xfd"
-_TOGETHER = 1 << 14  # messages that are decoded at a time
+_BATCH = 1 << 14  # messages that are decoded together
 _KNOWN = {"sensor_msgs/msg/Imu": IMU_ROS2}
 
 
@@ -35,7 +36,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic: the numbers of its messages by the paths of their fields, stamps in nanoseconds.
+    """A table for each topic: the numbers of its messages by the paths of their fields, times in nanoseconds.
 
     Parameters
     ----------
@@ -45,12 +46,12 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If it is no bag, or its tables cannot be read.
+        If the file is not a bag, or its tables cannot be read.
     """
     try:
         with closing(_open(path)) as base:
             topics, definitions = _topics(base)
-            packed = {topic.id for topic in topics if _is_packed(base, topic.id)}
+            compressed = {topic.id for topic in topics if _is_compressed(base, topic.id)}
     except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
         raise DataError(f"is damaged or cut off, and no topic could be read ({error}); get or make it again") from None
     if not topics:
@@ -72,7 +73,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         except DataError as error:
             tables.append(roslog.refused_table("rosbag2", topic.name, str(error), rows))
             continue
-        reader = _Reader(path=path, topic=topic, layout=layout, declared=rows, packed=topic.id in packed)
+        reader = _Reader(path=path, topic=topic, layout=layout, declared=rows, compressed=topic.id in compressed)
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, layout, rows, reader))
     found = _behind(path)
     return tuple(replace(table, findings=found) for table in roslog.some_readable(tables))
@@ -87,11 +88,11 @@ class _Topic:
 
 
 def _open(path: Path) -> sqlite3.Connection:
-    """The database, which is not written to, nor anything beside it unless a journal lies there already."""
+    """The database, opened for reading; no file is written beside it unless a journal exists."""
     beside = any(path.with_name(path.name + end).exists() for end in ("-wal", "-journal"))
     mode = "mode=ro" if beside else "mode=ro&immutable=1"
     base = sqlite3.connect(f"file:{quote(str(path.resolve()))}?{mode}", uri=True)
-    # Without this SQLite refuses all of a file that is shorter than it declares.
+    # Otherwise SQLite refuses a file that is shorter than it declares.
     base.execute("PRAGMA writable_schema=ON")
     return base
 
@@ -99,7 +100,7 @@ def _open(path: Path) -> sqlite3.Connection:
 def _topics(base: sqlite3.Connection) -> tuple[list[_Topic], dict[str, str]]:
     names = {name for (name,) in base.execute("SELECT name FROM sqlite_master WHERE type='table'")}
     if not {"topics", "messages"} <= names:
-        raise DataError("is an SQLite database, but no ROS 2 bag: it has no tables `topics` and `messages`")
+        raise DataError("is an SQLite database but not a ROS 2 bag: it has no tables `topics` and `messages`")
     rows = base.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
     topics = [_Topic(id=i, name=n, type_name=t, encoding=e) for i, n, t, e in rows if _are(i, n, t, e)]
     definitions: dict[str, str] = {}
@@ -113,7 +114,7 @@ def _topics(base: sqlite3.Connection) -> tuple[list[_Topic], dict[str, str]]:
 
 
 def _cut(path: Path) -> bool:
-    """Whether the file is shorter than its head says."""
+    """Whether the file is shorter than its header declares."""
     with path.open("rb") as file:
         head = file.read(32)
     page = int.from_bytes(head[16:18], "big")
@@ -121,7 +122,7 @@ def _cut(path: Path) -> bool:
 
 
 def _behind(path: Path) -> tuple[Finding, ...]:
-    """What lies behind the pages that the head of the database counts, if that count is of the last change."""
+    """Findings of bytes after the pages that the header declares, if the header is up to date."""
     with path.open("rb") as file:
         head = file.read(100)
     page, pages = int.from_bytes(head[16:18], "big"), int.from_bytes(head[28:32], "big")
@@ -130,8 +131,8 @@ def _behind(path: Path) -> tuple[Finding, ...]:
     return behind(path, pages * (65536 if page == 1 else page), "the database")
 
 
-def _is_packed(base: sqlite3.Connection, number: int) -> bool:
-    """Whether the first message of a topic is compressed: the mark of zstd is no header of a message."""
+def _is_compressed(base: sqlite3.Connection, number: int) -> bool:
+    """Whether the first message of a topic is compressed by zstd, by its signature."""
     try:
         first = base.execute("SELECT data FROM messages WHERE topic_id = ? LIMIT 1", (number,)).fetchone()
     except sqlite3.Error:
@@ -139,8 +140,8 @@ def _is_packed(base: sqlite3.Connection, number: int) -> bool:
     return first is not None and isinstance(first[0], bytes) and first[0].startswith(_ZSTD)
 
 
-def _sound(path: Path) -> bool:
-    """Whether SQLite finds no fault with the database: asked only if messages are missing, for it reads all of it."""
+def _intact(path: Path) -> bool:
+    """Whether SQLite finds the database intact; this reads the whole file."""
     try:
         with closing(_open(path)) as base:
             return base.execute("PRAGMA quick_check(1)").fetchone() == ("ok",) and not _cut(path)
@@ -153,7 +154,7 @@ def _are(number: object, *words: object) -> bool:
 
 
 def _declared(path: Path) -> dict[str, int]:
-    """Messages by topic as metadata.yaml beside the bag declares them, if it speaks of this file alone."""
+    """Number of messages by topic, as metadata.yaml declares it if this file is its only one."""
     try:
         text = (path.parent / "metadata.yaml").read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
@@ -172,8 +173,16 @@ def _declared(path: Path) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Batch:
-    """Messages one after the other, their ends and stamps; a fault that follows, and how many before it are in doubt; how
-    many numbers of messages are missing.
+    """Joined messages, their ends and time stamps.
+
+    Attributes
+    ----------
+    fault : str
+        The fault after them; empty if there is none.
+    doubt : int
+        Number of messages before the fault that may be damaged.
+    missing : int
+        Number of messages that are missing in the numbering.
     """
 
     data: bytes
@@ -192,11 +201,12 @@ class _Reader:
     topic: _Topic
     layout: Layout
     declared: int | None
-    packed: bool  # whether each message is compressed by zstd
+    compressed: bool  # each message by zstd
 
     def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[logs.Decoded] = []
-        rows, doubt, missing, fault = 0, 0, 0, ""
+        rows, doubt, missing = 0, 0, 0
+        fault = ""
         try:
             for batch in self._messages():
                 part = logs.decode_messages(
@@ -206,7 +216,7 @@ class _Reader:
                 rows += part.rows
                 fault, doubt, missing = batch.fault, batch.doubt, batch.missing
                 if part.rows != len(batch.ends):
-                    fault, doubt = "a message does not hold what its definition says", 0
+                    fault, doubt = "a message does not match its definition", 0
                     break
         except (sqlite3.Error, UnicodeDecodeError) as error:
             fault = f"the database cannot be read ({error})"
@@ -216,48 +226,49 @@ class _Reader:
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
         decoded = logs.Decoded(joined, rows)
         return Loaded(
-            columns=roslog.checked(decoded, self.layout, self.topic.name), findings=self._findings(rows, fault, missing)
+            columns=roslog.finite_columns(decoded, self.layout, self.topic.name),
+            findings=self._findings(rows, fault, missing),
         )
 
     def _messages(self) -> Iterator[_Batch]:
-        """Messages in the order in which they were recorded, some thousand at a time; the last batch names a fault."""
+        """Batches of messages in the order of recording; the last batch names the fault, if there is one."""
         with closing(_open(self.path)) as base:
             (page,) = base.execute("PRAGMA page_size").fetchone()
             cursor = base.execute(
                 "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED",
                 (self.topic.id,),
             )
-            fault, last, missing, sound = "", None, 0, None
+            fault, last, missing, intact = "", None, 0, None
             while not fault:
                 blobs: list[bytes] = []
                 times: list[int] = []
                 count = 0
                 try:
                     for number, blob, stamp in cursor:
-                        # Of all topics together: SQLite passes over pages that it cannot make sense of. In a database
-                        # that is sound they were deleted, as filters of bags do.
+                        # Numbers run over all topics. SQLite skips pages that it cannot read. In an intact database
+                        # missing messages were deleted, for example by a filter.
                         if last is not None and number != last + 1:
-                            if isinstance(number, int) and number > last and sound is None:
-                                sound = _sound(self.path)
-                            if not sound or number <= last:
-                                fault = f"after message {last} of all topics comes {number!r}"
+                            if isinstance(number, int) and number > last and intact is None:
+                                intact = _intact(self.path)
+                            if not intact or number <= last:
+                                fault = f"message {number!r} follows message {last} of all topics"
                                 break
                             missing += number - last - 1
                         last = number
                         count += 1
                         if blob != 0:
-                            if self.packed and isinstance(blob, bytes):
+                            if self.compressed and isinstance(blob, bytes):
                                 blob = logs.unpacked(blob)
                             if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
-                                fault = f"message {number} of all topics is none"
+                                fault = f"message {number} of all topics is not valid"
                                 break
                             blobs.append(blob)
                             times.append(stamp)
-                        if count == _TOGETHER:
+                        if count == _BATCH:
                             break
                 except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
                     fault = f"the database cannot be read further ({error})"
-                # A page of which a part is missing may have given the messages before, with nothing to show it.
+                # The messages before the fault may come from an incomplete page.
                 doubt = 1 + page // max(1, min(map(len, blobs), default=page)) if fault else 0
                 lengths = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
                 yield _Batch(
@@ -272,24 +283,10 @@ class _Reader:
                     return
 
     def _findings(self, rows: int, fault: str, missing: int) -> tuple[Finding, ...]:
-        of = "" if self.declared is None else f" of {self.declared}"
-        if fault:
-            message = f"{fault}; {rows}{of} messages of {self.topic.name} were read up to there"
-        elif self.declared is not None and self.declared != rows:
-            message = (
-                f"the bag holds {rows} messages of {self.topic.name} where its metadata.yaml declares {self.declared}"
-            )
-        elif missing:
-            message = f"the numbers of {missing} messages of all topics are missing in the bag, which is sound: deleted"
-            effect = f"whether any of {self.topic.name} were among them, its time stamps show"
-            return (Finding(code="deleted_messages", severity="info", message=message, effect=effect),)
-        else:
-            return ()
-        return (
-            Finding(
-                code="broken_off" if fault and _cut(self.path) else "damaged",
-                severity="error",
-                message=message,
-                effect=REST_MISSING,
-            ),
-        )
+        if fault or self.declared not in (None, rows):
+            kind = BrokenOff if fault and _cut(self.path) else Damaged
+            details = kind(reason=fault, kept=rows, declared=self.declared, counted="messages", topic=self.topic.name)
+            return (Finding(details=details, severity="error"),)
+        if missing:
+            return (Finding(details=DeletedMessages(count=missing, topic=self.topic.name), severity="info"),)
+        return ()

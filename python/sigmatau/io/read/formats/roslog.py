@@ -1,4 +1,4 @@
-"""MCAP files and ROS 1 bags: topics with messages that are defined by text and decoded by compiled code."""
+"""MCAP files and ROS 1 bags: messages are defined by text and decoded by compiled code."""
 
 from __future__ import annotations
 
@@ -12,30 +12,35 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damaged, Place
 from sigmatau.io.read.formats.messages import Layout, layout_of
-from sigmatau.io.read.formats.trailing_bytes import lost
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite
+from sigmatau.io.read.formats.trailing_bytes import behind
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
-__all__ = ["checked", "message_table", "read", "refused_table", "sniff", "some_readable"]
+__all__ = ["finite_columns", "message_table", "read", "refused_table", "sniff", "some_readable"]
 
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
-_WRITTEN = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
+_IS_ROS1 = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
 
-_HEAD, _CHUNK, _MESSAGE, _CHUNK_CRC = 9, 6, 5, 24  # mcap.dev/spec: of a record; where the checksum of a chunk stands
-_RECORDS = 1000  # before the first chunk
+_HEAD, _CHUNK, _MESSAGE, _CHUNK_CRC = (
+    9,
+    6,
+    5,
+    24,
+)  # mcap.dev/spec: header of a record; offset of the checksum of a chunk
+_RECORDS = 1000  # largest number of records before the first chunk
 
 _NOT_READ = "not read: "
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins as MCAP files or ROS 1 bags do."""
+    """Whether the file begins like an MCAP file or a ROS 1 bag."""
     return head.startswith((_MCAP, _BAG))
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic, and for each type if a topic has several: the numbers of its messages by the paths of their
-    fields, stamps in nanoseconds.
+    """A table for each topic, or for each type of a topic: its numbers by the paths of their fields, times in nanoseconds.
 
     Parameters
     ----------
@@ -54,7 +59,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if not contents.channels:
         if end.kind:
             raise DataError(f"{where}: no topic could be read; get or make the file again")
-        raise DataError("holds no topics")
+        raise DataError("has no topics")
     groups: dict[tuple[str, str, str, str, bytes], list[logs.LogChannel]] = {}
     for channel in contents.channels:
         key = (
@@ -70,14 +75,14 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         several = sum(other[0] == topic for other in groups) > 1
         name = f"{topic} ({type_name})" if several else topic
         rows = sum(channel.messages for channel in channels)
-        if (encoding, written) not in _WRITTEN:
+        if (encoding, written) not in _IS_ROS1:
             why = f"{type_name or 'messages'} in {encoding or 'an unnamed encoding'}" + (
                 f" defined by {written}" if written else " without a definition"
             )
             tables.append(refused_table(kind, name, f"{why}, which are not read", rows))
             continue
         try:
-            ros1 = _WRITTEN[encoding, written]
+            ros1 = _IS_ROS1[encoding, written]
             layout = layout_of(definition.decode(errors="replace"), type_name, ros1=ros1)
         except DataError as error:
             tables.append(refused_table(kind, name, str(error), rows))
@@ -97,9 +102,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _protection(path: Path, kind: logs.LogKind) -> str:
-    """A note if no checksums vouch for the numbers: bags have none, and of MCAP the first chunk shows it."""
+    """A note if the file has no checksums: bags have none, and the first chunk of an MCAP file shows whether it has."""
     if kind == "rosbag1":
-        return "a ROS bag, without checksums: a damaged number would not be seen"
+        return "a ROS bag, without checksums: damaged numbers are not detected"
     with path.open("rb") as stream:
         at = len(_MCAP) + 3
         for _ in range(_RECORDS):
@@ -109,16 +114,16 @@ def _protection(path: Path, kind: logs.LogKind) -> str:
                 break
             if head[0] == _CHUNK:
                 checked = head[_HEAD + _CHUNK_CRC :] != bytes(4)
-                return "" if checked else "MCAP, chunks without checksums: a damaged number would not be seen"
+                return "" if checked else "MCAP, chunks without checksums: damaged numbers are not detected"
             at += _HEAD + int.from_bytes(head[1:_HEAD], "little")
-    return "MCAP, messages without checksums: a damaged number would not be seen"
+    return "MCAP, messages without checksums: damaged numbers are not detected"
 
 
 def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:
-    """The tables, if there is one that can be read; else raises `DataError` that says why not."""
+    """The tables; raises `DataError` with the reasons if none of them can be read."""
     if all(table.columns[0].name.startswith(_NOT_READ) for table in tables):
         listed = "; ".join(f"{t.topic} ({t.columns[0].name.removeprefix(_NOT_READ)})" for t in tables[:3])
-        raise DataError(f"holds no topic that can be read: {listed}{' …' if len(tables) > 3 else ''}")
+        raise DataError(f"has no topic that can be read: {listed}{' …' if len(tables) > 3 else ''}")
     return tuple(tables)
 
 
@@ -130,7 +135,7 @@ def message_table(
     rows: int | None,
     load: Callable[[Sequence[int], int | None], Loaded],
 ) -> Table:
-    """A topic as a table."""
+    """The table of a topic."""
     return Table(
         format=kind,
         columns=layout.columns,
@@ -143,7 +148,7 @@ def message_table(
 
 
 def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
-    """A topic that is there and cannot be read; the one column says why."""
+    """The table of a topic that cannot be read; its only column names the reason."""
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raise DataError(f"topic {topic} cannot be read: {why}")
@@ -153,28 +158,26 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
     )
 
 
-def findings_of(end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
-    """What the end of the way through a file says about it."""
-    count = f"{rows} messages of {topic}" if declared is None else f"{rows} of {declared} messages of {topic}"
-    if end.kind == "no_end":
-        message = f"{end.what} (byte {end.offset}); {count} were read, all that come before"
-        effect = "no message is missing by what the file says" if declared is None or rows == declared else REST_MISSING
-        return (Finding(code="broken_off", severity="warning", message=message, effect=effect),)
-    if end.kind == "filler":
-        return (Finding(code="filler", severity="info", message=end.what, effect="they hold nothing"),)
-    if end.kind == "behind":
-        return (lost(f"{end.what} (byte {end.offset})"),)
-    if end.kind:
-        message = f"{end.what} (byte {end.offset}); {count} were read up to there"
-        return (Finding(code=end.kind, severity="error", message=message, effect=REST_MISSING),)
-    if declared is not None and rows != declared:
-        message = f"the file holds {rows} messages of {topic} where it declares {declared}"
-        return (Finding(code="damaged", severity="error", message=message, effect=REST_MISSING),)
-    return ()
+def findings_of(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
+    """Findings of how a file ends, and of messages that are missing."""
+    if end.kind in ("filler", "behind"):
+        return behind(path, end.offset, "the log")
+    if not end.kind and declared in (None, rows):
+        return ()
+    kind = BrokenOff if end.kind in ("broken_off", "no_end") else Damaged
+    details = kind(
+        place=Place("byte", end.offset) if end.kind else None,
+        reason=end.what,
+        kept=rows,
+        declared=declared,
+        counted="messages",
+        topic=topic,
+    )
+    return (Finding(details=details, severity="warning" if end.kind == "no_end" else "error"),)
 
 
 class _Reader:
-    """Loads columns of a topic."""
+    """Loads the columns of a topic."""
 
     def __init__(
         self,
@@ -199,13 +202,13 @@ class _Reader:
                 f"{end.what} (byte {end.offset}): no message of {self.topic} could be read; get or make the file again"
             )
         return Loaded(
-            columns=checked(decoded, self.layout, self.topic),
-            findings=findings_of(end, self.topic, decoded.rows, self.declared),
+            columns=finite_columns(decoded, self.layout, self.topic),
+            findings=findings_of(self.path, end, self.topic, decoded.rows, self.declared),
         )
 
 
-def checked(decoded: logs.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
-    """The columns, all finite."""
+def finite_columns(decoded: logs.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
+    """The columns; raises `NonFiniteError` for an infinite value."""
     for index, array in decoded.columns.items():
         refuse_infinite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")
     return dict(decoded.columns)

@@ -1,4 +1,4 @@
-"""LabVIEW's TDMS: groups of channels, by npTDMS. A group is a topic; its waveform properties give the rate."""
+"""LabVIEW TDMS by npTDMS: a group of channels is a topic, and its waveform properties give the rate."""
 
 from __future__ import annotations
 
@@ -16,23 +16,26 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place, PropertyChanged
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.table import REST_MISSING, Head, Table, need
+from sigmatau.io.read.formats.library_errors import library_faults
+from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["read", "sniff"]
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
-_MEANING = ("unit_string", "wf_increment")
+_CHECKED_PROPERTIES = ("unit_string", "wf_increment")
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with a segment of TDMS."""
+    """Whether the file begins with a TDMS segment."""
     return head.startswith(_MARK)
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The tables of a file: the channels of a group that are of one length together."""
+    """The tables of a file: the channels of a group with one length are a table."""
     need("nptdms", "tdms", "a LabVIEW TDMS file")
     end, findings = _segments(path)
     leaves: list[Leaf] = []
@@ -56,7 +59,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                 if channel.dtype.kind not in "iufM":
                     others.append(f"{group.name}/{channel.name}")
                     continue
-                # Where the file breaks off, the channels behind the break lack a part: all are cut alike.
+                # Where the file breaks off some channels are shorter: all are cut to the same length.
                 whole = len(channel) + cut.get(channel.path, 0)
                 rows = min(upto, *(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole))
                 stamps = channel.dtype.kind == "M"
@@ -74,11 +77,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                         rate=_rate(properties),
                     )
                 )
-    notes = ["TDMS, without checksums: a damaged number would not be seen"]
+    notes = ["TDMS, without checksums: damaged numbers are not detected"]
     if others:
         notes.append(f"channels of other types: {', '.join(others[:12])}")
     if not leaves:
-        lost = "".join(f"; {finding.message}" for finding in findings)
+        lost = "".join(f"; {sentence(finding)}" for finding in findings)
         raise DataError(f"has no channel of numbers{lost}")
     return gather(
         leaves,
@@ -92,38 +95,36 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
-    """Where the last segment ends that can be read, and what is wrong behind it: npTDMS reads less without a word."""
+    """The end of the last readable segment, and a finding of the damage after it, which npTDMS does not report. [bytes]"""
     size = path.stat().st_size
     at, number = 0, 0
     with path.open("rb") as stream:
         while at < size:
             number += 1
+            place = Place("segment", number, byte=at)
             stream.seek(at)
             lead = stream.read(_LEAD)
             if not _MARK.startswith(lead[:4]):
-                return at, (_lost("damaged", f"segment {number}, at byte {at}, does not begin with its mark"),)
+                return at, (_error(Damaged(place=place, reason="it does not begin with its mark")),)
             if len(lead) < _LEAD:
-                return at, (
-                    _lost("broken_off", f"the file breaks off at byte {size}, in the lead of segment {number}"),
-                )
+                return at, (_error(BrokenOff(place=place, got=size - at, expected=_LEAD)),)
             order = ">" if lead[4] & _BIG_ENDIAN else "<"
             following, data = struct.unpack(f"{order}QQ", lead[12:28])
             if following == _UNKNOWN:
-                return size, (_lost("broken_off", f"segment {number}, the last, was never closed by its writer"),)
+                return size, (_error(BrokenOff(place=place, reason="its writer did not close it")),)
             have = size - at - _LEAD
             if following > have:
-                end = size if data <= have else at  # without its description the data mean nothing
-                message = f"the file breaks off at byte {size}: segment {number} has {have} of {following} bytes"
-                return end, (_lost("broken_off", message),)
+                end = size if data <= have else at  # data without their description cannot be read
+                return end, (_error(BrokenOff(place=place, got=have, expected=following)),)
             if data > following:
-                return at, (_lost("damaged", f"segment {number}, at byte {at}, has its data behind its end"),)
+                return at, (_error(Damaged(place=place, reason="its data begin after its end")),)
             at += _LEAD + following
     return size, ()
 
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """A property of a channel that means something else from a row on; npTDMS takes the last value for the whole."""
+    """A property of a channel that changes after a row; npTDMS uses its last value for all rows."""
 
     rows: int
     name: str
@@ -131,21 +132,17 @@ class _Change:
     new: object
 
     def finding(self, group: str) -> Finding:
-        return Finding(
-            code="property_changed",
-            severity="error",
-            message=f"{self.name} of the channels of {group!r} changes from {self.old!r:.40} to"
-            f" {self.new!r:.40} after {self.rows} rows, which alone are read",
-            effect=REST_MISSING.replace("get or make the file again", "give that part as a file of its own"),
-        )
+        old, new = (value if isinstance(value, str | float) else str(value) for value in (self.old, self.new))
+        details = PropertyChanged(topic=group, name=self.name, old=old, new=new, kept=self.rows)
+        return Finding(details=details, severity="error")
 
 
 def _changes(path: Path, end: int) -> dict[str, _Change]:
-    """By channel, the first property of those that say what its numbers are that changes from one segment to another."""
+    """By channel, its first change of unit, rate or scale from one segment to another."""
     from nptdms.reader import TdmsReader
 
     class Watching(TdmsReader):  # type: ignore[misc]  # npTDMS has no types
-        """Notes what the properties of each segment change."""
+        """Records the changes of properties."""
 
         def __init__(self, file: Any) -> None:  # noqa: ANN401
             super().__init__(file)
@@ -161,7 +158,7 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
             for name, items in (segment_object_properties or {}).items():
                 rows = self.before.get(name, 0)
                 for key, value in items:
-                    if key not in _MEANING and not key.startswith("NI_Scale"):
+                    if key not in _CHECKED_PROPERTIES and not key.startswith("NI_Scale"):
                         continue
                     old = self.seen.get((name, key))
                     if rows and old is not None and old != value:
@@ -176,18 +173,18 @@ def _changes(path: Path, end: int) -> dict[str, _Change]:
     scaled = [change for change in reader.found.values() if change.name.startswith("NI_Scale")]
     if scaled:
         raise DataError(
-            f"its scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
-            f" {scaled[0].rows} rows; save each part as a file of its own"
+            f"the scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
+            f" {scaled[0].rows} rows; save each part as another file"
         )
     return reader.found
 
 
-def _lost(code: str, message: str) -> Finding:
-    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)
+def _error(details: Damage) -> Finding:
+    return Finding(details=details, severity="error")
 
 
 class _Part(io.RawIOBase):
-    """A file up to a byte; npTDMS refuses all of one in which a segment is damaged."""
+    """A file up to a byte: npTDMS refuses a whole file if one segment is damaged."""
 
     def __init__(self, stream: io.BufferedReader, end: int) -> None:
         self._stream, self._end = stream, end
@@ -216,7 +213,7 @@ class _Part(io.RawIOBase):
 
 @contextlib.contextmanager
 def _opened(path: Path, end: int) -> Iterator[Any]:
-    """The file by npTDMS, which is told no name, so that it does not take an old index for it."""
+    """The file by npTDMS, without its name, so that npTDMS does not use an outdated index file."""
     import nptdms
 
     with _quiet(), path.open("rb") as stream, nptdms.TdmsFile.open(_Part(stream, end)) as file:
@@ -225,30 +222,17 @@ def _opened(path: Path, end: int) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """What npTDMS raises as a `DataError`, without its words on standard error, which are of what is a finding here."""
+    """Turn errors of npTDMS into `DataError`, and suppress its log, because its warnings are findings here."""
     loggers = [logging.getLogger(f"nptdms.{name}") for name in _LOGGERS]  # each module has its own
     enabled = [log.disabled for log in loggers]
     for log in loggers:
         log.disabled = True
     try:
-        with np.errstate(all="ignore"):
+        with library_faults(), np.errstate(all="ignore"):
             yield
-    except (DataError, MemoryError):
-        raise
-    except OSError as error:
-        if error.errno is not None:
-            raise
-        raise _damaged(error) from None
-    except Exception as error:
-        raise _damaged(error) from None
     finally:
         for log, was in zip(loggers, enabled, strict=True):
             log.disabled = was
-
-
-def _damaged(error: Exception) -> DataError:
-    text = str(error).split("\n")[0] or type(error).__name__
-    return DataError(f"is damaged or cut off ({text}); get or make the file again")
 
 
 def _loader(path: Path, end: int, group: str, name: str, rows: int, declared: int) -> Callable[[], NDArray[Any]]:
@@ -259,9 +243,7 @@ def _loader(path: Path, end: int, group: str, name: str, rows: int, declared: in
             raise DataError(f"channel {group}/{name} has {len(values)} of {declared} values; it is damaged")
         if values.dtype.kind == "M":
             if np.isnat(values).any():
-                raise DataError(
-                    f"channel {group}/{name} lacks a time, at row {int(np.flatnonzero(np.isnat(values))[0])}"
-                )
+                raise DataError(f"channel {group}/{name} has no time at row {int(np.flatnonzero(np.isnat(values))[0])}")
             values = values.astype("datetime64[us]").astype(np.int64)
         return values[:rows]
 

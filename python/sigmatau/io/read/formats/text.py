@@ -1,12 +1,12 @@
 """Text tables: CSV and its relatives, plain or gzip-compressed.
 
-The layout is found out in `layout`; the rows are read by compiled code, which holds every line to that layout and reads
-each number to the nearest double.
+`layout` detects the layout. Compiled code reads the rows, checks each line against the layout, and rounds each number to the
+nearest double.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,16 +16,17 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, NoLineEnd, Place
 from sigmatau.io.read.formats import truncation
-from sigmatau.io.read.formats.comment_lines import Passed
+from sigmatau.io.read.formats.comment_lines import SkippedLines
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.record import memory
 
 __all__ = ["read", "sniff", "table_of"]
 
-_OTHERS = (b"%PDF", b"#ROSBAG")
-_MARKS = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
+_NOT_TEXT = (b"%PDF", b"#ROSBAG")
+_UTF16 = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
 _BOM = b"\xef\xbb\xbf"
 _SENSOR_LOGGER = {
     "gyroscope": "gyroscope",
@@ -34,21 +35,21 @@ _SENSOR_LOGGER = {
     "accelerometeruncalibrated": "accelerometer",
     "totalacceleration": "accelerometer",
 }
-_TEXT_ENOUGH = 16  # lines before bytes that are no text: a damaged table, not a binary file
+_MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Beginning:
-    """The head of a text in UTF-8, up to the first byte that is no text."""
+    """The head of a file in UTF-8, up to the first byte that is not text."""
 
     data: bytes
     whole: bool
     encoding: str
-    called: str  # how the encoding is called; empty if it is ASCII or found out later
+    called: str  # name of the encoding for the notes; empty if it is ASCII or not known yet
 
     @classmethod
     def of(cls, head: bytes, *, whole: bool) -> _Beginning:
-        encoding, called = _MARKS.get(head[:2], ("ascii", "UTF-8 with a byte order mark" if head[:3] == _BOM else ""))
+        encoding, called = _UTF16.get(head[:2], ("ascii", "UTF-8 with a byte order mark" if head[:3] == _BOM else ""))
         data = head
         if encoding != "ascii":
             data = head[: len(head) // 2 * 2].decode(encoding, errors="replace").encode("utf-8", errors="replace")
@@ -60,13 +61,13 @@ class _Beginning:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is text: no control characters, or a table of numbers before the first of them."""
-    if head.startswith(_OTHERS):
+    """Whether the file is text: no control characters, or a table before the first of them."""
+    if head.startswith(_NOT_TEXT):
         return False
     beginning = _Beginning.of(head, whole=True)
     if beginning.whole:
         return True
-    if beginning.data.count(b"\n") < _TEXT_ENOUGH:
+    if beginning.data.count(b"\n") < _MIN_LINES:
         return False
     try:
         find_layout(beginning.data, whole=False)
@@ -76,7 +77,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
-    """The columns of a text table; rows are read when they are loaded.
+    """The columns of a text table, which are read on demand.
 
     Parameters
     ----------
@@ -86,14 +87,14 @@ def read(path: Path, head: Head) -> tuple[Table]:
     Raises
     ------
     DataError
-        If no table is found in the head; by ``load``: for a row of another length, a word among the numbers, damaged
-        compression; `NonFiniteError` for an infinity.
+        If the head has no table; by ``load``: for a row of another length, a non-numeric value, damaged compression;
+        `NonFiniteError` for an infinite value.
     """
     return (table_of(path, head, path.name.split(".")[0]),)
 
 
 def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Table:
-    """The table of a file of a name, or of a text in memory."""
+    """The table of a file, or of text in memory; `name` is the name of the file without its suffix."""
     beginning = _Beginning.of(head.data, whole=head.whole)
     layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
     text = _Text(source=source, layout=layout, encoding=beginning.encoding, gzip=head.gzip)
@@ -116,17 +117,17 @@ def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Ta
 
 
 def _of_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Column, ...], tuple[str, ...]]:
-    """Sensor Logger (the app) writes a file a sensor, whose columns are x, y and z in each: the name says which it is."""
+    """Columns of the app Sensor Logger with the sensor in their names: the columns of each file are x, y and z."""
     sensor = _SENSOR_LOGGER.get(name.lower())
     if sensor is None or {"seconds_elapsed", "x", "y", "z"} - {column.name for column in columns}:
         return columns, ()
     full = tuple(replace(c, name=f"{sensor} {c.name}") if c.name in ("x", "y", "z") else c for c in columns)
-    return full, (f"x, y, z are of the {sensor} by the name of the file, {name}",)
+    return full, (f"x, y, z of the {sensor} by the name of the file, {name}",)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Text:
-    """A text of which the layout is known."""
+    """A text with a known layout."""
 
     source: Path | bytes
     layout: Layout
@@ -139,32 +140,30 @@ class _Text:
         try:
             read = self._read(wanted, exact, None)
         except formats.TextReadError as error:
-            until, what = self._break(error, exact)
+            until, damage = self._break(error, exact)
             try:
                 read = self._read(wanted, exact, until)
             except formats.TextReadError:
                 raise _explained(error, self.layout) from None
-            found = (truncation.finding(*what(len(read.columns[0]))),)
-        passed = Passed.between(read, self.layout)
-        if passed.stop is not None:
-            read = self._read(wanted, exact, passed.stop - 1)
+            found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
+        skipped = SkippedLines.between(read, self.layout)
+        if skipped.stop is not None:
+            read = self._read(wanted, exact, skipped.stop - 1)
             found = ()
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
             raw[exact] = read.integers
-        found = (*found, *passed.findings(len(read.columns[0])))
-        whole = until is None and passed.stop is None
+        found = (*found, *skipped.findings(len(read.columns[0])))
+        whole = until is None and skipped.stop is None
         if whole and len(self.layout.columns) - 1 in wanted:
             cut = truncation.cut_number(self.source, self.encoding, self.layout.delimiter, open_end=read.open_end)
             if cut:
                 raw = {index: column[:-1] for index, column in raw.items()}
                 rows = len(raw[wanted[0]])
-                message = f"the last line was cut off in its last number; {rows} rows were read before it"
-                found = (*found, truncation.finding("broken_off", message))
+                found = (*found, Finding(details=BrokenOff(inside="number", kept=rows), severity="error"))
             elif cut is None:
                 raw = {index: column[:-1] for index, column in raw.items()}
-                message = "the last line has no line end, so its last number may have been cut off: it is left out"
-                found = (*found, Finding(code="no_line_end", severity="info", message=message))
+                found = (*found, Finding(details=NoLineEnd(), severity="info"))
         return Loaded(columns=raw, findings=found)
 
     def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> formats.TextColumns:
@@ -182,34 +181,25 @@ class _Text:
             dates=exact is not None and is_date(self.layout.columns[exact].first),
         )
 
-    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Callable[[int], tuple[str, str]]]:
-        """The lines before a break, and what to say of it; raises what is wrong if it is none."""
+    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damage]:
+        """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
         if error.kind == "truncated":
-            return error.line, lambda rows: (
-                "broken_off",
-                f"the compressed data break off after line {error.line}; {rows} rows were read before",
-            )
+            return error.line, BrokenOff(what="gzip stream", place=Place("line", error.line + 1))
         if error.kind in ("ragged", "not_a_number", "non_finite", "too_long"):
             line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
             if line.last and not line.ended and short and error.kind != "too_long":
-                return error.line - 1, lambda rows: (
-                    "broken_off",
-                    f"the file breaks off in the middle of line {error.line}; {rows} rows were read before",
-                )
-            # Of damaged compressed data the lines before may be wrong as well, and still look like rows.
+                return error.line - 1, BrokenOff(place=Place("line", error.line))
+            # In damaged compressed data earlier lines may be wrong and still look like rows.
             if not self.gzip and truncation.damaged(line.text, self.encoding):
-                return error.line - 1, lambda rows: (
-                    "damaged",
-                    f"line {error.line} holds bytes that are no text; {rows} rows were read before it, none after it",
-                )
+                return error.line - 1, Damaged(place=Place("line", error.line), reason="bytes that are not text")
         if error.kind == "not_a_number" and error.column == exact and error.row == 0:
             raise _no_time(error, self.layout)
         raise _explained(error, self.layout) from None
 
     def line(self, row: int) -> int:
-        """The line of a row of data, found by going through the text again: only asked for when something is wrong."""
+        """The line of a row; the text is read again, so this is only used for errors and findings."""
         blank = b" \r\n" if self.layout.delimiter == "\t" else b" \t\r\n"
         comments = tuple(c.encode() for c in COMMENTS)
         rows = -1
@@ -218,11 +208,11 @@ class _Text:
             rows += number > self.layout.skip_lines and bool(text) and not text.startswith(comments)
             if rows == row:
                 return number
-        raise DataError("changed while it was being read")
+        raise DataError("changed while it was read")
 
 
 def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
-    """Before hours of reading end in a process that the system kills."""
+    """Raise `DataError` if the columns do not fit in memory."""
     lines = head.data.count(b"\n")
     free = memory.available()
     if head.whole or not lines or free is None:
@@ -230,7 +220,7 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
     rows = path.stat().st_size * lines / len(head.data)
     if 8 * rows * columns > free:
         raise DataError(
-            f"some {rows:.2g} rows take {8e-9 * rows * columns:.3g} GB of memory, and {1e-9 * free:.3g} GB are free;"
+            f"about {rows:.2g} rows need {8e-9 * rows * columns:.3g} GB of memory, but {1e-9 * free:.3g} GB are free;"
             " save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
         )
 
@@ -238,8 +228,8 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
 def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
     name = layout.columns[error.column].name or f"number {error.column + 1}"
     return DataError(
-        f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date that is read"
-        " (such as 2026-03-01 12:00:00.000); name another by --channels time=…, or leave it out by --channels time=none"
+        f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date"
+        " (such as 2026-03-01 12:00:00.000); name another column by --channels time=…, or ignore it by --channels time=none"
         " --rate HZ"
     )
 
@@ -247,32 +237,32 @@ def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
 def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     place = f", line {error.line}"
     if layout.decimal_comma:
-        error.text = error.text.translate(str.maketrans(",.", ".,"))  # as it stands in the file
+        error.text = error.text.translate(str.maketrans(",.", ".,"))  # as in the file
     if error.kind == "ragged":
         last = " (the file was cut off, if it is the last)" if error.got < error.expected else ""
         return DataError(
             f"{place}: {error.got} field{'s' if error.got != 1 else ''}, {error.expected} expected;"
-            f" mend or delete the line{last}"
+            f" correct or delete the line{last}"
         )
     if error.kind in ("not_a_number", "non_finite"):
         name = layout.columns[error.column].name or f"number {error.column + 1}"
         where = f"{place}: column {name}"
         if error.kind == "not_a_number":
-            return DataError(f"{where} has {error.text!r}, which is not a number; mend or delete the line")
+            return DataError(f"{where} has {error.text!r}, which is not a number; correct or delete the line")
         what = repr(error.text) if error.text else "nothing"
         return NonFiniteError(
-            f"{where} has {what} (row {error.row} of the data, counted from 0), no finite number;"
-            " cut the record there, or leave the field empty if it is missing",
+            f"{where} has {what} (row {error.row}, counted from 0), which is not finite;"
+            " cut the record there, or leave the field empty if the value is missing",
             channel=name,
             index=error.row,
         )
     if error.kind == "too_long":
-        return DataError(f"{place}: longer than 1 MiB, so this is no line of a table; delete it")
+        return DataError(f"{place}: longer than 1 MiB, so it is not a row; delete it")
     if error.kind == "truncated":
-        return DataError(f"the compressed data break off after line {error.line}; get or make the file again")
+        return DataError(f"the gzip stream breaks off after line {error.line}; get or make the file again")
     if error.kind == "damaged":
         return DataError(
-            f"the compressed data are damaged, which shows after line {error.line}: the lines before may be wrong as well;"
+            f"the compressed data are damaged after line {error.line}, and the lines before may be wrong too;"
             " get or make the file again"
         )
     if error.kind == "empty":

@@ -1,6 +1,6 @@
-"""Bytes behind the end that a file declares: another log that was appended by ``cat``, or filler.
+"""Bytes after the end that a file declares: filler, or another log that was appended by ``cat``.
 
-Formats that say how long they are read to there and no further, and their libraries pass over what follows without a word.
+Formats that declare their length are read up to it. Their libraries ignore the bytes that follow, without a warning.
 """
 
 from __future__ import annotations
@@ -8,18 +8,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BytesNotRead, Filler, Place
 
-__all__ = ["BEHIND", "archive_ends", "behind", "lost"]
+__all__ = ["archive_ends", "behind", "not_read"]
 
-BEHIND = "what they hold is not read: if another log was appended there, cut the file in two and read each"
-"""Effect of bytes that are not read."""
-
-_PIECE = 1 << 20
+_CHUNK = 1 << 20
 _END_RECORD, _END_LENGTH, _COMMENT = b"PK\x05\x06", 22, 1 << 16  # of zip archives
 
 
 def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
-    """What to say of the bytes behind the end of the contents; nothing if there are none.
+    """A finding of the bytes after the end of the contents; nothing if the file ends there.
 
     Parameters
     ----------
@@ -27,37 +25,37 @@ def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
     end : int
         Where the contents end. [bytes]
     what : str
-        That ends there, in words.
+        What ends there: ``"the array"``.
     """
     size = path.stat().st_size
     if size <= end:
         return ()
-    if filler := _filler(path, end):
-        message = f"{size - end} bytes of {filler} lie behind the end of {what} at byte {end}"
-        return (Finding(code="filler", severity="info", message=message, effect="they hold nothing"),)
-    return (lost(f"{size - end} bytes lie behind the end of {what} at byte {end}, and are not read"),)
+    number, place, value = size - end, Place("byte", end), _filler(path, end)
+    if value is not None:
+        return (Finding(details=Filler(bytes=number, place=place, after=what, value=value), severity="info"),)
+    return (not_read(number, end, after=what),)
 
 
-def lost(message: str) -> Finding:
-    """That a file holds bytes that are not read."""
-    return Finding(code="bytes_not_read", severity="error", message=message, effect=BEHIND)
+def not_read(number: int, start: int, *, after: str = "") -> Finding:
+    """A finding of bytes that are not read, see `sigmatau.findings.kinds.reading.BytesNotRead`."""
+    return Finding(details=BytesNotRead(bytes=number, place=Place("byte", start), after=after), severity="error")
 
 
-def _filler(path: Path, start: int) -> str:
-    """The one byte that a file consists of from a place on, if that is what a disk is filled with; in words."""
+def _filler(path: Path, start: int) -> int | None:
+    """The value of all bytes from a place to the end of the file, if it is 0 or 0xff."""
     with path.open("rb") as stream:
         stream.seek(start)
         first = stream.read(1)
         if first not in (b"\0", b"\xff"):
-            return ""
-        while piece := stream.read(_PIECE):
+            return None
+        while piece := stream.read(_CHUNK):
             if piece.strip(first):
-                return ""
-    return "zeros" if first == b"\0" else "0xff"
+                return None
+    return first[0]
 
 
 def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
-    """What stands before and behind a zip archive, of which the library reads the last that it finds.
+    """Findings of bytes before and after a zip archive; of several archives the library reads the last.
 
     Parameters
     ----------
@@ -67,7 +65,7 @@ def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
     """
     found: tuple[Finding, ...] = ()
     if first > 0:
-        found = (lost(f"{first} bytes stand before the archive that is read, and are not read"),)
+        found = (not_read(first, 0),)
     size = path.stat().st_size
     start = max(0, size - _END_LENGTH - _COMMENT)
     with path.open("rb") as stream:

@@ -1,8 +1,7 @@
-"""Where a text table breaks off: a last line without its end, or bytes that are no text.
+"""Detection of where a text table breaks off: an incomplete last line, or bytes that are not text.
 
-A line with too few fields in the middle of good ones is a mistake that somebody must mend, and is refused. A last line that
-stops short, and a line of bytes that no logger writes, are what a crash, a full disk or a bad transfer leave: what stands
-before them is as it was written.
+A crash, a full disk or a bad transfer leave such an end, and the rows before it are intact. A line with too few fields among
+good rows is a different fault: it is an error that the user must correct.
 """
 
 from __future__ import annotations
@@ -15,24 +14,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.errors import DataError
-from sigmatau.findings.finding import Finding
-from sigmatau.io.read.table import REST_MISSING
 
-__all__ = ["BREAK", "Line", "cut_number", "damaged", "finding", "line_at", "lines_of"]
+__all__ = ["BREAK", "Line", "cut_number", "damaged", "line_at", "lines_of"]
 
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
-"""Bytes that are in no text; 0x1a ends files of old systems."""
+"""Bytes that text does not have; 0x1a is allowed, because it ends files of old systems."""
 
-_LONGEST = 1 << 20
-_STRANGE = 16  # bytes beyond ASCII that are no UTF-8, and at least half of a line
-_TAIL = 1 << 14
+_CHUNK = 1 << 20  # [bytes]
+_MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at least half of it
+_TAIL = 1 << 14  # [bytes]
 _SHAPE = re.compile(r"[+-]?\d+(?:\.(\d*))?(?:[eE][+-]?(\d*))?")
-_LOOKED_AT = 32  # lines before the last one
+_COMPARED = 32  # lines before the last one whose decimals are compared with it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """A line of a text: its first MiB, whether it has a line end, and whether nothing but blanks follows."""
+    """A line of a text: its first MiB, whether it has a line end, and whether only blanks follow."""
 
     text: bytes
     ended: bool
@@ -42,7 +39,7 @@ class Line:
 def lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
     """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most 1 MiB.
 
-    Compressed data that break off end there: this is asked for after it has been found what is wrong.
+    Damaged compressed data end without an error, which was raised before.
     """
     try:
         yield from _lines_of(source, encoding)
@@ -66,15 +63,15 @@ def _lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
             if compressed
             else source.open(encoding=encoding, errors="replace", newline="\n")
         ) as text:
-            for piece in iter(lambda: text.readline(_LONGEST), ""):
+            for piece in iter(lambda: text.readline(_CHUNK), ""):
                 yield piece.encode("utf-8", errors="replace")
         return
     with gzip.open(source, "rb") if compressed else source.open("rb") as lines:
-        yield from iter(lambda: lines.readline(_LONGEST), b"")
+        yield from iter(lambda: lines.readline(_CHUNK), b"")
 
 
 def _blocks_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The same text in blocks that end anywhere, which is quicker."""
+    """The same text in blocks that end anywhere, which is faster."""
     if isinstance(source, bytes) or encoding != "ascii":
         yield from lines_of(source, encoding)
         return
@@ -82,7 +79,7 @@ def _blocks_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
         compressed = stream.read(2) == b"\x1f\x8b"
     try:
         with gzip.open(source, "rb") if compressed else source.open("rb") as blocks:
-            yield from iter(lambda: blocks.read1(_LONGEST), b"")  # what there is before compressed data break off
+            yield from iter(lambda: blocks.read1(_CHUNK), b"")  # returns data up to the end of a truncated stream
     except (EOFError, zlib.error, gzip.BadGzipFile):
         return
 
@@ -90,7 +87,7 @@ def _blocks_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
 def line_at(source: Path | bytes, number: int, encoding: str) -> Line:
     """A line, counted from 1; raises `DataError` if there is none."""
     left, text, ended = number - 1, b"", False
-    for block in _blocks_of(source, encoding):  # a line by itself would take hours where there are only line ends
+    for block in _blocks_of(source, encoding):  # line by line, a file of only line ends would take hours
         rest = block
         if left:
             ends = rest.count(b"\n")
@@ -103,25 +100,25 @@ def line_at(source: Path | bytes, number: int, encoding: str) -> Line:
             left, rest = 0, rest[at + 1 :]
         if not ended:
             line, end, rest = rest.partition(b"\n")
-            text += line[: _LONGEST - len(text)] + end
+            text += line[: _CHUNK - len(text)] + end
             ended = bool(end)
         if ended and rest.strip():
             return Line(text=text, ended=ended, last=False)
     if left or not text:
-        raise DataError("changed while it was being read")
+        raise DataError("changed while it was read")
     return Line(text=text, ended=ended, last=True)
 
 
 def damaged(line: bytes, encoding: str) -> bool:
-    """Whether a line that is no row is no text either."""
+    """Whether a line that is not a row is not text either."""
     if BREAK.search(line):
         return True
-    if encoding != "ascii":  # two bytes of rubbish are mostly some character
+    if encoding != "ascii":  # two random bytes are mostly a valid character
         text = line.decode("utf-8", errors="replace")
-        strange = sum(not c.isascii() for c in text)
-        return strange >= _STRANGE and 2 * strange >= len(text)
-    strange = len(line.translate(None, bytes(range(128))))
-    if strange < _STRANGE or 2 * strange < len(line):
+        not_ascii = sum(not c.isascii() for c in text)
+        return not_ascii >= _MIN_NOT_ASCII and 2 * not_ascii >= len(text)
+    not_ascii = len(line.translate(None, bytes(range(128))))
+    if not_ascii < _MIN_NOT_ASCII or 2 * not_ascii < len(line):
         return False
     try:
         line.decode("utf-8")
@@ -131,11 +128,10 @@ def damaged(line: bytes, encoding: str) -> bool:
 
 
 def cut_number(source: Path | bytes, encoding: str, delimiter: str | None, *, open_end: bool) -> bool | None:
-    """Whether the last number of a text without a last line end was cut: None if that cannot be told.
+    """Whether the last number of a text without a final line end was cut; None if that is not known, False with a line end.
 
-    A column that had as many decimals in every row, and has fewer in a last line without an end, was cut there. False if
-    there is a last line end. A compressed file is gone through again for its end, if `open_end` says that it has none: its
-    checksum is right then, but the text may have been cut before it was compressed.
+    It was cut if it has fewer decimals than the last column has in all rows before. A compressed file is read again to its
+    end if `open_end` is true: the text may have been cut before it was compressed.
     """
     if isinstance(source, bytes):
         tail = source[-_TAIL:]
@@ -151,16 +147,16 @@ def cut_number(source: Path | bytes, encoding: str, delimiter: str | None, *, op
         if compressed:
             with gzip.open(source, "rb") as stream:
                 tail, block = b"", b""
-                for next_block in iter(lambda: stream.read(_LONGEST), b""):
+                for next_block in iter(lambda: stream.read(_CHUNK), b""):
                     tail, block = block, next_block
             tail = (tail + block)[-(_TAIL + len(tail + block) % 2) :]
     text = tail.decode("latin-1" if encoding == "ascii" else encoding, errors="replace")
-    if delimiter is not None and text.endswith(delimiter):  # the last field is not there, unless all lines end so
+    if delimiter is not None and text.endswith(delimiter):  # the last field is missing, unless all lines end so
         whole = text.split("\n")[-2:-1]
         return not whole[0].rstrip("\r").endswith(delimiter) if whole else None
-    if text[-1:] in set('\n\r\t ";,|'):  # then the number before is whole
+    if text[-1:] in set('\n\r\t ";,|'):  # then the number before it is complete
         return False
-    lines = [line for line in text.rstrip().split("\n")[1:] if line.strip()][-_LOOKED_AT:]
+    lines = [line for line in text.rstrip().split("\n")[1:] if line.strip()][-_COMPARED:]
     *before, last = [_shape(line, delimiter) for line in lines] or [None]
     if last is None or len(before) < 2 or len(set(before)) > 1 or before[0] in (None, (-1, -1)):
         return None
@@ -173,8 +169,3 @@ def _shape(line: str, delimiter: str | None) -> tuple[int, int] | None:
     fields = line.strip().rstrip(delimiter or "").split(delimiter)
     match = _SHAPE.fullmatch(fields[-1].strip().strip('"').replace(",", "."))
     return None if match is None else (len(match[1] or "") or -1, len(match[2] or "") or -1)
-
-
-def finding(code: str, message: str) -> Finding:
-    """That rows are missing after what was read."""
-    return Finding(code=code, severity="error", message=message, effect=REST_MISSING)

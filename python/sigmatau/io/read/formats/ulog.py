@@ -1,6 +1,6 @@
 """PX4 flight logs (ULog): each instance of a message is a table.
 
-The chain of messages is followed by compiled code, which says where it breaks off; formats and meanings are found here.
+Compiled code follows the chain of messages and reports where it breaks off. This module interprets the messages.
 https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 """
 
@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.message_chain import broken
-from sigmatau.io.read.table import REST_MISSING, Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
 __all__ = ["read", "sniff"]
 
@@ -40,10 +42,10 @@ _TYPES = {
     "char": "S1",
 }
 _FIELD = re.compile(r"([A-Za-z_][\w/\-]*)(?:\[(\d{1,5})\])? +([A-Za-z_]\w*)")
-_LARGEST = 65535  # bytes of a message
+_LONGEST_MESSAGE = 65535  # [bytes]
 
-# A file does not define units, but PX4's message definitions do; axes that bear no more than a letter are given the name
-# of their message, and increments one that is not taken for a rate unless it is asked for.
+# A file does not define units, but PX4's message definitions do. Axes that are named by a letter get the name of their
+# message. Increments get a name that is not recognised as a rate.
 _STAMPS = {"timestamp": "timestamp [us]", "timestamp_sample": "timestamp_sample [us]"}
 _AXES = {
     **{m: (m, "rad/s") for m in ("sensor_gyro", "sensor_gyro_fifo")},
@@ -60,15 +62,15 @@ class _Field:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is a ULog, its header damaged or not."""
+    """Whether the file is a ULog, even with a damaged header."""
     return head.startswith(_MAGIC[:4])
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The messages of a log, by instance: ``sensor_combined``, ``sensor_gyro:0``, ``sensor_gyro:1`` …
 
-    Stamps are microseconds since the flight computer started. Messages of the sensor's own buffer (``sensor_gyro_fifo``)
-    are taken apart into samples, whose times are spread over the time since the message before.
+    Times are microseconds since the flight computer started. Messages of the sensor's buffer (``sensor_gyro_fifo``) are
+    split into samples, whose times are spread evenly over the time since the previous message.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If nothing can be read of it; by ``load``: `NonFiniteError` for an infinity.
+        If the log has no data; by ``load``: `NonFiniteError` for an infinite value.
     """
     try:
         scan = logs.scan_ulog(str(path))
@@ -89,13 +91,16 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     topics = [
         (number, instance, bytes(name).decode(), rows, width) for number, instance, name, rows, width in scan["topics"]
     ]
-    # Topics without data are not looked at, and each definition once: damage must not make 65535 times the work.
+    # Topics without data are skipped and each definition is interpreted once: damage may declare 65535 topics.
     layouts = {name: _layout(name, formats) for name in {topic[2] for topic in topics if topic[3]}}
     unusable = {t[2]: why for t in topics if t[3] and (why := layouts[t[2]].misfit(t[4]))}
     findings = (
         *broken(scan, size),
-        *(_unusable(name, why) for name, why in unusable.items()),
-        *_passed_over(scan),
+        *(
+            Finding(details=Damaged(what=f"definition of {name}", reason=why), severity="error")
+            for name, why in unusable.items()
+        ),
+        *_skipped(scan),
         *_dropouts(scan["dropouts"]),
     )
     if all(not rows or name in unusable for _, _, name, rows, _ in topics):
@@ -133,7 +138,7 @@ class _Source:
     label: str
 
     def arrays(self, fields: Sequence[_Field], lengths: Sequence[int] | None = None) -> list[NDArray[Any]]:
-        """One array a field; of shape (n, length) where a length is given that is not 1."""
+        """One array for each field, of shape (n, length) if a length is given that is not 1."""
         lengths = lengths or [1] * len(fields)
         spans = [(f.offset, np.dtype(f.kind).itemsize * n) for f, n in zip(fields, lengths, strict=True)]
         raw = logs.ulog_columns(
@@ -175,7 +180,7 @@ def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple
 
 
 def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[Finding, ...]) -> Iterator[Table]:
-    """Samples of a sensor's buffer: up to 32 in a message, whole numbers with one scale."""
+    """Samples of a sensor's buffer: up to 32 integers in a message, with one scale."""
     places = {f.name: f for f in fields}
     depth = sum(f.name.startswith("x[") for f in fields)
     needed = ("timestamp_sample", "dt", "scale", "samples", "x[0]", "y[0]", "z[0]")
@@ -189,8 +194,16 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     wrong = np.flatnonzero(counts > depth)
     good = int(wrong[0]) if len(wrong) else source.rows
     if len(wrong):
-        said = f"{source.where(good)} says {counts[good]} samples and has room for {depth}"
-        findings = (*findings, Finding(code="damaged", severity="error", message=said, effect=REST_MISSING))
+        details = Damaged(
+            place=Place("message", good + 1),
+            got=int(counts[good]),
+            expected=depth,
+            measured="samples",
+            kept=int(counts[:good].sum()),
+            counted="samples",
+            topic=source.label,
+        )
+        findings = (*findings, Finding(details=details, severity="error"))
     counts = counts[:good]
     columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
     first = np.concatenate(([0], np.cumsum(counts)))
@@ -215,7 +228,7 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     yield Table(
         format="ulog",
         columns=columns,
-        notes=("samples of the sensor's buffer, their times spread over the time since the message before",),
+        notes=("samples of the sensor's buffer, their times spread over the time since the previous message",),
         load=load,
         where=where,
         topic=source.label,
@@ -225,17 +238,19 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
 
 
 def _spread(times: NDArray[np.int64], dt: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Times of samples of which the last of each message is stamped; whole microseconds.
+    """Times of the samples in whole microseconds; the time stamp of a message is that of its last sample.
 
-    The declared interval `dt` is nominal: a sensor that runs faster would step back in time from one message to the next.
-    So it is used only where the message before is too far away, or missing.
+    The declared interval `dt` is nominal. With a faster sensor it would make time go backwards between messages, so it is
+    used only if the previous message is missing or too far away.
     """
     nominal = np.clip(dt, 0.0, 1e6) * counts
     since = np.diff(times, prepend=times[:1] - 1).astype(np.float64)
-    near = (since > 0) & (since < 1.5 * nominal)
-    near[:1] = False
-    span = np.where(near, since, nominal)
-    left = np.repeat(np.cumsum(counts), counts) - 1 - np.arange(int(counts.sum()))  # samples to the stamped one
+    is_near = (since > 0) & (since < 1.5 * nominal)
+    is_near[:1] = False
+    span = np.where(is_near, since, nominal)
+    left = (
+        np.repeat(np.cumsum(counts), counts) - 1 - np.arange(int(counts.sum()))
+    )  # samples up to the last of the message
     step = np.repeat(span / np.maximum(counts, 1), counts)
     return np.repeat(times, counts) - np.rint(left * step).astype(np.int64)
 
@@ -249,7 +264,7 @@ def _named(message: str, field: str) -> str:
 
 
 def _has_instances(message: str) -> bool:
-    """Whether PX4 runs one for each sensor, so that the instance belongs to its name even if there is but one."""
+    """Whether PX4 has an instance for each sensor; then the number of the instance is always part of the name."""
     return message in _AXES or message == "vehicle_imu"
 
 
@@ -263,7 +278,7 @@ def _defined(definitions: Sequence[bytes]) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """The fields of a message without the bytes that fill up, and how many bytes it may have; or what is wrong."""
+    """The fields of a message without padding, and its smallest and largest size; or why it cannot be read. [bytes]"""
 
     fields: Sequence[_Field] = ()
     least: int = 0
@@ -271,10 +286,10 @@ class _Layout:
     wrong: str = ""
 
     def misfit(self, size: int) -> str:
-        """Why messages of so many bytes cannot be taken; empty if they can."""
+        """Why messages of this size cannot be read; empty if they can."""
         if self.wrong or self.least <= size <= self.most:
             return self.wrong
-        return f"it makes {self.most} bytes, and its messages have {size}"
+        return f"it gives {self.most} bytes, but the messages have {size}"
 
 
 def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
@@ -288,17 +303,8 @@ def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
     return _Layout([f for f in fields if "_padding" not in f.name], least, most)
 
 
-def _unusable(name: str, why: str) -> Finding:
-    return Finding(
-        code="damaged",
-        severity="error",
-        message=f"the definition of {name} cannot be used: {why}",
-        effect="this message is not read; get or make the file again",
-    )
-
-
 def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_Field], int]:
-    """Fields in the order of their bytes, and the length of all."""
+    """Fields in the order of their bytes, and their total length."""
     if message not in formats:
         raise _UnusableError(f"{message!r} is not defined")
     if depth > 8:
@@ -308,7 +314,7 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
     for text in filter(None, formats[message].split(";")):
         match = _FIELD.fullmatch(text.strip())
         if match is None:
-            raise _UnusableError(f"{text[:40]!r} is no field")
+            raise _UnusableError(f"{text[:40]!r} is not a field")
         kind, count, name = match[1], match[2], match[3]
         inner: list[_Field] = [_Field("", _TYPES[kind], 0)] if kind in _TYPES else []
         if inner:
@@ -316,8 +322,8 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
         else:
             inner, length = _laid_out(kind, formats, depth=depth + 1)
         times = 1 if count is None else int(count)
-        if offset + length * times > _LARGEST or not length:
-            raise _UnusableError(f"{name!r} makes it longer than {_LARGEST} bytes, or has none")
+        if offset + length * times > _LONGEST_MESSAGE or not length:
+            raise _UnusableError(f"with {name!r} it is longer than {_LONGEST_MESSAGE} bytes, or the field is empty")
         for k in range(times):
             base = name if count is None else f"{name}[{k}]"
             fields += [_Field(f"{base}.{f.name}" if f.name else base, f.kind, offset + f.offset) for f in inner]
@@ -325,43 +331,19 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
     return fields, offset
 
 
-def _passed_over(scan: Mapping[str, Any]) -> list[Finding]:
-    found = []
-    if scan["unknown"]:
-        found.append(
-            Finding(
-                code="unknown_messages",
-                severity="warning",
-                message=f"{scan['unknown']} messages of a kind that is not known were passed over",
-                effect="none if a newer PX4 wrote them; else the file is damaged there",
-            )
-        )
-    for start, stop in scan["unfinished"]:
-        found.append(
-            Finding(
-                code="unfinished_message",
-                severity="warning",
-                message=f"{stop - start} bytes at byte {start} are an unfinished message, after which data were appended",
-                effect="that message is missing; usual for a log that a crash ended",
-            )
-        )
-    return found
+def _skipped(scan: Mapping[str, Any]) -> list[Finding]:
+    skipped: list[InFile] = [UnknownMessages(count=scan["unknown"])] if scan["unknown"] else []
+    skipped += [UnfinishedMessage(place=Place("byte", start), bytes=stop - start) for start, stop in scan["unfinished"]]
+    return [Finding(details=details, severity="warning") for details in skipped]
 
 
 def _dropouts(durations: Sequence[int]) -> list[Finding]:
     if not durations:
         return []
-    total, longest = sum(durations) / 1000, max(durations) / 1000
-    return [
-        Finding(
-            code="dropouts",
-            severity="warning",
-            message=f"the logger lost data {len(durations)} times, for {total:.3f} s in all, {longest:.3f} s at the longest",
-            effect="samples were lost there: log to a faster card or fewer topics, or cut the record between the dropouts",
-        )
-    ]
+    details = LoggerDropouts(count=len(durations), total=sum(durations) / 1000, longest=max(durations) / 1000)
+    return [Finding(details=details, severity="warning")]
 
 
 def _because(findings: Sequence[Finding]) -> str:
-    worst = [f for f in findings if f.severity == "error"]
-    return f": {worst[0].message}; get or make the file again" if worst else ""
+    errors = [finding for finding in findings if finding.severity == "error"]
+    return f": {sentence(errors[0])}" if errors else ""

@@ -1,24 +1,25 @@
-"""Lines of VectorNav's sensors, ``$VNYMR,…*68``: those with a wrong checksum are left out, counted, and the first named."""
+"""VectorNav sentences, ``$VNYMR,…*68``; lines with a wrong checksum are left out, with a finding."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.formats import truncation
+from sigmatau.findings.kinds.reading import BrokenLines, BrokenOff, OtherSentences
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
 __all__ = ["read", "sniff"]
 
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
 _NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
-_IN_TURN = 10  # so many of other sentences between two are no sign of anything
-_APPENDED = (b"S", b"T")  # fields after those of the sentence, which can be switched on
+_ALTERNATING = 10  # longest run of other sentences in a log whose sentences alternate
+_APPENDED = (b"S", b"T")  # optional fields after those of the sentence
 
 
 def _xyz(name: str, unit: str) -> list[str]:
@@ -44,7 +45,7 @@ _FIELDS = {
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether half the lines are sentences of VectorNav."""
+    """Whether at least half the lines are VectorNav sentences."""
     found = sum(1 for _ in _LINE.finditer(head))
     return found > 0 and 2 * found >= sum(1 for line in head.split(b"\n") if line.strip())
 
@@ -60,7 +61,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        By ``load``: if no sentence of the name is whole, or compressed data are damaged.
+        If no sentence has numbers; by ``load``: if compressed data are damaged.
     """
     counts: Counter[tuple[str, int]] = Counter()
     for match in _LINE.finditer(head.data):
@@ -73,7 +74,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     for (name, width), _ in counts.most_common():
         widths.setdefault(name, width)
     if not widths:
-        raise DataError("has VectorNav sentences, none of them with numbers")
+        raise DataError("has VectorNav sentences but none with numbers")
     return tuple(_table(path, name, width, gzip=head.gzip) for name, width in widths.items())
 
 
@@ -96,7 +97,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
         rows = len(found.columns[0])
         return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, name, rows))
 
-    what = "" if known else f"; its {width} fields are not those that are known, so they have numbers for names"
+    what = "" if known else f"; its {width} fields are not the documented ones and are named by number"
     return Table(
         format="vectornav",
         columns=columns,
@@ -110,42 +111,27 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
 def _findings(found: formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
     findings = []
     if found.broken:
-        examples = "; ".join(f"line {line} {what}" for line, what in found.examples)
-        more = ", the first:" if found.broken > len(found.examples) else ":"
-        findings.append(
-            Finding(
-                code="broken_lines",
-                severity="error" if found.inner else "warning",
-                message=f"{found.broken} broken line{'s' if found.broken != 1 else ''}{more} {examples}",
-                effect=f"they are left out, so that {found.inner} rows may be missing between the {rows} of ${name}:"
-                " times after each are too early"
-                if found.inner
-                else "before the first row: no row is missing between others",
-            )
+        details = BrokenLines(
+            count=found.broken,
+            inner=found.inner,
+            examples=tuple((line, what) for line, what in found.examples),
+            kept=rows,
+            topic=name,
         )
+        findings.append(Finding(details=details, severity="error" if found.inner else "warning"))
     findings.extend(_others(found, name, rows))
     if found.cut:
-        findings.append(
-            truncation.finding("broken_off", f"the file breaks off in the middle of a line; {rows} rows were read")
-        )
+        findings.append(Finding(details=BrokenOff(inside="line", kept=rows), severity="error"))
     return tuple(findings)
 
 
 def _others(found: formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
-    """What is said of whole sentences of other names: rows are missing from a log that was switched to another."""
+    """A finding of whole sentences of other names; an error if the sensor was switched to them."""
     if not found.others:
         return ()
     longest, line = found.gap
-    message = f"{found.others} whole sentences of other names, such as ${found.other}, are not read"
-    # Sentences that come in turn are spread evenly; a switch is a run of them that the shares do not explain.
-    if longest <= _IN_TURN + 4 * -(-found.others // max(rows, 1)):
-        return (Finding(code="other_sentences", severity="info", message=message, effect=f"those of ${name} are"),)
-    return (
-        Finding(
-            code="other_sentences",
-            severity="error",
-            message=f"{message}; from line {line} on come {longest} of them without one ${name}",
-            effect=f"the sensor was switched to another sentence there: rows of ${name} are missing, and times after it are"
-            " too early",
-        ),
-    )
+    # Alternating sentences are spread evenly. A switch shows as a run that is longer than their shares explain.
+    details = OtherSentences(count=found.others, example=found.other, topic=name)
+    if longest <= _ALTERNATING + 4 * -(-found.others // max(rows, 1)):
+        return (Finding(details=details, severity="info"),)
+    return (Finding(details=replace(details, line=line, run=longest), severity="error"),)

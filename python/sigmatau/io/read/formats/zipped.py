@@ -1,4 +1,4 @@
-"""Zip archives of text tables, as phyphox and Sensor Logger export them: a file a sensor, each at its own rate."""
+"""Zip archives of text tables, as phyphox and Sensor Logger export them: one file for each sensor, at its own rate."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
-from sigmatau.io.read.formats.library_errors import archive_faults
+from sigmatau.io.read.formats.library_errors import damaged, library_faults
 from sigmatau.io.read.formats.trailing_bytes import archive_ends
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 from sigmatau.record import memory
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["read", "sniff"]
 
 _MARK = b"PK\x03\x04"
-_MOST = 1000  # members looked at
+_MAX_MEMBERS = 1000
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -28,7 +28,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The text tables of an archive, each member a topic; members that hold no table are named in a note.
+    """The text tables of an archive: each member is a topic, and members without a table are named in a note.
 
     Parameters
     ----------
@@ -38,20 +38,20 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If the archive is damaged or cut off, encrypted, or holds no text table; by ``load`` as for a text file, and if
-        the checksum of a member is wrong.
+        If the archive is damaged, cut off or encrypted, or has no text table; by ``load`` as for a text file, and if the
+        checksum of a member is wrong.
     """
-    import zipfile  # in the call, for those who read text
+    import zipfile  # in the call, to keep the reading of text fast
 
     tables: list[Table] = []
     left: list[str] = []
-    with archive_faults(_damaged), zipfile.ZipFile(path) as archive:
+    with library_faults(_damaged), zipfile.ZipFile(path) as archive:
         first = min((m.header_offset for m in archive.infolist()), default=0)
         members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
         if any(m.filename == "[Content_Types].xml" for m in members):
             raise DataError("is an Excel or Word file; save the table as CSV")
-        if len(members) > _MOST:
-            raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the one that is meant")
+        if len(members) > _MAX_MEMBERS:
+            raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the file to read")
         for member in members:
             table = _table(path, archive, member)
             if isinstance(table, Table):
@@ -60,7 +60,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                 left.append(f"{member.filename} ({table})")
     if not tables:
         why = f": {'; '.join(left[:3])}" if left else ""
-        raise DataError(f"is a zip archive of none of the formats that are read: text tables, .npy, .npz{why}"[:400])
+        raise DataError(f"is a zip archive without text tables, .npy or .npz files{why}"[:400])
     ends = archive_ends(path, first)
     if left or ends:
         note = f"left out: {', '.join(left)}"[:300]
@@ -80,7 +80,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Table | str:
-    """The table that a member holds, or why it holds none."""
+    """The table of a member, or why it has none."""
     if member.flag_bits & 1:
         return "encrypted: unpack it with its password"
     with archive.open(member) as stream:
@@ -95,7 +95,7 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
     head = Head(data=data, whole=whole, gzip=False)
     name = PurePosixPath(member.filename).stem
     try:
-        # The layout is found out from the head; the rows are unpacked when they are wanted, and not kept.
+        # The layout is detected from the head; the rows are unpacked on demand and not kept.
         shown = text.table_of(data, head, name, member.filename)
     except DataError as error:
         return str(error).removeprefix(", ")
@@ -124,16 +124,15 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
 
 
 def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
-    """The bytes of a member; the checksum is verified at its end."""
+    """The bytes of a member, whose checksum is verified."""
     import zipfile
 
     free = memory.available()
     if free is not None and 2 * member.file_size > free:
         raise DataError(f"{member.file_size / 1e9:.3g} GB unpacked do not fit in memory; unpack it and give the file")
-    with archive_faults(_damaged), zipfile.ZipFile(path) as archive:
+    with library_faults(_damaged), zipfile.ZipFile(path) as archive:
         return archive.read(member)
 
 
 def _damaged(error: Exception) -> DataError:
-    words = str(error).split("\n")[0] or type(error).__name__
-    return DataError(f"is a zip archive that is damaged or cut off ({words}); get or make the file again")
+    return damaged(error, "a damaged or cut off zip archive")

@@ -12,17 +12,15 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.results import Printed, two_digits
+from sigmatau.findings.kinds.spectrum import Line
 from sigmatau.spectrum.tapers import good_length, hann
 
-__all__ = ["Line", "Periodogram", "hertz", "measured_lines", "periodogram", "strongest_line"]
+__all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +42,6 @@ _LEAST_RATIO = 2.5
 _LEAST_WIDE = 4.2
 _WIDE = 64  # bins; from this width on blocks are twice as long, so that a resonance is not half of its own block
 _CORE = 3  # bins either side that hold a steady line: all but 1e-4 of its power
-_MOST_LISTED = 4
 
 
 _LOW = 2048  # bins that are looked at with the slope taken out; a quarter of all at most
@@ -63,57 +60,6 @@ _STEEP = 4.0  # a line falls so much within three bins on its lower side; no wal
 _DYNAMIC = 1e-25  # of a spectrum in double precision
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Line(Printed):
-    """A line in a channel's spectrum.
-
-    Attributes
-    ----------
-    frequency : float
-        [Hz]
-    amplitude : float
-        Of the sinusoid; of an unsteady line, of a steady one with the same power. [unit]
-    width : float
-        Of the band that holds 80 % of its power; 0 if that is the record's resolution. [Hz]
-    ratio : float
-        Density over that of the noise beside it, at the width that shows the line best.
-    harmonics : tuple of Line
-        Lines at whole multiples of its frequency, folded at half the sampling rate.
-    mains : str
-        Which multiple of the mains' frequency may be behind it, in words; empty if none.
-    low, high : float
-        The band that was taken as the line. [Hz]
-    unit : str
-    """
-
-    frequency: float
-    amplitude: float
-    width: float
-    ratio: float
-    low: float
-    high: float
-    unit: str
-    harmonics: tuple[Line, ...] = ()
-    mains: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "frequency_hz": self.frequency,
-            "amplitude": self.amplitude,
-            "width_hz": self.width,
-            "ratio": self.ratio,
-            "unit": self.unit,
-            "mains": self.mains,
-            "harmonics": [line.to_dict() for line in self.harmonics],
-        }
-
-    def __repr__(self) -> str:
-        width = f", {two_digits(self.width)} Hz wide" if self.width else ""
-        more = f", harmonics at {_listed(self.harmonics)}" if self.harmonics else ""
-        mains = f", perhaps {self.mains}" if self.mains else ""
-        return f"{hertz(self.frequency)} Hz, amplitude {self.amplitude:.3g} {self.unit}{width}{more}{mains}"
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Periodogram:
     """Two-sided density at whole multiples of `step`, from 0 to half the sampling rate; `dof` degrees of freedom each."""
@@ -123,9 +69,9 @@ class Periodogram:
     dof: float
 
 
-def measured_lines(spectrum: Periodogram, *, unit: str) -> list[Line]:
-    """All that stands out."""
-    return [_measured(spectrum, cluster, unit) for cluster in _clusters(spectrum)]
+def measured_lines(spectrum: Periodogram) -> list[Line]:
+    """All lines of a spectrum, harmonics not grouped."""
+    return [_measured(spectrum, cluster) for cluster in _clusters(spectrum)]
 
 
 def strongest_line(y: Floats) -> tuple[float, float] | None:
@@ -138,7 +84,7 @@ def strongest_line(y: Floats) -> tuple[float, float] | None:
     if not clusters:
         return None
     cluster = max(clusters, key=lambda each: each.ratio * each.noise * (each.last - each.first + 1))
-    line = _measured(spectrum, cluster, "")
+    line = _measured(spectrum, cluster)
     return line.frequency, line.amplitude
 
 
@@ -365,7 +311,7 @@ def _refined(density: Floats, k: int) -> float:
     return k + side * min(max((2 * ratio - 1) / (ratio + 1), 0.0), 0.5)
 
 
-def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
+def _measured(spectrum: Periodogram, cluster: _Cluster) -> Line:
     """Power, frequency and width of what stands out; of a steady line in the bins that Hann's taper spreads it on."""
     first, last = max(cluster.first - 3, 1), min(cluster.last + 3, len(spectrum.density) - 1)
     excess = spectrum.density[first : last + 1] - cluster.noise
@@ -397,15 +343,4 @@ def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
         ratio=cluster.ratio,
         low=first * spectrum.step,
         high=last * spectrum.step,
-        unit=unit,
     )
-
-
-def hertz(frequency: float) -> str:
-    """A frequency in words, without its unit."""
-    return f"{frequency:.4g}"
-
-
-def _listed(found: Sequence[Line]) -> str:
-    texts = [hertz(line.frequency) for line in found[:_MOST_LISTED]]
-    return ", ".join(texts) + (" …" if len(found) > _MOST_LISTED else "") + " Hz"

@@ -94,7 +94,7 @@ def filters_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequenc
     if not filtered:
         return list(found)
     clean = without_faults(stream)
-    return [_beyond(stream, clean, fits[f.channel], f) if f in filtered and f.channel in fits else f for f in found]
+    return [_beyond(stream, clean, fits[f.channels[0]], f) if f in filtered and f.channel in fits else f for f in found]
 
 
 def past_filter(
@@ -141,12 +141,12 @@ def past_filter(
 
 
 def without_faults(stream: Stream) -> Stream:
-    """The stream as its spectrum is looked at: without runs of equal samples, and with others in place of spikes."""
+    """The stream for spectra: without runs of equal samples, and with nearby samples in place of spikes."""
     return without_spikes(without_runs(stream))
 
 
 def _without_bad(stream: Stream) -> Stream:
-    """The stream with all bad samples taken for missing."""
+    """The stream with all bad samples missing."""
     bad = without_runs(without_dust(lost_rows(stream)[1]))
     masks = []
     for channel in stream.channels:

@@ -1,9 +1,9 @@
-"""Whether the axes of a stream share a part of their noise.
+"""Correlation of the noise of the axes of a stream.
 
-Measures of each pair of axes: the correlation of first differences, of what is fast (vibration, a line, a common
-converter), and those of the differences of means over 1 s, 4 s, 16 s and so on, of what is slower (supply, temperature, a
-walk of the rate that white noise hides in shorter means). Differences, because random walks and drifts are correlated by
-chance.
+Each pair of axes is measured by the correlation of first differences, for fast common noise (vibration, a line, a common
+converter), and by those of differences of means over 1 s, 4 s, 16 s and so on, for slower common noise (supply, temperature,
+a rate random walk that white noise hides in shorter means). Differences are used because random walks and drifts are
+correlated by chance.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["cross_axis"]
 Floats = NDArray[np.float64]
 
 _FALSE_ALARM = 1e-4
-"""Probability for a stream whose axes are independent; divided among its pairs and its measures."""
+"""Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""
 
 # The correlation of n pairs of independent Gaussian series has the variance Σ ρ₁(l) ρ₂(l) / n over all lags (Bartlett 1935).
 # First differences of white noise have ρ = −1/2 at lag 1: 1.5. Those of quantization noise −2/3 and 1/6: 1.944, the most
@@ -125,7 +125,7 @@ def _differences(column: Floats) -> Floats:
 
 
 def _slow(column: Floats, length: int) -> Floats:
-    """Differences of means over so many samples, 0 where half of them are missing, without a ramp."""
+    """Differences of means over `length` samples, 0 where half of them are missing, without a ramp."""
     count = len(column) // length
     samples = column[: count * length].reshape(count, length)
     means = samples.mean(axis=1)
@@ -139,7 +139,7 @@ def _slow(column: Floats, length: int) -> Floats:
 
 
 def _centred(d: Floats) -> Floats:
-    """Without their mean, which is a ramp and would be common to all axes that have one; 0 where missing."""
+    """Differences without their mean, which is a ramp, and would be common to all axes that have one; 0 where missing."""
     mean = float(np.sum(d)) / max(int(d.size), 1)
     if np.isnan(mean):
         there = ~np.isnan(d)
@@ -181,7 +181,7 @@ def _by_number(a: Floats, b: Floats, level: float) -> float:
 
 
 def _chance(number: int, level: float) -> float:
-    """What independent series exceed with probability `level`, by Student's law of a correlation."""
+    """Correlation that independent series exceed with probability `level`, by Student's law."""
     from scipy.special import stdtrit
 
     freedom = max(number / _INFLATION - 2, 1.0)

@@ -1,4 +1,4 @@
-"""Spectral lines: vibration, mains, fans, and what they do to the Allan deviation and the coefficients."""
+"""Spectral lines from vibration, mains or fans, and their effect on the Allan deviation and the coefficients."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def find_lines(stream: Stream) -> dict[str, tuple[Line, ...]]:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Scan:
-    """The spectrum of a channel and its lines; `moved` if motion was left out."""
+    """The spectrum of a channel and its lines; `moved` if times of motion were left out."""
 
     channel: str
     spectrum: Periodogram
@@ -138,7 +138,7 @@ def _scanned(stream: Stream, channel: str) -> _Scan | None:
     groups = _lines_of(spectrum, stream)
     if not groups or stream.quantity not in ("angular_rate", "acceleration"):
         return _Scan(channel=channel, spectrum=spectrum, groups=groups)
-    # A mount that rings after a knock has a line in the spectrum, too: what stands out must do so at rest.
+    # A mount that rings after a shock makes a line, too: only lines at rest count.
     moving = bursts(stream, summary(stream, channel))
     if not moving:
         return _Scan(channel=channel, spectrum=spectrum, groups=groups)
@@ -150,11 +150,11 @@ def _scanned(stream: Stream, channel: str) -> _Scan | None:
 
 
 def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
-    """Samples with 0 for mean, slope, what is missing and the stretches `without`; None if too few are there, or all are on
-    a straight line.
+    """Samples without mean and slope, 0 where missing and in the stretches `without`; None if too few are left, or all are
+    on a straight line.
     """
     y = np.ascontiguousarray(stream.column(channel))
-    # A ramp alone leaves its rounding, which has lines of its own.
+    # A ramp alone leaves its rounding error, which has lines.
     rounding = _ROUNDING * max(float(np.fmax.reduce(y, initial=0.0)), -float(np.fmin.reduce(y, initial=0.0)))
     if without:
         y = y.copy()
@@ -171,7 +171,7 @@ def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] 
             middle = t.mean()
             slope = float((t - middle) @ (kept - kept.mean())) / float((t - middle) @ (t - middle))
             y = np.zeros(len(y))
-            # Scaled to the power that the whole would have.
+            # Scaled to the power of the whole record.
             y[there] = (kept - kept.mean() - slope * (t - middle)) / math.sqrt(there.mean())
         else:
             y = without_line(y)
@@ -188,7 +188,7 @@ def _lines_of(spectrum: Periodogram, stream: Stream) -> tuple[Line, ...]:
 
 
 def _distinct(found: Sequence[Line], step: float) -> list[Line]:
-    """Strongest first, without what is only the skirt of a stronger one."""
+    """Lines, strongest first, without those that are the skirt of a stronger one."""
     kept: list[Line] = []
     for line in sorted(found, key=lambda each: -each.amplitude):
         skirts = any(
@@ -202,7 +202,7 @@ def _distinct(found: Sequence[Line], step: float) -> list[Line]:
 
 
 def _grouped(found: Sequence[Line], rate: float, step: float) -> tuple[Line, ...]:
-    """Harmonics under their fundamental: the lowest line of which others are whole multiples, folded."""
+    """Lines with their harmonics: others at whole multiples of the frequency of the lowest, folded."""
     left = sorted(found, key=lambda line: line.frequency)
     groups: list[Line] = []
     while left:
@@ -212,7 +212,7 @@ def _grouped(found: Sequence[Line], rate: float, step: float) -> tuple[Line, ...
         for other in left:
             order = max(round(other.frequency / line.frequency), 2)
             error = min(abs(_fold(k * line.frequency, rate) - other.frequency) for k in {order, 2, 3, 4, 5})
-            # An unsteady line's harmonic is as much wider; many a weak line would be a high multiple by chance.
+            # The harmonic of an unsteady line is wider by its order. High multiples match weak lines by chance.
             if order <= 16 and error <= min(1.5 * order * own, 0.1 * line.frequency):
                 members.append(other)
         left = [other for other in left if other not in members]
@@ -285,7 +285,7 @@ def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
 
 
 def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCurve:
-    """The curve to be fitted, had there been no line; lines that are nothing where the fit was made may be left in."""
+    """The curve without the lines; lines that are negligible at the averaging times of the fit may remain."""
     one = stream.only(scan.channel)
     tau0 = stream.grid.tau0
     sizes = cluster_sizes("half", n=stream.grid.n, tau0=tau0)
@@ -303,8 +303,8 @@ def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCu
 
 
 def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats:
-    """Samples less each line: a sinusoid whose amplitude and phase may go up or down evenly, so that a frequency that is
-    half a bin off does no harm.
+    """Samples without each line: a sinusoid whose amplitude and phase may change linearly, so that an error of the frequency
+    of half a bin does not matter.
     """
     there = np.isfinite(y)
     whole = bool(there.all())
@@ -314,7 +314,7 @@ def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats
     slow = 2 * t / len(y) - 1
     for line in steady:
         turn = np.exp(2j * math.pi * line.frequency * tau0 * t)
-        parts = [turn.real] if _by_turns(line, tau0) else [turn.real, turn.imag]
+        parts = [turn.real] if _alternates(line, tau0) else [turn.real, turn.imag]
         columns = np.column_stack([*parts, *(slow * part for part in parts)])
         used = columns if whole else columns[there]
         theta = np.linalg.solve(used.T @ used, used.T @ (rest if whole else rest[there]))
@@ -322,22 +322,22 @@ def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats
     return np.asarray(rest + level)
 
 
-def _by_turns(line: Line, tau0: float) -> bool:
+def _alternates(line: Line, tau0: float) -> bool:
     return abs(line.frequency * tau0 - 0.5) < _SAME_RATE
 
 
 def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:
     """Allan variance of a line: of the sinusoid if it is steady, else of its band of the spectrum by eq. (11s)."""
     if line.width == 0:
-        # Half the sampling rate has no phase: ±A by turns has twice the power of a sinusoid.
-        amplitude = line.amplitude * (math.sqrt(2) if _by_turns(line, tau0) else 1.0)
+        # At half the sampling rate there is no phase: alternating ±A has twice the power of a sinusoid.
+        amplitude = line.amplitude * (math.sqrt(2) if _alternates(line, tau0) else 1.0)
         return kernels.sinusoid_avar(amplitude, line.frequency, sizes, tau0)
     first, last = round(line.low / spectrum.step), round(line.high / spectrum.step)
     frequency = np.arange(first, last + 1) * spectrum.step
     excess = spectrum.density[first : last + 1]
-    # The noise below the line is what makes its power the stated one.
+    # The noise level under the line is chosen such that the line has its power.
     excess = excess - (excess.sum() - line.amplitude**2 / (4 * spectrum.step)) / len(excess)
-    few = max(1, len(excess) // 512)  # bins that are taken together: far less than any 1/τ where they still count
+    few = max(1, len(excess) // 512)  # bins that are averaged: far less than 1/τ wherever the line matters
     frequency, excess = (
         np.add.reduceat(frequency, np.arange(0, len(frequency), few))
         / np.diff(np.append(np.arange(0, len(frequency), few), len(frequency))),

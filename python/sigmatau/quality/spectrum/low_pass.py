@@ -37,7 +37,7 @@ _WIDEST = 1e6  # [Hz] piezoelectric shock sensors resonate at some hundred kHz; 
 
 
 def low_passes(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> dict[str, LowPassFilter]:
-    """The filters that the spectra of a stream's channels show, by channel; `spectra` as of `psd`, if at hand."""
+    """The filters in the spectra of the channels of a stream, by channel; `spectra` from `psd`, default: computed."""
     found = {channel: _fitted(stream, channel, spectra) for channel in stream.channels}
     return {channel: fitted for channel, fitted in found.items() if fitted is not None}
 
@@ -196,10 +196,10 @@ def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None
             spectrum = by_pairs(y, stream, channel) or spectrum
     if spectrum is None or not promising(spectrum):
         return None
-    # A record resampled to a higher rate has the spectrum of a running mean, and is no filtered sensor.
+    # A record resampled to a higher rate has the spectrum of a running mean without a filter.
     if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:
         return None
-    # A ramp alone leaves its rounding, which has a spectrum of its own.
+    # A ramp alone leaves its rounding error, whose spectrum is not that of the sensor.
     if (
         spectrum.density.sum() * (spectrum.frequency[1] - spectrum.frequency[0])
         < (_ROUNDING * _largest(stream, channel)) ** 2

@@ -1,9 +1,8 @@
-"""Records that were interpolated to a higher rate, by the marks that this leaves.
+"""Records that were interpolated to a higher rate.
 
-Interpolation between samples of another rate weights them by where it falls between them, so that the power of differences
-of the record goes up and down at the true rate: a line in the spectrum of the squared differences, which no stationary
-noise has, filtered or not. An interpolation so good that it leaves no such line leaves the spectrum empty above half the
-true rate.
+Interpolation weights the true samples by the position between them, so that the power of differences of the record varies at
+the true rate. The spectrum of the squared differences has a line there, which no stationary noise has, filtered or not. A
+better interpolation without such a line leaves the spectrum empty above half the true rate.
 """
 
 from __future__ import annotations
@@ -30,11 +29,11 @@ __all__ = ["resampled", "upsampled"]
 Floats = NDArray[np.float64]
 
 DEPTH = 0.25
-"""Least swing of the squared differences, over their mean. Linear interpolation from 63 to 200 Hz has 1.3, from 95 to 100 Hz
-0.6; a clean record of 2^17 samples has 0.02 at the largest of its frequencies."""
+"""Least amplitude of the squared differences, over their mean. Linear interpolation from 63 to 200 Hz has 1.3, from 95 to
+100 Hz 0.6; a clean record of 2^17 samples has 0.02 at the largest of its frequencies."""
 
 EMPTY = 1e-3
-"""A band is empty where its density is below this share of that beside it, over a tenth of the spectrum at least."""
+"""Largest density of an empty band over that beside it; the band must be a tenth of the spectrum."""
 
 _SAMPLES = 1 << 16
 _SHORTEST = 1 << 10
@@ -51,7 +50,7 @@ def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) 
     Parameters
     ----------
     stream : Stream
-        Static data. The first stretch of 2^16 samples without a missing one is looked at, or the longest.
+        Static data. The first stretch of 2^16 samples without a missing one is used, or the longest.
     spectra : mapping of str to Spectrum, optional
         As of `sigmatau.spectrum.estimate.psd`, where they are at hand. Default: computed.
 
@@ -145,7 +144,7 @@ def _piece(y: Floats) -> Floats | None:
 
 
 def _swing(power: Floats) -> tuple[float, float] | None:
-    """Frequency, in sampling rates, at which squared differences go up and down, and by how much over their mean."""
+    """Frequency in sampling rates at which squared differences vary, and the amplitude over their mean."""
     length = good_length(len(power) - len(power) % 2)
     z = power[:length] - power[:length].mean()
     mean = float(power.mean())
@@ -161,7 +160,7 @@ def _swing(power: Floats) -> tuple[float, float] | None:
 
 
 def _without_lines(difference: Floats) -> Floats:
-    """Differences without the lines of the record itself: a sinusoid's square swings at twice its frequency."""
+    """Differences without the lines of the record: the square of a sinusoid varies at twice its frequency."""
     length = good_length(len(difference))
     found = measured_lines(periodogram(difference[:length], 1.0))
     if not found:

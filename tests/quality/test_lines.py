@@ -11,6 +11,7 @@ import sigmatau as st
 from sigmatau._native import kernels
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Mains
+from sigmatau.noise.terms import avar
 from sigmatau.quality.curve_checks import of_fit
 from sigmatau.quality.spectrum.lines import find_lines, lines, lines_in_fits
 
@@ -206,7 +207,7 @@ def test_slow_lines(frequency, terms):
     model = st.NoiseModel(channels={"gyro_x": terms})
     clean = st.simulate(model, duration=7200, rate=RATE, rng=known.seed_of(name)).streams[0].column("gyro_x")
     m = round(1.1656 / (math.pi * frequency) * RATE)
-    variance = sum(st.terms.avar(term, value, m=m, tau0=1 / RATE)[0] for term, value in terms.items())
+    variance = sum(avar(term, value, m=m, tau0=1 / RATE)[0] for term, value in terms.items())
     amplitude = math.sqrt(variance / 0.525)
     y = clean + amplitude * np.sin(2 * np.pi * frequency * np.arange(len(clean)) / RATE)
     line = only_line(y)

@@ -10,10 +10,10 @@ import known
 import sigmatau as st
 from sigmatau._native import kernels
 from sigmatau.findings.finding import Finding
-from sigmatau.noise.terms import avar as term_avar
+from sigmatau.findings.kinds.spectrum import Mains
+from sigmatau.noise.terms import avar
 from sigmatau.quality.curve_checks import of_fit
 from sigmatau.quality.spectrum.lines import find_lines, lines, lines_in_fits
-from sigmatau.results import seconds
 
 RATE, N = 100.0, 2**18
 T = np.arange(N) / RATE
@@ -82,7 +82,7 @@ def test_harmonics_are_grouped():
     assert line.frequency == pytest.approx(base, abs=1e-4)
     assert [each.frequency for each in line.harmonics] == pytest.approx([3 * base, 5 * base], abs=1e-3)
     (finding,) = lines(stream_of(y))
-    assert "harmonics at 1.687, 2.813 Hz" in finding.message
+    assert finding.details.lines == (line,)
 
 
 def test_harmonics_are_folded():
@@ -95,10 +95,10 @@ def test_harmonics_are_folded():
 @pytest.mark.parametrize(
     ("rate", "mains", "seen", "named"),
     [
-        (200.0, 50.0, 50.0, "50 Hz mains"),
-        (80.0, 50.0, 30.0, "50 Hz mains folded"),
-        (100.0, 60.0, 40.0, "60 Hz mains folded"),
-        (95.0, 100.0, 5.0, "2 times 50 Hz mains folded"),
+        (200.0, 50.0, 50.0, Mains(frequency=50.0, multiple=1, folded=False)),
+        (80.0, 50.0, 30.0, Mains(frequency=50.0, multiple=1, folded=True)),
+        (100.0, 60.0, 40.0, Mains(frequency=60.0, multiple=1, folded=True)),
+        (95.0, 100.0, 5.0, Mains(frequency=50.0, multiple=2, folded=True)),
     ],
 )
 def test_mains_are_named(rate, mains, seen, named):
@@ -106,11 +106,11 @@ def test_mains_are_named(rate, mains, seen, named):
     t = np.arange(100_000) / rate
     line = only_line(rng.standard_normal(len(t)) + 0.3 * np.sin(2 * np.pi * (mains + 0.01) * t), rate)
     assert line.frequency == pytest.approx(seen, abs=0.02)
-    assert named in line.mains
+    assert line.mains == named
 
 
 def test_no_mains_for_any_other_line():
-    assert only_line(noise("no mains", random_walk=5e-3) + 4e-3 * np.sin(2 * np.pi * 23.3 * T)).mains == ""
+    assert only_line(noise("no mains", random_walk=5e-3) + 4e-3 * np.sin(2 * np.pi * 23.3 * T)).mains is None
 
 
 def test_effect_on_the_deviation():
@@ -121,8 +121,7 @@ def test_effect_on_the_deviation():
     assert finding.severity == "warning"
     assert finding.code == "spectral_line"
     assert finding.size == pytest.approx(1e-2, rel=0.05)
-    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
-    stated = float(finding.effect.split("up to ")[1].split(" times")[0])
+    tau, stated = finding.details.tau, finding.details.factor
     adev = [st.allan(st.Record.from_arrays(rate=RATE, gyro_x=x), taus=[tau])["gyro_x"].adev[0] for x in (y, clean)]
     # Noise and line are independent only on average: their product adds 1/√edf of twice the root of both variances.
     assert stated == pytest.approx(adev[0] / adev[1], rel=0.02)
@@ -134,8 +133,7 @@ def test_effect_of_an_unsteady_line():
     y = clean + 1e-2 * np.sin(2 * np.pi * np.cumsum(np.linspace(0.53, 0.57, N)) / RATE)
     (finding,) = lines(stream_of(y))
     assert find_lines(stream_of(y))["gyro_x"][0].width > 0
-    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
-    stated = float(finding.effect.split("up to ")[1].split(" times")[0])
+    tau, stated = finding.details.tau, finding.details.factor
     adev = [st.allan(st.Record.from_arrays(rate=RATE, gyro_x=x), taus=[tau])["gyro_x"].adev[0] for x in (y, clean)]
     assert adev[0] / adev[1] > 1.3
     assert stated == pytest.approx(adev[0] / adev[1], rel=0.1)
@@ -162,18 +160,18 @@ def test_changes_are_those_of_the_fit_that_is_printed(frequency, amplitude, swee
     y = clean + amplitude * np.sin(2 * np.pi * np.cumsum(frequency * np.linspace(1 - sweep, 1 + sweep, N)) / RATE)
     stream = stream_of(y)
     found = lines(stream)
-    assert all(not finding.changes for finding in found)
+    assert all(not finding.factors for finding in found)
     printed = fit_of(y)
     (finding,) = lines_in_fits(stream, {"gyro_x": printed}, found)
     without = fit_of(clean, tau_min=printed.tau_min)
-    changes = dict(finding.changes)
+    changes = dict(finding.factors)
     for term in ("random_walk", "bias_instability"):
         true = printed[term].value / without[term].value
         # Of a sweeping line, whose ends the taper hides, the power is known to 3 %; 5 % is the least that is said.
         assert changes.get(term, 1.0) == pytest.approx(true, rel=0.06), term
         assert term in changes or abs(true - 1) < 0.1
-    assert f"from τ = {seconds(printed.tau_min)} s on" in finding.effect
-    assert "all times" not in finding.effect
+    assert finding.fit_effect.tau_min_s == finding.fit_effect.compared_from_s == printed.tau_min
+    assert finding.fit_effect.without == ("spectral_line",)
 
 
 def test_changes_are_there_at_all():
@@ -184,10 +182,11 @@ def test_changes_are_there_at_all():
     (finding,) = lines_in_fits(stream, fits, lines(stream))
     true = fits["gyro_x"]["bias_instability"].value / fit_of(clean, tau_min=1 / RATE)["bias_instability"].value
     assert abs(true - 1) > 0.05
-    assert dict(finding.changes)["bias_instability"] == pytest.approx(true, rel=0.02)
+    assert dict(finding.factors)["bias_instability"] == pytest.approx(true, rel=0.02)
     whole = st.analyze(st.Record(streams=(stream,)))
     (said,) = lines_in_fits(stream, whole.fits, lines(stream))
-    assert [f.effect for f in whole.findings if f.code == "spectral_line"] == [said.effect]
+    (of_analysis,) = (f for f in whole.findings if f.code == "spectral_line")
+    assert (of_analysis.factors, of_analysis.fit_effect) == (said.factors, said.fit_effect)
     other = Finding(code="spikes", severity="info", message="as it was", channel="gyro_x")
     assert lines_in_fits(stream, fits, [other]) == [other]
     assert lines_in_fits(stream, {}, [finding]) == [finding]
@@ -208,7 +207,7 @@ def test_slow_lines(frequency, terms):
     model = st.NoiseModel(channels={"gyro_x": terms})
     clean = st.simulate(model, duration=7200, rate=RATE, rng=known.seed_of(name)).streams[0].column("gyro_x")
     m = round(1.1656 / (math.pi * frequency) * RATE)
-    variance = sum(term_avar(term, value, m=m, tau0=1 / RATE)[0] for term, value in terms.items())
+    variance = sum(avar(term, value, m=m, tau0=1 / RATE)[0] for term, value in terms.items())
     amplitude = math.sqrt(variance / 0.525)
     y = clean + amplitude * np.sin(2 * np.pi * frequency * np.arange(len(clean)) / RATE)
     line = only_line(y)
@@ -271,7 +270,7 @@ def test_knocks_are_no_lines():
     line = only_line(y + 3e-5 * np.sin(2 * np.pi * 23.3 * T))
     assert line.frequency == pytest.approx(23.3, abs=0.01)
     (finding,) = lines(stream_of(y + 3e-5 * np.sin(2 * np.pi * 23.3 * T)))
-    assert "between the motion" in finding.message
+    assert finding.details.between_motion
 
 
 def test_rounding_has_no_lines():
@@ -319,9 +318,8 @@ def test_constant_and_short():
 def test_dict():
     y = noise("dict") + 4e-3 * np.sin(2 * np.pi * 7.3 * T)
     (finding,) = lines(stream_of(y))
-    json.dumps(finding.to_dict(), allow_nan=False)
-    json.dumps(only_line(y).to_dict(), allow_nan=False)
-    assert "7.3 Hz" in repr(only_line(y))
+    (line,) = json.loads(json.dumps(finding.to_dict(), allow_nan=False))["details"]["lines"]
+    assert line["frequency"] == pytest.approx(7.3, abs=1e-3)
 
 
 def test_column_is_that_of_a_sinusoid():
@@ -381,7 +379,7 @@ def test_a_line_at_half_the_sampling_rate(length):
     # 1.35·√(S/T), of white noise in one bin and not in two, as above; four of them.
     assert line.amplitude == pytest.approx(amplitude, abs=4 * 1.35 * 5e-3 / math.sqrt(length / RATE))
     (finding,) = lines(stream_of(y))
-    stated = float(finding.effect.split("up to ")[1].split(" times")[0])
+    stated = finding.details.factor
     true = float(np.std(np.diff(y)) / np.std(np.diff(clean)))
     assert stated == pytest.approx(true, abs=0.01)
     assert true == pytest.approx(math.sqrt(1 + 2 * amplitude**2 / (5e-3**2 * RATE)), rel=0.01)
@@ -389,7 +387,7 @@ def test_a_line_at_half_the_sampling_rate(length):
     record = st.Record.from_arrays(rate=RATE, gyro_x=y)
     fitted = st.fit(st.allan(record)["gyro_x"], tau_min=0.01)
     (told,) = lines_in_fits(record.streams[0], {"gyro_x": fitted}, [finding])
-    factor = dict(told.changes).get("random_walk", 1.0)
+    factor = dict(told.factors).get("random_walk", 1.0)
     without = st.fit(st.allan(st.Record.from_arrays(rate=RATE, gyro_x=clean))["gyro_x"], tau_min=0.01)
     if fitted["random_walk"].value:
         ratio = fitted["random_walk"].value / without["random_walk"].value

@@ -1,7 +1,5 @@
 """What bad samples and filters are said to do to the fit that is printed, against the same noise without them."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -58,10 +56,11 @@ def test_changes_are_those_of_the_fit_that_is_printed(case):
     analysis = analyzed(x)
     (finding,) = (f for f in analysis.findings if f.code == code)
     assert finding.severity == "warning"
-    assert "against one without" in finding.effect
+    assert code in finding.fit_effect.without
     printed = analysis.fits["gyro_x"]
     without = st.fit(st.allan(st.Record.from_arrays(rate=RATE, gyro_x=clean))["gyro_x"], tau_min=printed.tau_min)
-    changes = dict(finding.changes)
+    changes = dict(finding.factors)
+    assert finding.fit_effect.tau_min_s == printed.tau_min
     for term in TRUTH:
         before, after = printed[term].value, without[term]
         if not before or not after.value:
@@ -82,7 +81,7 @@ def test_no_large_value_goes_unmarked():
     value = analysis.fits["gyro_x"]["random_walk"].value
     (finding,) = (f for f in analysis.findings if f.code == "dropout")
     assert value > 100 * TRUTH["random_walk"]
-    assert value / dict(finding.changes)["random_walk"] == pytest.approx(TRUTH["random_walk"], rel=0.1)
+    assert value / dict(finding.factors)["random_walk"] == pytest.approx(TRUTH["random_walk"], rel=0.1)
 
 
 def test_two_faults_are_counted_once():
@@ -93,11 +92,13 @@ def test_two_faults_are_counted_once():
     analysis = analyzed(x)
     told = {f.code: f for f in analysis.findings if f.code in ("dropout", "spikes")}
     assert len(told) == 2
-    assert sorted(bool(f.changes) for f in told.values()) == [False, True]
-    (counted,) = (f for f in told.values() if f.changes)
-    assert "dropouts and spikes" in counted.effect
+    assert sorted(bool(f.factors) for f in told.values()) == [False, True]
+    (counted,) = (f for f in told.values() if f.factors)
+    (other,) = (f for f in told.values() if not f.factors)
+    assert counted.fit_effect.without == ("dropout", "spikes")
+    assert (counted.fit_effect.counted_in, other.fit_effect.counted_in) == ("", counted.code)
     value = analysis.fits["gyro_x"]["random_walk"].value
-    assert value / dict(counted.changes)["random_walk"] == pytest.approx(TRUTH["random_walk"], rel=0.2)
+    assert value / dict(counted.factors)["random_walk"] == pytest.approx(TRUTH["random_walk"], rel=0.2)
 
 
 @pytest.mark.parametrize("corner", [3.0, 20.0])
@@ -109,8 +110,8 @@ def test_a_filter_below_the_fit_changes_nothing(corner):
     analysis = analyzed(x)
     (finding,) = (f for f in analysis.findings if f.code == "low_pass_filter")
     fitted = analysis.fits["gyro_x"]["random_walk"]
-    stated = dict(finding.changes).get("random_walk", 1.0)
-    assert "the fit, from τ = " in finding.effect
+    stated = dict(finding.factors).get("random_walk", 1.0)
+    assert finding.fit_effect.tau_min_s == analysis.fits["gyro_x"].tau_min
     # What is printed over the truth, to the interval of the fit, and to 5 %: the least that is said.
     error = (fitted.high - fitted.low) / (2 * fitted.value)
     assert stated == pytest.approx(fitted.value / TRUTH["random_walk"], rel=0.05 + 1.5 * error)
@@ -134,7 +135,9 @@ def test_a_filter_is_no_gauss_markov_process(corner):
         assert walk.value == pytest.approx(1e-4, abs=3 * (walk.high - walk.low) / (2 * 1.96))
     assert "takes the filter at" in fitted.reason
     (finding,) = (f for f in analysis.findings if f.code == "low_pass_filter")
-    assert f"the fit, from τ = {fitted.tau_min:.3g} s on, is not changed by it" in finding.effect
+    effect = finding.fit_effect
+    assert (effect.tau_min_s, effect.verdict, effect.verdict_without) == (fitted.tau_min, "adequate", "adequate")
+    assert (finding.factors, effect.hidden) == ((), ())
     # Where there are too few averaging times beyond the filter nothing is said of the random walk.
     short = analyzed(filtered[: round(RATE * 150 / corner)]).fits["gyro_x"]
     assert short.verdict == "descriptive"
@@ -166,10 +169,9 @@ def test_what_cannot_be_told_is_not_denied():
     (finding,) = (f for f in analysis.findings if f.code == "low_pass_filter")
     assert fitted.verdict == "descriptive"
     assert fitted.tau_min == 1 / RATE
-    assert finding.changes == ()
-    assert "is not changed" not in finding.effect
-    assert "is no adequate model" in finding.effect
-    assert "cannot be told" in finding.effect
+    assert finding.factors == ()
+    assert finding.fit_effect.verdict == "descriptive"
+    assert finding.fit_effect.verdict_without == "descriptive"
 
 
 FAULTS = {
@@ -186,12 +188,12 @@ def lowpassed(x, corner):
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_what_is_advised_can_be_done(fault):
-    """From the averaging time that the remedy names on, the random walk is the sensor's own."""
+    """From the averaging time that is advised on, the random walk is the sensor's own."""
     code, plant = FAULTS[fault]
     x = plant(np.random.default_rng(seed_of(f"advice {fault}")).normal(size=N) * 1e-3)
     record = st.Record.from_arrays(rate=RATE, gyro_x=x)
     (finding,) = (f for f in st.check(record) if f.code == code)
-    tau_min = float(re.search(r"analyze --tau-min ([0-9.]+)", finding.remedy)[1])
+    tau_min = finding.details.tau_min
     fitted = st.analyze(record, tau_min=tau_min, threads=1).fits["gyro_x"]
     # On half octaves, of which it may leave out one and a half.
     assert tau_min <= fitted.tau_min < 1.6 * tau_min
@@ -203,8 +205,8 @@ def test_a_line_that_no_fit_gets_beyond():
     t = np.arange(N) / RATE
     x = np.random.default_rng(seed_of("slow line")).normal(size=N) * 1e-3 + 2e-3 * np.sin(2 * np.pi * 0.05 * t)
     (finding,) = (f for f in st.check(st.Record.from_arrays(rate=RATE, gyro_x=x)) if f.code == "spectral_line")
-    assert "no fit of this record begins beyond it" in finding.remedy
-    assert "--tau-min" not in finding.remedy
+    assert finding.details.clear_from is None
+    assert finding.details.tau_min == 0
 
 
 def test_a_fit_that_is_not_adequate_begins_there_too():

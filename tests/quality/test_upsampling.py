@@ -66,7 +66,7 @@ def test_found_with_its_rate_and_its_effect(kind, true, rate):
     curve = st.allan(st.Record.from_arrays(rate=rate, gyro_x=y), taus=[1 / rate])["gyro_x"]
     share = math.sqrt(curve.avar[0] / rate)  # σ·√τ over N = 1
     # Where the spectrum tells the share its plateau has an error of 1 %, and it is not quite flat.
-    assert dict(finding.changes)["random_walk"] == pytest.approx(share, rel=0.06)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(share, rel=0.06)
     json.dumps(finding.to_dict(), allow_nan=False)
     # One finding for one fault.
     assert low_pass(stream_of(y, rate)) == []
@@ -76,8 +76,8 @@ def test_the_example_of_the_field():
     """63 Hz interpolated to 200 Hz: N reads 0.16 … 1.0 by τ."""
     y = made("linear", 63.0, 200.0)
     (finding,) = upsampled(stream_of(y, 200.0))
-    assert "is 0.16 of what the random walk makes" in finding.effect
-    late = float(finding.effect.split("from τ = ")[1].split(" s")[0])
+    assert finding.details.sigma_one_sample == pytest.approx(0.16, abs=0.005)
+    late = finding.details.right_from
     curve = st.allan(st.Record.from_arrays(rate=200.0, gyro_x=y), taus=[1 / 200, late])["gyro_x"]
     walk = np.sqrt(curve.avar * curve.tau)
     assert walk[0] == pytest.approx(0.16, abs=0.005)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, ClassVar, Literal
 
-__all__ = ["Details", "Finding", "Severity", "Span", "by_severity", "damaged"]
+__all__ = ["Cause", "Details", "Finding", "FitEffect", "Severity", "Span", "by_severity", "damaged"]
 
 Severity = Literal["info", "warning", "error"]
 
@@ -31,6 +31,60 @@ class Details:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FitEffect:
+    """How the printed fit compares with a fit without the fault; by which factors is in `Finding.factors`.
+
+    Attributes
+    ----------
+    channel : str
+        Channel of the fit; of several channels the one that changes most.
+    tau_min_s : float
+        Shortest averaging time of the printed fit.
+    compared_from_s : float
+        Shortest averaging time of the fit without the fault.
+    without : tuple of str
+        Codes of the findings whose fault the other fit is without.
+    verdict, verdict_without : str
+        Verdicts of the printed fit and of the other one; the latter is empty if too little is left to fit.
+    hidden : tuple of str
+        Terms that the other fit observes and the printed fit does not, or limits to less.
+    at_least : tuple of str
+        Terms whose factor is a lower bound: the other fit does not observe them.
+    lower_bound : bool
+        Whether more of the fault stays undetected, so that all factors are lower bounds.
+    counted_in : str
+        Code of the finding with the factors, if several faults of a channel are counted together; else empty.
+    """
+
+    channel: str
+    tau_min_s: float
+    compared_from_s: float
+    without: tuple[str, ...]
+    verdict: str
+    verdict_without: str = ""
+    hidden: tuple[str, ...] = ()
+    at_least: tuple[str, ...] = ()
+    lower_bound: bool = False
+    counted_in: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cause:
+    """Another finding that may explain this one.
+
+    Attributes
+    ----------
+    code : str
+        Code of the other finding.
+    spans : tuple of (float, float)
+        Its spans. [s]
+    """
+
+    code: str
+    spans: tuple[Span, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """Something to know about the record before a number is trusted.
 
@@ -49,6 +103,10 @@ class Finding:
         Unit of the size; empty for a bare number.
     factors : tuple of (str, float)
         Coefficients, by term, and the factor by which each is larger than the sensor's own.
+    fit_effect : FitEffect or None
+        What the factors of a fit are compared with; None if the factors are those of a value read off.
+    cause : Cause or None
+        The finding that may explain this one.
     """
 
     code: str = ""
@@ -59,6 +117,8 @@ class Finding:
     size: float | None = None
     unit: str = ""
     factors: tuple[tuple[str, float], ...] = ()
+    fit_effect: FitEffect | None = None
+    cause: Cause | None = None
     # Not converted to `details` yet: words that were made where the finding was.
     message: str = ""
     channel: str | None = None
@@ -105,6 +165,8 @@ class Finding:
             **({} if self.size is None else {"size": self.size, "unit": self.unit}),
             **({"changes": dict(self.factors)} if self.factors else {}),
             **({"remedy": self.remedy} if self.remedy else {}),
+            **({} if self.fit_effect is None else {"fit_effect": plain(self.fit_effect)}),
+            **({} if self.cause is None else {"cause": plain(self.cause)}),
             **({"details": plain(self.details)} if self.details is not None else {}),
         }
 

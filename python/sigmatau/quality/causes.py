@@ -1,13 +1,13 @@
-"""One fault, one warning: what a disturbance does to the fit and to the segments is told, but is no fault of its own."""
+"""One fault, one warning: a finding that another one may explain becomes an info and names it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
-from sigmatau.findings.finding import Finding
-from sigmatau.quality.drift.drift import BESIDE
-from sigmatau.quality.spectrum.axis_correlation import OVER
+from sigmatau.findings.finding import Cause, Finding
+from sigmatau.findings.kinds.spectrum import CorrelatedAxes, SpectralLines
 
 __all__ = ["one_cause"]
 
@@ -22,42 +22,26 @@ _LOCAL = (
     "warm_up",
     "late_drift",
 )
-"""Faults at a time, the plainest first."""
+"""Faults with a span, in the order in which they are taken as the cause."""
 
-_SETTLING = ("warm_up", "late_drift")
-
-_DRIFTS = (*_SETTLING, "temperature_drift")
-
-_LEVEL = "the level "
-"""How a finding about nothing but changes of level begins."""
-
-_SEGMENTS = 8
-
-_WORDS = {
-    "dropout": "dropout",
-    "saturation": "saturation",
-    "stuck_samples": "stuck samples",
-    "interpolated": "made-up samples",
-    "start_transient": "start",
-    "not_static": "disturbance",
-    "warm_up": "warm-up",
-    "late_drift": "drift",
-    "spikes": "spikes",
-}
+_EXPONENTIAL = ("warm_up", "late_drift")
+_DRIFTS = (*_EXPONENTIAL, "temperature_drift")
+_SEGMENTS = 8  # of a record, that `non_stationary` compares
+_STRONGEST_LINES = 4  # that must all be broad
 
 
 def one_cause(findings: Sequence[Finding], channels: Sequence[str], duration: float) -> list[Finding]:
-    """Findings with those as information that follow from a fault of the samples that is told already.
+    """Findings, with those as infos that follow from another finding.
 
-    Noise that is largest in the segment with the fault, lines that are all broad, and a curve without an adequate model are
-    told as information that names the fault. They stay warnings if there is no such fault, and noise that is largest
-    elsewhere does in any case.
+    Noise that is largest in the segment with a fault, lines that are all broad, a curve without an adequate model, and axes
+    that share their drifts become infos with a `cause`. Without such a fault, or if the noise is largest elsewhere, they
+    stay warnings.
 
     Parameters
     ----------
     findings : sequence of Finding
     channels : sequence of str
-        All channels: a finding of several axes names them in its message.
+        All channels that were analysed.
     duration : float
         Of the record. [s]
     """
@@ -65,74 +49,63 @@ def one_cause(findings: Sequence[Finding], channels: Sequence[str], duration: fl
     causes: dict[str, Finding] = {}
     for code in _LOCAL:
         for finding in findings:
-            if finding.code != code or finding.severity != "warning" or not finding.where:
-                continue
-            for channel in [finding.channel] if finding.channel else [c for c in channels if c in finding.message]:
-                causes.setdefault(channel, finding)
-    drifting = {finding.channel for finding in findings if finding.code in _DRIFTS}
-    said = []
-    for finding in findings:
-        if finding.code == "correlated_axes" and _of_drifts(finding, channels, drifting):
-            message = f"{finding.message}; the drifts that are told of them may be all of the reason"
-            said.append(replace(finding, severity="info", message=message))
-            continue
+            if finding.code == code and finding.severity == "warning" and finding.spans:
+                for channel in finding.channels:
+                    if channel in channels:
+                        causes.setdefault(channel, finding)
+    drifts = {finding.channel: finding for finding in findings if finding.code in _DRIFTS}
+    return [_explained(finding, causes, drifts, duration) for finding in findings]
+
+
+def _explained(
+    finding: Finding, causes: dict[str, Finding], drifts: dict[str | None, Finding], duration: float
+) -> Finding:
+    details = finding.details
+    if finding.severity != "warning":
+        return finding
+    if isinstance(details, CorrelatedAxes):
+        together = details.only_slow and all(channel in drifts for channel in finding.channels)
+        cause = drifts[finding.channels[0]] if together else None
+    else:
         cause = causes.get(finding.channel or "")
-        if cause is None or finding.severity != "warning" or not _follows(finding, cause, duration):
-            said.append(finding)
-            continue
-        remedy = (
-            f"see to the {_WORDS[cause.code]} first, and analyse again without it: what is left then is another fault"
-        )
-        message = f"{finding.message}; the {_WORDS[cause.code]} at {cause.where} may be all of the reason"
-        said.append(replace(finding, severity="info", message=message, remedy=remedy))
-    return said
-
-
-def _of_drifts(finding: Finding, channels: Sequence[str], drifting: set[str | None]) -> bool:
-    """Whether axes share only slow changes, and each of them drifts: as all do that warm up together."""
-    if finding.severity == "info" or "neighbouring" in finding.message:
-        return False
-    return OVER in finding.message and all(c in drifting for c in channels if c in finding.message)
+        if cause is not None and not _follows(finding, cause, duration):
+            cause = None
+    if cause is None:
+        return finding
+    return replace(finding, severity="info", cause=Cause(code=cause.code, spans=cause.spans))
 
 
 def _follows(finding: Finding, cause: Finding, duration: float) -> bool:
     if finding.code == "no_adequate_model":
         return True
-    if finding.code == "spectral_line":  # what rings down or comes now and then has a broad line, what goes on has not
-        return finding.message.count(" Hz wide") == finding.message.count("amplitude")
-    if finding.code != "non_stationary":
+    if isinstance(finding.details, SpectralLines):  # a disturbance that rings or recurs makes broad lines only
+        return all(line.width > 0 for line in finding.details.lines[:_STRONGEST_LINES])
+    if finding.code != "non_stationary" or not finding.spans:
         return False
-    begins = _spans(finding.where)
-    if not begins:
-        return False
-    first, last = begins[0][0] - 1e-3 * duration, begins[0][0] + duration * (1 / _SEGMENTS + 1e-3)
-    return any(start <= last and stop >= first for start, stop in _spans(cause.where))
+    begins = finding.spans[0][0]
+    first, last = begins - 1e-3 * duration, begins + duration * (1 / _SEGMENTS + 1e-3)
+    return any(start <= last and stop >= first for start, stop in cause.spans)
 
 
 def _without_steps_of_drifts(findings: Sequence[Finding]) -> list[Finding]:
-    """Without the changes of level that are part of a warm-up or a late drift of the same channel: it is told once."""
-    drifts = {f.channel: _spans(f.where)[0] for f in findings if f.code in _SETTLING and _spans(f.where)}
-
-    told = {f.channel for f in findings if f.code == "not_static" and f.message.startswith(BESIDE)}
+    """Without the steps of the level that are part of a warm-up or a late drift of the same channel."""
+    drifts = {f.channel: f.spans[0] for f in findings if f.code in _EXPONENTIAL and f.spans}
+    separate = {f.channel for f in findings if f.code == "not_static" and _steps(f, beside_drift=True)}
 
     def part_of_drift(finding: Finding) -> bool:
-        if finding.code != "not_static" or finding.channel not in drifts or not finding.message.startswith(_LEVEL):
+        if finding.code != "not_static" or finding.channel not in drifts or not _steps(finding, beside_drift=False):
             return False
-        if finding.channel in told:  # those that are none of it are told beside it
+        if finding.channel in separate:  # steps that are not part of the drift have their own finding
             return True
         start, stop = drifts[finding.channel]
-        return all(start <= a and b <= stop for a, b in _spans(finding.where))
+        return all(start <= a and b <= stop for a, b in finding.spans)
 
     return [finding for finding in findings if not part_of_drift(finding)]
 
 
-def _spans(where: str) -> list[tuple[float, float]]:
-    """Beginnings and ends in a place: ``"t = 600 s, 1200 s"`` or ``"t = 800 s to 860 s"``."""
-    if not where.startswith("t = "):
-        return []
-    spans = []
-    for text in where[4:].split(","):
-        start, _, stop = text.partition(" to ")
-        begins = float(start.split()[0])
-        spans.append((begins, float(stop.split()[0]) if stop else begins))
-    return spans
+def _steps(finding: Finding, *, beside_drift: bool) -> bool:
+    """Whether a finding of motion is about steps of the level only, beside a drift or not."""
+    details: Any = finding.details
+    if details is None:  # not converted to `details` yet
+        return finding.message.startswith("beside this drift" if beside_drift else "the level ")
+    return bool(details.steps) and not details.bursts and details.beside_drift is beside_drift

@@ -1,30 +1,33 @@
-"""What a fault does to fitted coefficients: the fit with it against the fit without."""
+"""Effects of a fault on fitted coefficients: the fit with the fault compared with the fit without."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from sigmatau.findings.finding import Severity
+from sigmatau.findings.finding import FitEffect, Severity
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import two_digits
 
-__all__ = ["Change", "compared", "effect_text", "factors", "severity", "vanished", "words"]
+__all__ = ["Change", "compared", "effect_text", "factors", "in_fit", "severity", "vanished", "words"]
 
-_MATTERS = 1.1
-"""A coefficient that is so many times too large makes a warning of a finding."""
+FACTOR_WARNED = 1.1
+"""Factor on a coefficient, up or down, above which a finding is a warning."""
 
-_SAID = 1.05
+FACTOR_TOLD = 1.05
+"""Factor on a coefficient, up or down, above which it is stated."""
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """By what factor a coefficient is larger with a fault than without; `at_least` if it is not seen without.
+    """Factor by which a coefficient is larger with a fault than without it.
 
-    A factor of 1 and less is then that to the limit which the record sets without the fault, see `vanished`.
+    `at_least`: the coefficient is not observed without the fault, and the factor is that to its upper limit. Such a factor
+    may be 1 or less, see `vanished`.
     """
 
     term: str
@@ -50,39 +53,80 @@ def compared(before: NoiseFit, after: NoiseFit) -> list[Change]:
 
 
 def vanished(before: NoiseFit, after: NoiseFit) -> list[Change]:
-    """Slow terms that are stated with an interval in a fit and not seen in one without the fault, though below its limit.
+    """Slow terms that a fit observes and a fit without the fault does not, with values below the upper limit of the latter.
 
-    By what factor they are too large is not known then, but that nothing of them is known to be the sensor's.
+    The factor by which they are too large is unknown; the fault alone may explain them.
     """
     changes = []
     for term in _SLOW:
         if term not in before or term not in after or not before[term].observed or after[term].observed is not False:
             continue
         value, limit = before[term].value, after[term].upper_limit
-        if value is not None and limit and abs(value) <= _SAID * limit:
+        if value is not None and limit and abs(value) <= FACTOR_TOLD * limit:
             changes.append(Change(term=term, factor=abs(value) / limit, at_least=True))
     return changes
 
 
 def factors(changes: Sequence[Change]) -> tuple[tuple[str, float], ...]:
-    """By term, of those whose factor is known, or at least known to be above 1."""
-    return tuple((c.term, c.factor) for c in changes if not _hidden(c))
+    """Factors by term, without those of `vanished`."""
+    return tuple((c.term, float(c.factor)) for c in changes if not _hidden(c))
+
+
+def in_fit(
+    changes: Sequence[Change],
+    before: NoiseFit,
+    after: NoiseFit | None,
+    *,
+    without: tuple[str, ...],
+    compared_from: float | None = None,
+    hidden: tuple[str, ...] = (),
+    lower_bound: bool = False,
+) -> dict[str, Any]:
+    """The fields of a finding that hold the effect of its fault on the printed fit.
+
+    Parameters
+    ----------
+    changes : sequence of Change
+    before, after : NoiseFit
+        The printed fit, and the one without the fault; None if too little is left to fit.
+    without : tuple of str
+        Codes of the findings whose fault the second fit is without.
+    compared_from : float, optional
+        Shortest averaging time of the second fit. Default: that of the printed fit. [s]
+    hidden, lower_bound
+        See `FitEffect`.
+    """
+    tau_min = before.tau_min or before.tau0
+    effect = FitEffect(
+        channel=before.channel,
+        tau_min_s=tau_min,
+        compared_from_s=compared_from or tau_min,
+        without=without,
+        verdict=before.verdict,
+        verdict_without="" if after is None else after.verdict,
+        hidden=hidden,
+        at_least=tuple(change.term for change in changes if change.at_least),
+        lower_bound=lower_bound,
+    )
+    found = factors(changes)
+    # `changes` is for findings of the old form.
+    return {"factors": found, "changes": found, "fit_effect": effect}
 
 
 def _hidden(change: Change) -> bool:
-    return change.at_least and change.factor <= _SAID
+    return change.at_least and change.factor <= FACTOR_TOLD
 
 
 def _worth_saying(change: Change) -> bool:
     if change.at_least:
-        return change.factor > _SAID
-    return max(change.factor, 1 / change.factor) > _SAID
+        return change.factor > FACTOR_TOLD
+    return max(change.factor, 1 / change.factor) > FACTOR_TOLD
 
 
 def severity(changes: Sequence[Change]) -> Severity:
-    """A warning if any coefficient is more than a tenth too large or too small, or may be nothing but the fault."""
+    """A warning if any coefficient is wrong by more than a tenth, or may be explained by the fault alone."""
     for change in changes:
-        if _hidden(change) or max(change.factor, 1 / change.factor) > _MATTERS:
+        if _hidden(change) or max(change.factor, 1 / change.factor) > FACTOR_WARNED:
             return "warning"
     return "info"
 

@@ -1,9 +1,9 @@
-"""Whether the axes of a stream share a part of their noise.
+"""Correlation of the noise of the axes of a stream.
 
-Measures of each pair of axes: the correlation of first differences, of what is fast (vibration, a line, a common
-converter), and those of the differences of means over 1 s, 4 s, 16 s and so on, of what is slower (supply, temperature, a
-walk of the rate that white noise hides in shorter means). Differences, because random walks and drifts are correlated by
-chance.
+Each pair of axes is measured by the correlation of first differences, for fast common noise (vibration, a line, a common
+converter), and by those of differences of means over 1 s, 4 s, 16 s and so on, for slower common noise (supply, temperature,
+a rate random walk that white noise hides in shorter means). Differences are used because random walks and drifts are
+correlated by chance.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
 from sigmatau.record.streams import Stream
-from sigmatau.results import duration_text, two_digits
 
-__all__ = ["OVER", "cross_axis"]
+__all__ = ["cross_axis"]
 
 Floats = NDArray[np.float64]
 
 _FALSE_ALARM = 1e-4
-"""Probability for a stream whose axes are independent; divided among its pairs and its measures."""
+"""Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""
 
 # The correlation of n pairs of independent Gaussian series has the variance Σ ρ₁(l) ρ₂(l) / n over all lags (Bartlett 1935).
 # First differences of white noise have ρ = −1/2 at lag 1: 1.5. Those of quantization noise −2/3 and 1/6: 1.944, the most
@@ -33,36 +33,36 @@ _INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
 # tells how much, by Student's t.
 _STRETCHES = 32
 
-OVER = "between means over"
-"""What is said of correlation that shows in the differences of means."""
+CORRELATION_TOLD = 0.05
+"""A smaller correlation r has no consequence: the variance of the mean of two Allan variances grows by the factor 1 + r²."""
 
-_LEAST = 0.05
-"""A smaller one is of no consequence: what two axes tell about their common noise is r² less than twice what one does."""
+CORRELATION_WARNED = 0.3
+"""Correlation from which shared noise is a warning."""
 
-_STRONG = 0.3
 _LEAST_MEANS = 60
 _LONGER = 4  # times, from one length of means to the next; the last is the longest of which there are enough
 _HALF = 0.5  # of its samples that a mean must have
 _MOST_SAMPLES = 1 << 22
 
 
-def cross_axis(stream: Stream) -> list[Finding]:
+def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float = CORRELATION_WARNED) -> list[Finding]:
     """Correlation of the axes of a stream beyond chance.
 
     Parameters
     ----------
     stream : Stream
         Missing samples are NaN.
+    told, warned : float
+        Correlations from which there is a finding, and from which it is a warning.
 
     Returns
     -------
     list of Finding
-        At most one ``"correlated_axes"`` for the stream, with channel None: an info for correlations below 0.3, else a
-        warning.
+        At most one ``"correlated_axes"`` for the stream, an info or a warning.
 
     Notes
     -----
-    Beyond 4.2·10⁶ samples, 32 evenly spread stretches are looked at.
+    Of more than 4.2·10⁶ samples, 32 evenly spread stretches are used for neighbouring samples.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []
@@ -72,20 +72,33 @@ def cross_axis(stream: Stream) -> list[Finding]:
     level = _FALSE_ALARM / ((1 + len(lengths)) * len(pairs))
     fast = {channel: _differences(column) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
-    found: list[tuple[float, str, tuple[str, str]]] = []
+    found: list[AxisPair] = []
     for first, second in pairs:
-        # Squares of what is far too large or small are none; a channel in the wrong unit is for others to find.
+        # Squares of extreme values overflow or vanish; a channel in the wrong unit is for another check.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-            r, kind = _by_stretches(fast[first], fast[second], level), "between neighbouring samples"
+            r, of_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
                 other = _by_number(means[first], means[second], level)
                 if abs(other) > abs(r) + _chance(len(means[first]), 0.05):
-                    r, kind = other, f"{OVER} {duration_text(length * stream.grid.tau0)}"
-        if _LEAST <= abs(r) <= 1 + 1e-9:
-            found.append((r, kind, (first, second)))
+                    r, of_length = other, length
+        if told <= abs(r) <= 1 + 1e-9:
+            found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
     if not found:
         return []
-    return [_finding(stream, found)]
+    found.sort(key=lambda pair: -abs(pair.coefficient))
+    largest = abs(found[0].coefficient)
+    return [
+        Finding(
+            details=CorrelatedAxes(
+                pairs=tuple(found),
+                only_slow=all(pair.mean_length for pair in found),
+                stretches=1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES,
+            ),
+            severity="warning" if largest >= warned else "info",
+            channels=tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found)),
+            size=largest,
+        )
+    ]
 
 
 def _lengths(stream: Stream) -> list[int]:
@@ -96,30 +109,6 @@ def _lengths(stream: Stream) -> list[int]:
         lengths.append(length)
         length *= _LONGER
     return [each for each in [*lengths, longest] if each > 1]
-
-
-def _finding(stream: Stream, found: list[tuple[float, str, tuple[str, str]]]) -> Finding:
-    found = sorted(found, key=lambda one: -abs(one[0]))
-    largest = found[0][0]
-    listed = ", ".join(f"{a} and {b} by {r:.2f} {kind}" for r, kind, (a, b) in found)
-    fast = found[0][1].startswith("between neighbouring")
-    cause = (
-        "a vibration, a line or a converter that they share"
-        if fast
-        else "a slow line, a supply, a temperature or a motion that they share"
-    )
-    part = "" if stream.grid.n <= _MOST_SAMPLES else " (of 32 evenly spread stretches)"
-    return Finding(
-        code="correlated_axes",
-        severity="warning" if abs(largest) >= _STRONG else "info",
-        message=f"{stream.name}: changes are correlated beyond chance: {listed}{part}",
-        size=abs(largest),
-        effect=(
-            f"up to {two_digits(100 * abs(largest))} % of the variance of these changes is common: coefficients and their"
-            " intervals are right for each axis, but not independent, and a mean over the axes is less sure than it seems"
-        ),
-        remedy=f"look for {cause}; a filter that takes the axes as independent needs their common part as a covariance",
-    )
 
 
 def _differences(column: Floats) -> Floats:
@@ -136,7 +125,7 @@ def _differences(column: Floats) -> Floats:
 
 
 def _slow(column: Floats, length: int) -> Floats:
-    """Differences of means over so many samples, 0 where half of them are missing, without a ramp."""
+    """Differences of means over `length` samples, 0 where half of them are missing, without a ramp."""
     count = len(column) // length
     samples = column[: count * length].reshape(count, length)
     means = samples.mean(axis=1)
@@ -150,7 +139,7 @@ def _slow(column: Floats, length: int) -> Floats:
 
 
 def _centred(d: Floats) -> Floats:
-    """Without their mean, which is a ramp and would be common to all axes that have one; 0 where missing."""
+    """Differences without their mean, which is a ramp, and would be common to all axes that have one; 0 where missing."""
     mean = float(np.sum(d)) / max(int(d.size), 1)
     if np.isnan(mean):
         there = ~np.isnan(d)
@@ -192,7 +181,7 @@ def _by_number(a: Floats, b: Floats, level: float) -> float:
 
 
 def _chance(number: int, level: float) -> float:
-    """What independent series exceed with probability `level`, by Student's law of a correlation."""
+    """Correlation that independent series exceed with probability `level`, by Student's law."""
     from scipy.special import stdtrit
 
     freedom = max(number / _INFLATION - 2, 1.0)

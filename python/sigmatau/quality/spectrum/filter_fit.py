@@ -9,18 +9,17 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.kinds.spectrum import LowPassFilter
 from sigmatau.quality.spectrum import filter_models
-from sigmatau.results import Printed, two_digits
 from sigmatau.spectrum.result import Spectrum
 
-__all__ = ["LowPass", "fit_low_pass", "promising"]
+__all__ = ["fit_low_pass", "promising"]
 
 Floats = NDArray[np.float64]
 
@@ -53,61 +52,7 @@ _PRUNINGS = 2
 _OUTLIER = 5.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LowPass(Printed):
-    """A low-pass filter in front of the sampler.
-
-    Attributes
-    ----------
-    channel : str
-    shape : str
-        One of `sigmatau.quality.spectrum.filter_models.SHAPES`, the likeliest.
-    corner, error : float
-        Frequency of -3 dB and its standard error, which half the distance to the corner of any other shape that is possible
-        is part of. [Hz]
-    alike : tuple of str
-        Other shapes that the spectrum does not exclude, with corners of their own.
-    corners : mapping
-        Corner by shape, for those that are possible. [Hz]
-    misfit : float
-        Deviance of the fit over the number of its points: 1 by chance.
-    evidence : float
-        By how much the deviance is less than without a filter.
-    short : float
-        σ at one sample over what the random walk makes there.
-    right_from : float
-        Averaging time from which σ is within 1 % of what the random walk makes. [s]
-    """
-
-    channel: str
-    shape: str
-    corner: float
-    error: float
-    alike: tuple[str, ...]
-    corners: Mapping[str, float]
-    misfit: float
-    evidence: float
-    short: float
-    right_from: float
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "channel": self.channel,
-            "shape": self.shape,
-            "corner_hz": self.corner,
-            "error_hz": self.error,
-            "corners_hz": dict(self.corners),
-            "short": self.short,
-            "right_from_s": self.right_from,
-        }
-
-    def __repr__(self) -> str:
-        others = " or ".join(f"{filter_models.names(shape)} at {self.corners[shape]:.3g} Hz" for shape in self.alike)
-        text = f"{filter_models.names(self.shape)}, -3 dB at {self.corner:.3g} ± {two_digits(self.error)} Hz"
-        return text + (f" (or {others})" if others else "")
-
-
-def fit_low_pass(spectrum: Spectrum, *, without: Sequence[tuple[float, float]] = ()) -> LowPass | None:
+def fit_low_pass(spectrum: Spectrum, *, without: Sequence[tuple[float, float]] = ()) -> LowPassFilter | None:
     """The filter that a spectrum shows, or None; see `low_pass`. Bands `without`, of lines, are left out. [Hz]"""
     points = _points(spectrum, without)
     if points is None or not _promising(points):
@@ -141,17 +86,17 @@ def fit_low_pass(spectrum: Spectrum, *, without: Sequence[tuple[float, float]] =
     alike = tuple(s for s in sorted(best, key=lambda s: best[s][0]) if s != shape and best[s][0] < score + _ALIKE)
     spread = max((abs(best[s][1] - x) for s in alike), default=0.0)
     ratio = float(filter_models.relative_avar(shape, x, 1, 1.0)[0])
-    return LowPass(
-        channel=spectrum.channel,
+    return LowPassFilter(
         shape=shape,
+        order=filter_models.order_of(shape),
         corner=x * rate,
         error=math.hypot(points.error(shape, variant, x), _PRECISION * x, spread / 2) * rate,
         alike=alike,
-        corners={s: best[s][1] * rate for s in (shape, *alike)},
+        alike_corners=tuple(best[each][1] * rate for each in alike),
         misfit=score / len(points.density),
-        evidence=gain,
+        tau0=spectrum.tau0,
         # A spectrum q·sin²(πf) of quantization has the Allan variance 3q/4 at one sample.
-        short=math.sqrt((white * ratio + floor + 0.75 * quantization) / level),
+        sigma_one_sample=math.sqrt((white * ratio + floor + 0.75 * quantization) / level),
         right_from=max(filter_models.right_from(shape, x, 1.0) * white / level, 1.0) / rate,
     )
 

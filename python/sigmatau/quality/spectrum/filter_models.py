@@ -27,7 +27,7 @@ __all__ = [
     "folded_flicker",
     "folded_white",
     "mean_corner",
-    "names",
+    "order_of",
     "relative_avar",
     "response",
     "right_from",
@@ -36,30 +36,14 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 _DIGITAL = {"digital1": 1, "digital2": 2, "digital4": 4}
+_ORDERS = {"first_order": 1, "butterworth2": 2, "butterworth3": 3, "butterworth4": 4, **_DIGITAL}
 SHAPES = ("first_order", "butterworth2", "butterworth3", "butterworth4", "mean", "bartlett", *_DIGITAL)
 """Filters that are told apart."""
-
-_WORDS = {
-    "first_order": "first order",
-    "butterworth2": "second-order Butterworth",
-    "butterworth3": "third-order Butterworth",
-    "butterworth4": "fourth-order Butterworth",
-    "mean": "running mean",
-    "bartlett": "two running means in a row",
-    "digital1": "first-order digital (bilinear)",
-    "digital2": "second-order digital Butterworth (bilinear)",
-    "digital4": "fourth-order digital Butterworth (bilinear)",
-}
 
 # Length of a running mean with −3 dB at 1 Hz: sinc²(L) = 1/2; of one of two in a row: sinc⁴(L) = 1/2.
 _MEAN_LENGTH = 0.4429464707
 _BARTLETT_LENGTH = 0.3189166987
 _IMAGES = 8  # flicker noise at the eighth image is (1/16)^3 of that at half the sampling rate
-
-
-def names(shape: str) -> str:
-    """What a shape is called."""
-    return _WORDS[shape]
 
 
 def digital(shape: str) -> bool:
@@ -93,7 +77,7 @@ def autocovariance(shape: str, corner: float, lag: ArrayLike) -> Floats:
         u = t / length
         inner = 2 / 3 - u * u + u**3 / 2
         return np.where(u < 1, inner, np.maximum(2 - u, 0) ** 3 / 6) / length
-    poles = _poles(_order(shape)) * (2 * math.pi * corner)
+    poles = _poles(_ORDERS[shape]) * (2 * math.pi * corner)
     return np.asarray((-poles / (2 * len(poles)) * np.exp(np.outer(t, poles))).real.sum(axis=1))
 
 
@@ -109,7 +93,7 @@ def folded_white(shape: str, corner: float, frequency: ArrayLike, tau0: float) -
         r = autocovariance(shape, corner, lags * tau0)
         zero = float(autocovariance(shape, corner, 0.0)[0])
         return np.asarray(tau0 * (zero + 2 * np.cos(2 * np.pi * tau0 * np.outer(f, lags)) @ r))
-    poles = _poles(_order(shape)) * (2 * math.pi * corner)
+    poles = _poles(_ORDERS[shape]) * (2 * math.pi * corner)
     z = np.exp(poles * tau0)
     weights = -poles * tau0 / (2 * len(poles)) * (1 - z * z)
     return np.asarray((weights / (1 - 2 * np.outer(cosine, z) + z * z)).real.sum(axis=1))
@@ -136,7 +120,7 @@ def response(shape: str, corner: float, frequency: ArrayLike, *, tau0: float = 1
         return np.asarray(np.sinc(f * (_MEAN_LENGTH / corner)) ** 2)
     if shape == "bartlett":
         return np.asarray(np.sinc(f * (_BARTLETT_LENGTH / corner)) ** 4)
-    return np.asarray(1 / (1 + (f / corner) ** (2 * _order(shape))))
+    return np.asarray(1 / (1 + (f / corner) ** (2 * _ORDERS[shape])))
 
 
 def relative_avar(shape: str, corner: float, m: ArrayLike, tau0: float) -> Floats:
@@ -206,7 +190,6 @@ def _poles(order: int) -> NDArray[np.complex128]:
     return np.asarray(np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order)))
 
 
-def _order(shape: str) -> int:
-    if shape == "first_order":
-        return 1
-    return _DIGITAL[shape] if shape in _DIGITAL else int(shape.removeprefix("butterworth"))
+def order_of(shape: str) -> int | None:
+    """Order of a Butterworth filter; None for running means."""
+    return _ORDERS.get(shape)

@@ -1,4 +1,4 @@
-"""Spectral lines: vibration, mains, fans, and what they do to the Allan deviation and the coefficients."""
+"""Spectral lines from vibration, mains or fans, and their effect on the Allan deviation and the coefficients."""
 
 from __future__ import annotations
 
@@ -13,89 +13,81 @@ from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve, allan, cluster_sizes
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.components import LINEAR, components
+from sigmatau.findings.kinds.spectrum import Line, Mains, SpectralLines
 from sigmatau.fitting.fit import fit
-from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.tau_min import LEAST_TIMES
-from sigmatau.quality.effects import compared, words
+from sigmatau.quality.effects import compared, in_fit
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.motion import bursts, summary
-from sigmatau.quality.spectrum.peaks import Line, Periodogram, hertz, measured_lines, periodogram
+from sigmatau.quality.spectrum.peaks import Periodogram, measured_lines, periodogram
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import option_seconds, seconds
 from sigmatau.spectrum.tapers import without_line
 
-__all__ = ["Line", "find_lines", "lines", "lines_in_fits"]
+__all__ = ["find_lines", "lines", "lines_in_fits"]
 
 Floats = NDArray[np.float64]
 
-NOTICEABLE = 1.10
-"""A line is a warning where it makes σ(τ) larger by this factor at some τ; below, it is good to know."""
+SIGMA_FACTOR_WARNED = 1.10
+"""Factor on σ(τ) at any τ from which lines are a warning."""
 
-_SHORTEST = 512
-_MOST_NAMED = 4
+_LEAST_SAMPLES = 512
+_LEAST_RUN = 64  # samples without a missing one, for the effect on σ(τ)
 _MAINS = (50.0, 60.0)
-_NOTHING_LEFT = 0.05  # below, a factor says no more than that the fit has gone wrong
+_MOST_REMOVED = 12  # steady lines that are removed from the samples: weaker ones change no coefficient
+_LEAST_REST = 0.02  # of a variance: no less is left when lines are removed
+_NEGLIGIBLE = 2e-3  # of a variance: a line that makes less need not be removed
+_CLEAR = 0.02  # of a variance, 1 % in σ: beyond it no line matters
+_RINGING = 3.0  # [s] before and after motion that are left out with it
+_SAME_RATE = 1e-12  # relative difference of equal sampling rates
+_ROUNDING = 4e-15  # of the largest sample: a few of the last digits of double precision
 
 
-_MOST_TAKEN = 12  # steady lines that are taken out of the samples: weaker ones change no coefficient
-_LEAST_LEFT = 0.02  # of a variance: a line may be all there is
-_NOTHING = 2e-3  # of a variance
-_ALL_TIMES = "; a fit to all times"
-_RINGS = 3.0  # [s] before and after motion that are left out with it
-_SAME = 1e-12  # sampling rates
-_ROUNDING = 4e-15  # of the largest sample: a few of the last digits
-_LEAST_RUN = 64  # samples
-
-
-_REMEDY = "find what shakes or couples at this frequency and record without it"
-_OVER = 0.02  # of a variance, 1 % in σ: as for filters
-
-
-def lines(stream: Stream) -> list[Finding]:
-    """Findings ``spectral_line``: one a channel that has any, with all its lines.
+def lines(stream: Stream, *, factor_warned: float = SIGMA_FACTOR_WARNED) -> list[Finding]:
+    """Findings ``spectral_line``: one for each channel that has lines, with all its lines.
 
     Parameters
     ----------
     stream : Stream
-        Static data. Missing samples are taken as the channel's mean, which hides no line and makes none; so are those in
-        motion, and a channel that moves for half of the record is not judged.
+        Static data. Missing samples are replaced by the channel's mean, which neither hides a line nor makes one; so are
+        samples in motion. A channel that moves for half of the record is not judged.
+    factor_warned : float
+        Lines are a warning if they make σ(τ) larger by this factor at any τ.
 
     Returns
     -------
     list of Finding
-        A warning where σ(τ) grows by a tenth or more at some τ, else an info. The effect says in words by which factor a fit
-        of the noise terms at all averaging times, which knows no line, finds random walk and bias instability larger;
-        `changes` is left to `lines_in_fits`, when there is a fit.
+        Warnings or infos. `factors` is filled by `lines_in_fits`.
 
     Notes
     -----
     Of white, flicker or walking noise each density over the true one is a sum of χ² variables, whose weights are those of
-    the correlation under Hann's taper; the far tail of that law, widened by Snedecor's F for the error of the median that
-    it is held against, gives the threshold for a false alarm of 1e-4 over all bins and widths of a channel.
+    the correlation under Hann's taper. The far tail of that law, widened by Snedecor's F for the error of the median that
+    it is compared with, gives the threshold for a false alarm of 1e-4 over all bins and widths of a channel.
     """
-    found, beyond = [], []
-    for channel in stream.channels:
-        scanned = _scanned(stream, channel)
-        if scanned is not None and scanned.groups:
-            finding, after = _finding(stream, scanned)
-            found.append(finding)
-            beyond.append(after)
-    # What is to be done is said once for all axes, so by the slowest of them.
-    latest = max((tau for tau in beyond if tau is not None), default=0.0)
+    scans = [_scanned(stream, channel) for channel in stream.channels]
+    found = {scan.channel: _details(stream, scan) for scan in scans if scan is not None and scan.groups}
+    # One fit option is advised for all axes: that of the slowest lines.
+    latest = max((details.clear_from or 0.0 for details in found.values()), default=0.0)
+    tau_min = latest if latest > stream.grid.tau0 * (1 + 1e-9) else 0.0
     return [
-        replace(finding, remedy=_REMEDY + _advice(after, latest, stream))
-        for finding, after in zip(found, beyond, strict=True)
+        Finding(
+            details=replace(details, tau_min=tau_min),
+            severity="warning" if details.factor >= factor_warned else "info",
+            channels=(channel,),
+            size=details.lines[0].amplitude,
+            unit=stream.unit,
+        )
+        for channel, details in found.items()
     ]
 
 
 def lines_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
-    """Findings ``spectral_line`` of `lines` once more, with what the lines do to the fits that are printed.
+    """Findings ``spectral_line`` of `lines` with the effect of the lines on the printed fits.
 
-    The lines are taken out of the samples (steady ones) or of the variances (others), and the rest is fitted from the same
-    shortest averaging time on: a fit that begins beyond a line, or that has a sinusoid of its own for it, is hardly changed.
+    The lines are removed from the samples (steady ones) or from the variances (others), and the rest is fitted from the
+    same shortest averaging time on. A fit that begins beyond a line, or has a sinusoid for it, hardly changes.
 
     Parameters
     ----------
@@ -109,7 +101,7 @@ def lines_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[
     Returns
     -------
     list of Finding
-        `changes` holds by which factor each printed coefficient is larger than without the lines.
+        `factors` holds the factor by which each printed coefficient is larger than without the lines.
     """
     return [
         _fitted(stream, fits[finding.channel], finding)
@@ -127,7 +119,7 @@ def find_lines(stream: Stream) -> dict[str, tuple[Line, ...]]:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Scan:
-    """The spectrum of a channel and its lines; `moved` if motion was left out."""
+    """The spectrum of a channel and its lines; `moved` if times of motion were left out."""
 
     channel: str
     spectrum: Periodogram
@@ -148,7 +140,7 @@ def _scanned(stream: Stream, channel: str) -> _Scan | None:
     groups = _lines_of(spectrum, stream)
     if not groups or stream.quantity not in ("angular_rate", "acceleration"):
         return _Scan(channel=channel, spectrum=spectrum, groups=groups)
-    # A mount that rings after a knock has a line in the spectrum, too: what stands out must do so at rest.
+    # A mount that rings after a shock makes a line, too: only lines at rest count.
     moving = bursts(stream, summary(stream, channel))
     if not moving:
         return _Scan(channel=channel, spectrum=spectrum, groups=groups)
@@ -160,15 +152,15 @@ def _scanned(stream: Stream, channel: str) -> _Scan | None:
 
 
 def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
-    """Samples with 0 for mean, slope, what is missing and the stretches `without`; None if too few are there, or all are on
-    a straight line.
+    """Samples without mean and slope, 0 where missing and in the stretches `without`; None if too few are left, or all are
+    on a straight line.
     """
     y = np.ascontiguousarray(stream.column(channel))
-    # A ramp alone leaves its rounding, which has lines of its own.
+    # A ramp alone leaves its rounding error, which has lines.
     rounding = _ROUNDING * max(float(np.fmax.reduce(y, initial=0.0)), -float(np.fmin.reduce(y, initial=0.0)))
     if without:
         y = y.copy()
-        margin = round(_RINGS / stream.grid.tau0)
+        margin = round(_RINGING / stream.grid.tau0)
         for start, stop in without:
             y[max(start - margin, 0) : stop + margin] = np.nan
     if stream.mask is not None or without:
@@ -181,24 +173,24 @@ def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] 
             middle = t.mean()
             slope = float((t - middle) @ (kept - kept.mean())) / float((t - middle) @ (t - middle))
             y = np.zeros(len(y))
-            # Scaled to the power that the whole would have.
+            # Scaled to the power of the whole record.
             y[there] = (kept - kept.mean() - slope * (t - middle)) / math.sqrt(there.mean())
         else:
             y = without_line(y)
-    elif len(y) >= _SHORTEST:
+    elif len(y) >= _LEAST_SAMPLES:
         y = without_line(y)
-    if len(y) < _SHORTEST or not y.max() - y.min() > rounding:
+    if len(y) < _LEAST_SAMPLES or not y.max() - y.min() > rounding:
         return None
     return y
 
 
 def _lines_of(spectrum: Periodogram, stream: Stream) -> tuple[Line, ...]:
-    found = measured_lines(spectrum, unit=stream.unit)
+    found = measured_lines(spectrum)
     return _grouped(_distinct(found, spectrum.step), stream.grid.rate, spectrum.step)
 
 
 def _distinct(found: Sequence[Line], step: float) -> list[Line]:
-    """Strongest first, without what is only the skirt of a stronger one."""
+    """Lines, strongest first, without those that are the skirt of a stronger one."""
     kept: list[Line] = []
     for line in sorted(found, key=lambda each: -each.amplitude):
         skirts = any(
@@ -212,7 +204,7 @@ def _distinct(found: Sequence[Line], step: float) -> list[Line]:
 
 
 def _grouped(found: Sequence[Line], rate: float, step: float) -> tuple[Line, ...]:
-    """Harmonics under their fundamental: the lowest line of which others are whole multiples, folded."""
+    """Lines with their harmonics: others at whole multiples of the frequency of the lowest, folded."""
     left = sorted(found, key=lambda line: line.frequency)
     groups: list[Line] = []
     while left:
@@ -222,7 +214,7 @@ def _grouped(found: Sequence[Line], rate: float, step: float) -> tuple[Line, ...
         for other in left:
             order = max(round(other.frequency / line.frequency), 2)
             error = min(abs(_fold(k * line.frequency, rate) - other.frequency) for k in {order, 2, 3, 4, 5})
-            # An unsteady line's harmonic is as much wider; many a weak line would be a high multiple by chance.
+            # The harmonic of an unsteady line is wider by its order. High multiples match weak lines by chance.
             if order <= 16 and error <= min(1.5 * order * own, 0.1 * line.frequency):
                 members.append(other)
         left = [other for other in left if other not in members]
@@ -234,90 +226,55 @@ def _fold(frequency: float, rate: float) -> float:
     return abs(frequency - rate * round(frequency / rate))
 
 
-def _mains(line: Line, rate: float) -> str:
+def _mains(line: Line, rate: float) -> Mains | None:
     """The mains wander by ±0.2 Hz a multiple at most, usually by far less; the sampling rate is known to 1e-4."""
     if line.width > 0.2:
-        return ""
-    for order in (1, 2, 3):
+        return None
+    for multiple in (1, 2, 3):
         for mains in _MAINS:
-            seen = _fold(order * mains, rate)
-            if seen > 0.5 and abs(line.frequency - seen) <= 0.05 * order + 1e-4 * order * mains + line.width:
-                name = f"{mains:g} Hz mains" if order == 1 else f"{order} times {mains:g} Hz mains"
-                return name if seen == order * mains else f"{name} folded by the sampling rate"
-    return ""
+            seen = _fold(multiple * mains, rate)
+            if seen > 0.5 and abs(line.frequency - seen) <= 0.05 * multiple + 1e-4 * multiple * mains + line.width:
+                return Mains(frequency=mains, multiple=multiple, folded=seen != multiple * mains)
+    return None
 
 
-def _advice(after: float | None, latest: float, stream: Stream) -> str:
-    """What a fit can do about lines: begin later, if any averaging time is late enough."""
-    if after is None:
-        return "; no fit of this record begins beyond it"
-    if latest <= stream.grid.tau0 * (1 + 1e-9):
-        return ""
-    return f"; else fit from averaging times beyond it, analyze --tau-min {option_seconds(latest)}"
-
-
-def _finding(stream: Stream, scan: _Scan) -> tuple[Finding, float | None]:
-    """And from which averaging time on a fit is not changed by it; see `_effect`."""
-    channel, groups, spectrum = scan.channel, scan.groups, scan.spectrum
-    strongest = groups[0]
-    everything = scan.everything
-    effect, factor, after = _effect(stream, channel, everything, spectrum)
-    named = "; ".join(map(repr, groups[:_MOST_NAMED]))
-    more = f"; and {len(groups) - _MOST_NAMED} weaker" if len(groups) > _MOST_NAMED else ""
-    part = ", looked for in four stretches" if spectrum.dof > 2 else ""
-    part += ", looked for between the motion" if scan.moved else ""
-    finding = Finding(
-        code="spectral_line",
-        severity="warning" if factor >= NOTICEABLE else "info",
-        channel=channel,
-        message=f"{'line' if len(everything) == 1 else 'lines'} in the spectrum: {named}{more}{part}",
-        where=f"f = {hertz(strongest.frequency)} Hz",
-        size=strongest.amplitude,
-        unit=stream.unit,
-        effect=effect,
+def _details(stream: Stream, scan: _Scan) -> SpectralLines:
+    details = SpectralLines(
+        lines=scan.groups,
+        factor=1.0,
+        tau=None,
+        clear_from=None,
+        stretches=round(scan.spectrum.dof / 2),
+        between_motion=scan.moved,
     )
-    return finding, after
-
-
-def _effect(
-    stream: Stream, channel: str, found: Sequence[Line], spectrum: Periodogram
-) -> tuple[str, float, float | None]:
-    """In words; by which factor σ(τ) grows at worst; from which τ on by no more than 1 %, None if no fit begins so late."""
-    whole = stream.only(channel).longest_run()
+    whole = stream.only(scan.channel).longest_run()
     if whole.grid.n < _LEAST_RUN:
-        return "no run without a missing sample is long enough to tell what it does to σ(τ)", 1.0, None
-    sizes = cluster_sizes("half", n=whole.grid.n, tau0=stream.grid.tau0)
+        return details
+    tau0 = stream.grid.tau0
+    sizes = cluster_sizes("half", n=whole.grid.n, tau0=tau0)
     sizes = sizes[sizes <= whole.grid.n // 3]
     (measured,), _, _ = kernels.allan_variances(
-        [whole.column(channel)], sizes, overlap="full", counting="standard", threads=1, names=[channel]
+        [whole.column(scan.channel)], sizes, overlap="full", counting="standard", threads=1, names=[scan.channel]
     )
-    column = sum((_avar(line, spectrum, sizes, stream.grid.tau0) for line in found), np.zeros(len(sizes)))
+    column = sum((_avar(line, scan.spectrum, sizes, tau0) for line in scan.everything), np.zeros(len(sizes)))
     # What is left is no less than the error of a single variance allows: a line may be all there is.
-    rest = np.maximum(measured - column, _LEAST_LEFT * measured)
-    if not rest.min() > 0:
-        return "the samples repeat themselves exactly: there is no noise beside it", 1.0, None
+    rest = np.maximum(measured - column, _LEAST_REST * measured)
+    if not rest.min() > 0:  # the samples repeat themselves exactly: there is no noise beside the lines
+        return details
     factors = np.sqrt(measured / rest)
     worst = int(np.argmax(factors))
-    factor = float(factors[worst])
-    tau = sizes[worst] * stream.grid.tau0
-    text = f"σ(τ) is up to {_times(factor)} what it would be without, at τ = {seconds(tau)} s"
-    if factor >= NOTICEABLE and len(sizes) >= 8:
-        ratios = _change(whole.grid.n, sizes, measured, rest)
-        words = []
-        for term, ratio in ratios.items():
-            if ratio < _NOTHING_LEFT:
-                words.append(f"hardly any {term.replace('_', ' ')}")
-            elif abs(ratio - 1) >= 0.01:
-                words.append(f"{term.replace('_', ' ')} {_times(ratio)} as large")
-        if words:
-            text += f"{_ALL_TIMES} that knows no line finds {' and '.join(words)}"
-    there = np.flatnonzero(column > _OVER * rest)
-    first = int(there[-1]) + 1 if len(there) else 0
-    return text, factor, float(sizes[first] * stream.grid.tau0) if len(sizes) - first >= LEAST_TIMES else None
+    above = np.flatnonzero(column > _CLEAR * rest)
+    first = int(above[-1]) + 1 if len(above) else 0
+    return replace(
+        details,
+        factor=float(factors[worst]),
+        tau=float(sizes[worst] * tau0),
+        clear_from=float(sizes[first] * tau0) if len(sizes) - first >= LEAST_TIMES else None,
+    )
 
 
 def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
-    """A finding with what its lines do to the fit that is printed."""
+    """A finding with the effect of its lines on the printed fit."""
     scan = _scanned(stream, fitted.channel)
     if scan is None or fitted.tau_min is None or fitted.n != stream.grid.n:
         return finding
@@ -326,38 +283,30 @@ def _fitted(stream: Stream, fitted: NoiseFit, finding: Finding) -> Finding:
     except (DataError, OptionError):  # too few averaging times
         return finding
     changes = compared(fitted, after)
-    texts = words(changes, stream.quantity)
-    said = f"; the fit, from τ = {seconds(fitted.tau_min)} s on, finds " + (
-        " and ".join(texts) if texts else "no coefficient more than 5 % too large"
-    )
-    return replace(
-        finding,
-        effect=finding.effect.split(_ALL_TIMES)[0] + said,
-        changes=tuple((change.term, change.factor) for change in changes),
-    )
+    return replace(finding, **in_fit(changes, fitted, after, without=(finding.code,)))
 
 
 def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCurve:
-    """The curve to be fitted, had there been no line; lines that are nothing where the fit was made may be left in."""
+    """The curve without the lines; lines that are negligible at the averaging times of the fit may remain."""
     one = stream.only(scan.channel)
     tau0 = stream.grid.tau0
     sizes = cluster_sizes("half", n=stream.grid.n, tau0=tau0)
     used = sizes[sizes * tau0 >= (fitted.tau_min or 0.0) * (1 - 1e-9)]
-    least = _NOTHING * fitted.avar(m=used)
+    least = _NEGLIGIBLE * fitted.avar(m=used)
     matter = [line for line in scan.everything if (_avar(line, scan.spectrum, used, tau0) > least).any()]
-    steady = [line for line in matter if line.width == 0][:_MOST_TAKEN]
+    steady = [line for line in matter if line.width == 0][:_MOST_REMOVED]
     if steady:
         rest = _without_sinusoids(one.column(scan.channel), steady, tau0)
         one = one.with_rates([rest])
     curve = allan(Record(streams=(one,)))[scan.channel]
     others = [_avar(line, scan.spectrum, curve.m, tau0) for line in matter if line.width > 0]
     left = curve.avar - sum(others, np.zeros(len(curve.m)))
-    return replace(curve, avar=np.maximum(left, _LEAST_LEFT * curve.avar))
+    return replace(curve, avar=np.maximum(left, _LEAST_REST * curve.avar))
 
 
 def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats:
-    """Samples less each line: a sinusoid whose amplitude and phase may go up or down evenly, so that a frequency that is
-    half a bin off does no harm.
+    """Samples without each line: a sinusoid whose amplitude and phase may change linearly, so that an error of the frequency
+    of half a bin does not matter.
     """
     there = np.isfinite(y)
     whole = bool(there.all())
@@ -367,7 +316,7 @@ def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats
     slow = 2 * t / len(y) - 1
     for line in steady:
         turn = np.exp(2j * math.pi * line.frequency * tau0 * t)
-        parts = [turn.real] if _by_turns(line, tau0) else [turn.real, turn.imag]
+        parts = [turn.real] if _alternates(line, tau0) else [turn.real, turn.imag]
         columns = np.column_stack([*parts, *(slow * part for part in parts)])
         used = columns if whole else columns[there]
         theta = np.linalg.solve(used.T @ used, used.T @ (rest if whole else rest[there]))
@@ -375,22 +324,22 @@ def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats
     return np.asarray(rest + level)
 
 
-def _by_turns(line: Line, tau0: float) -> bool:
-    return abs(line.frequency * tau0 - 0.5) < _SAME
+def _alternates(line: Line, tau0: float) -> bool:
+    return abs(line.frequency * tau0 - 0.5) < _SAME_RATE
 
 
 def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:
     """Allan variance of a line: of the sinusoid if it is steady, else of its band of the spectrum by eq. (11s)."""
     if line.width == 0:
-        # Half the sampling rate has no phase: ±A by turns has twice the power of a sinusoid.
-        amplitude = line.amplitude * (math.sqrt(2) if _by_turns(line, tau0) else 1.0)
+        # At half the sampling rate there is no phase: alternating ±A has twice the power of a sinusoid.
+        amplitude = line.amplitude * (math.sqrt(2) if _alternates(line, tau0) else 1.0)
         return kernels.sinusoid_avar(amplitude, line.frequency, sizes, tau0)
     first, last = round(line.low / spectrum.step), round(line.high / spectrum.step)
     frequency = np.arange(first, last + 1) * spectrum.step
     excess = spectrum.density[first : last + 1]
-    # The noise below the line is what makes its power the stated one.
+    # The noise level under the line is chosen such that the line has its power.
     excess = excess - (excess.sum() - line.amplitude**2 / (4 * spectrum.step)) / len(excess)
-    few = max(1, len(excess) // 512)  # bins that are taken together: far less than any 1/τ where they still count
+    few = max(1, len(excess) // 512)  # bins that are averaged: far less than 1/τ wherever the line matters
     frequency, excess = (
         np.add.reduceat(frequency, np.arange(0, len(frequency), few))
         / np.diff(np.append(np.arange(0, len(frequency), few), len(frequency))),
@@ -399,24 +348,3 @@ def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: flo
     angle = math.pi * frequency * tau0
     gains = np.sin(np.outer(sizes, angle)) ** 4 / np.outer(sizes.astype(float) ** 2, np.sin(angle) ** 2)
     return np.asarray(np.maximum(4 * spectrum.step * (gains @ excess), 0.0))
-
-
-def _change(n: int, sizes: NDArray[np.int64], measured: Floats, rest: Floats) -> Mapping[str, float]:
-    """By which factor generalised least squares finds random walk and bias instability larger with the line."""
-    scale = float(np.median(measured))
-    parts = components(n, tuple(int(m) for m in sizes))
-    try:
-        with np.errstate(divide="raise", invalid="raise"):
-            theta = [Gls(parts, avar / scale).fit() for avar in (measured, rest)]
-    except (FloatingPointError, np.linalg.LinAlgError):
-        return {}
-    found = {}
-    for term in ("random_walk", "bias_instability"):
-        p = LINEAR.index(term)
-        if theta[0][p] > 0 and theta[1][p] > 0:
-            found[term] = math.sqrt(theta[0][p] / theta[1][p])
-    return found
-
-
-def _times(factor: float) -> str:
-    return f"{factor:.2f} times" if factor < 9.95 else f"{factor:.0f} times"

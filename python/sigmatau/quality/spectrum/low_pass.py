@@ -4,93 +4,93 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.spectrum import Aliasing, LowPassFilter
 from sigmatau.noise.terms import aliasing_inflation
-from sigmatau.quality.spectrum.filter_fit import LowPass, fit_low_pass, promising
+from sigmatau.quality.spectrum.filter_fit import fit_low_pass, promising
 from sigmatau.quality.spectrum.lines import find_lines
 from sigmatau.quality.spectrum.pair_spectrum import by_pairs, is_torn
 from sigmatau.quality.spectrum.upsampling import resampled
 from sigmatau.record.streams import Stream
-from sigmatau.results import option_seconds, seconds
 from sigmatau.spectrum.estimate import welch
 from sigmatau.spectrum.result import Spectrum
 
 __all__ = ["aliasing", "low_pass", "low_passes"]
 
-ALIASING = 1.05
-"""Inflation of the random walk above which aliasing is a warning."""
+INFLATION_WARNED = 1.05
+"""Factor on the random walk above which aliasing is a warning."""
 
-NOTICEABLE = 0.90
-"""A filter is a warning where σ at one sample is below this share of what the random walk makes."""
+SIGMA_WARNED = 0.90
+"""Share of what the random walk makes of σ at one sample, below which a filter is a warning."""
 
-_AND_MORE = ": quantization after the filter adds more than that takes away"
-_ROUNDING = 4e-15  # of the largest sample: a few of the last digits
-_WIDEST = 1e6  # [Hz] no inertial sensor follows faster: piezoelectric shock sensors resonate at some hundred kHz
-_LATE = 1.0  # [s] where the field reads the random walk
+RIGHT_FROM_WARNED = 1.0
+"""Averaging time, at which the random walk is read off: a filter that reaches beyond it is a warning. [s]"""
+
+_INFLATION_ADVISED = 1.02  # at the sampling rate that the action names
+_ROUNDING = 4e-15  # of the largest sample: a few of the last digits of double precision
+_WIDEST = 1e6  # [Hz] piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is faster
 
 
-def low_passes(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> dict[str, LowPass]:
-    """The filters that the spectra of a stream's channels show, by channel; `spectra` as of `psd`, if at hand."""
+def low_passes(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> dict[str, LowPassFilter]:
+    """The filters in the spectra of the channels of a stream, by channel; `spectra` from `psd`, default: computed."""
     found = {channel: _fitted(stream, channel, spectra) for channel in stream.channels}
     return {channel: fitted for channel, fitted in found.items() if fitted is not None}
 
 
-def low_pass(stream: Stream, *, fits: Mapping[str, LowPass] | None = None) -> list[Finding]:
-    """Findings ``low_pass_filter``: one a channel whose spectrum shows a filter.
+def low_pass(
+    stream: Stream,
+    *,
+    fits: Mapping[str, LowPassFilter] | None = None,
+    sigma_warned: float = SIGMA_WARNED,
+    right_from_warned: float = RIGHT_FROM_WARNED,
+) -> list[Finding]:
+    """Findings ``low_pass_filter``: one for each channel whose spectrum shows a filter.
 
     Parameters
     ----------
     stream : Stream
         Static data.
-    fits : mapping of str to LowPass, optional
-        As of `low_passes`, where they are at hand. Default: computed.
+    fits : mapping of str to LowPassFilter, optional
+        From `low_passes`. Default: computed.
+    sigma_warned : float
+        A filter is a warning if σ at one sample is below this share of what the random walk makes.
+    right_from_warned : float
+        A filter is a warning if the curve is right only beyond this averaging time. [s]
 
     Returns
     -------
     list of Finding
-        A warning where σ at one sample is low by a tenth or more, or where the curve is right only beyond τ = 1 s; else an
-        info. `changes` holds the random walk read at one sample over the sensor's own.
+        Warnings or infos. `factors` holds the random walk read off at one sample over the sensor's own.
     """
-    found = []
     filters = low_passes(stream) if fits is None else fits
-    # What is to be done is said once for all axes, so by the slowest of them.
-    latest = max((fitted.right_from for fitted in filters.values()), default=0.0)
-    for channel, fitted in filters.items():
-        low = fitted.short < NOTICEABLE
-        tau = fitted.right_from
-        found.append(
-            Finding(
-                code="low_pass_filter",
-                severity="warning" if low or tau > _LATE else "info",
-                channel=channel,
-                message=f"the spectrum falls as behind a low-pass filter: {fitted!r}",
-                where=f"f = {fitted.corner:.4g} Hz",
-                size=fitted.corner,
-                unit="Hz",
-                effect=(
-                    f"σ at one sample, τ = {seconds(stream.grid.tau0)} s, is {fitted.short:.2f} of what the random walk"
-                    f" makes, and so is a random walk read there{_AND_MORE if fitted.short > 1 else ''}; within 1 % from τ ="
-                    f" {seconds(tau)} s on{', but for quantization' if fitted.short > 1 else ''}"
-                ),
-                changes=(("random_walk", fitted.short),),
-                remedy=(
-                    f"fit the random walk of {stream.name} from τ = {seconds(latest)} s on, analyze --tau-min"
-                    f" {option_seconds(latest)}, or read it there; and model the filter if that is too late"
-                ),
-            )
+    # One fit option is advised for all axes: that of the slowest filter.
+    tau_min = max((fitted.right_from for fitted in filters.values()), default=0.0)
+    return [
+        Finding(
+            details=replace(fitted, tau_min=tau_min),
+            severity=(
+                "warning" if fitted.sigma_one_sample < sigma_warned or fitted.right_from > right_from_warned else "info"
+            ),
+            channels=(channel,),
+            size=fitted.corner,
+            unit="Hz",
+            factors=(("random_walk", fitted.sigma_one_sample),),
         )
-    return found
+        for channel, fitted in filters.items()
+    ]
 
 
 def aliasing(
     stream: Stream,
     *,
     bandwidth: tuple[float, int | None] | None = None,
-    fits: Mapping[str, LowPass] | None = None,
+    fits: Mapping[str, LowPassFilter] | None = None,
+    inflation_warned: float = INFLATION_WARNED,
 ) -> list[Finding]:
     """Findings ``aliasing``: what sampling without an anti-alias filter adds to the random walk.
 
@@ -98,12 +98,14 @@ def aliasing(
     ----------
     stream : Stream
     bandwidth : (float, int or None), optional
-        The sensor's own, by its data sheet, and the order of its filter if that is known: one finding for the stream, a
-        warning above 5 %, otherwise an info. Without an order both the first and the second are named, and the first
-        decides. Default: the filter that is seen in the spectrum, where that is one of the two and makes more than 5 %.
-        [Hz]
+        The sensor's bandwidth from its data sheet, and the order of its filter if known: one finding for the stream, a
+        warning above `inflation_warned`, otherwise an info. Without an order the finding states both the first and the
+        second, and the first decides. Default: the filter in the spectrum, if it is one of the two and makes more than
+        `inflation_warned`. [Hz]
     fits : optional
         See `low_pass`.
+    inflation_warned : float
+        Factor on the random walk above which aliasing is a warning.
 
     Raises
     ------
@@ -112,85 +114,71 @@ def aliasing(
     """
     rate = stream.grid.rate
     if bandwidth is not None:
-        return [_stated(stream, *bandwidth)]
+        return [_stated(stream, *bandwidth, inflation_warned)]
     found = []
-    orders = {"first_order": 1, "butterworth2": 2}
     for channel, fitted in (low_passes(stream) if fits is None else fits).items():
-        if fitted.shape not in orders:
+        order = fitted.order
+        if fitted.shape not in ("first_order", "butterworth2") or order is None:
             continue
-        order = orders[fitted.shape]
-        least = aliasing_inflation(rate=rate, bandwidth=max(fitted.corner - 3 * fitted.error, 1e-3 * rate), order=order)
-        if least <= ALIASING or fitted.alike:
-            continue  # a spectrum that other filters make as well does not tell how much is folded in
-        inflation = aliasing_inflation(rate=rate, bandwidth=fitted.corner, order=order)
-        found.append(
-            Finding(
-                code="aliasing",
-                severity="warning",
-                channel=channel,
-                message=(
-                    f"sampled at {rate:.4g} Hz, {rate / fitted.corner:.2g} times the bandwidth seen in the spectrum"
-                    f" ({fitted!r}): if that filter is an analog one, noise from beyond {rate / 2:.4g} Hz is folded in"
-                ),
-                size=inflation,
-                effect=f"the random walk is {_times(inflation)} the sensor's own, at all averaging times",
-                changes=(("random_walk", inflation),),
-                remedy=_remedy(fitted.corner, order),
-            )
+        lowest = max(fitted.corner - 3 * fitted.error, 1e-3 * rate)
+        least = aliasing_inflation(rate=rate, bandwidth=lowest, order=order)
+        if least <= inflation_warned or fitted.alike:
+            continue  # a spectrum that other filters make as well does not show how much is folded in
+        details = Aliasing(
+            rate=rate,
+            bandwidth=fitted.corner,
+            order=order,
+            stated=False,
+            error=fitted.error,
+            rate_needed=_rate_needed(fitted.corner, order),
         )
+        found.append(_aliased(details, (channel,), inflation_warned))
     return found
 
 
-def _stated(stream: Stream, hertz: float, order: int | None) -> Finding:
-    rate = stream.grid.rate
+def _stated(stream: Stream, hertz: float, order: int | None, inflation_warned: float) -> Finding:
     if not 0 < hertz <= _WIDEST:
         raise OptionError(
             f"the bandwidth must be a positive number of hertz, at most {_WIDEST:g}, not {hertz!r}", option="bandwidth"
         )
     if order is not None and order not in range(1, 9):
         raise OptionError(f"the order of a filter must be 1 to 8, not {order!r}", option="bandwidth")
-    inflation = aliasing_inflation(rate=rate, bandwidth=hertz, order=order or 1)
-    if order is None:
-        second = aliasing_inflation(rate=rate, bandwidth=hertz, order=2)
-        effect = (
-            f"the random walk is {_times(inflation)} the sensor's own behind a first-order filter, {_times(second)}"
-        )
-        effect += " behind a second-order one, at all averaging times"
-    else:
-        effect = f"the random walk is {_times(inflation)} the sensor's own, at all averaging times"
+    rate = stream.grid.rate
+    details = Aliasing(
+        rate=rate,
+        bandwidth=hertz,
+        order=order,
+        stated=True,
+        second_order=aliasing_inflation(rate=rate, bandwidth=hertz, order=2) if order is None else None,
+        rate_needed=_rate_needed(hertz, order or 1),
+    )
+    return _aliased(details, stream.channels, inflation_warned)
+
+
+def _aliased(details: Aliasing, channels: tuple[str, ...], inflation_warned: float) -> Finding:
+    inflation = aliasing_inflation(rate=details.rate, bandwidth=details.bandwidth, order=details.order or 1)
     return Finding(
-        code="aliasing",
-        severity="warning" if inflation > ALIASING else "info",
-        message=(
-            f"{stream.name}: sampled at {rate:.4g} Hz, {rate / hertz:.2g} times the stated bandwidth of {hertz:g} Hz"
-            f"{'' if order is None else f' of order {order}'}; the rule of thumb is 3 to 5 times"
-        ),
+        details=details,
+        severity="warning" if inflation > inflation_warned else "info",
+        channels=channels,
         size=inflation,
-        effect=effect,
-        changes=(("random_walk", inflation),),
-        remedy=_remedy(hertz, order or 1) if inflation > ALIASING else "",
+        factors=(("random_walk", inflation),),
     )
 
 
-def _times(inflation: float) -> str:
-    return f"{inflation:.3f} times" if inflation < 10 else f"{inflation:.3g} times"
-
-
-def _remedy(corner: float, order: int) -> str:
+def _rate_needed(corner: float, order: int) -> float:
+    """Sampling rate at which little is folded into the random walk. [Hz]"""
     low, high = 0.5 * corner, 64 * corner
     for _ in range(40):
         middle = math.sqrt(low * high)
-        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > 1.02:
+        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > _INFLATION_ADVISED:
             low = middle
         else:
             high = middle
-    return (
-        f"sample at {high:.3g} Hz or faster (2 % then), or filter before sampling; a navigation filter at this rate needs"
-        " the value as it is"
-    )
+    return high
 
 
-def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None) -> LowPass | None:
+def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None) -> LowPassFilter | None:
     y = None
     spectrum: Spectrum | None
     if spectra is not None and channel in spectra:
@@ -208,10 +196,10 @@ def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None
             spectrum = by_pairs(y, stream, channel) or spectrum
     if spectrum is None or not promising(spectrum):
         return None
-    # A record resampled to a higher rate has the spectrum of a running mean, and is no filtered sensor.
+    # A record resampled to a higher rate has the spectrum of a running mean without a filter.
     if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:
         return None
-    # A ramp alone leaves its rounding, which has a spectrum of its own.
+    # A ramp alone leaves its rounding error, whose spectrum is not that of the sensor.
     if (
         spectrum.density.sum() * (spectrum.frequency[1] - spectrum.frequency[0])
         < (_ROUNDING * _largest(stream, channel)) ** 2

@@ -1,10 +1,10 @@
-"""Peaks of a spectrum: what stands out, at which width, and how likely by chance.
+"""Peaks of a spectrum that exceed the noise beside them by more than chance allows.
 
-One transform of the whole record, with Hann's taper, is looked at bin by bin for steady lines, and averaged over 4, 16, 64 …
-bins for unsteady ones. At each width a bin is held against the median of its block of the spectrum and of the blocks on
-either side, whichever is largest: so slopes, roll-offs and nulls of the spectrum are no lines. Where a spectrum is as steep
-as flicker noise or a walk of the rate, at its lowest bins, that block on the lower side hides lines: there the spectrum is
-first divided by the sum of white, flicker and walking noise that its medians show.
+One transform of the whole record, with Hann's taper, is searched bin by bin for steady lines, and averaged over 4, 16, 64 …
+bins for unsteady ones. At each width a bin is compared with the largest of three medians: that of its block of the spectrum
+and those of the adjacent blocks. So slopes, roll-offs and nulls of the spectrum are not taken for lines. At the lowest bins
+a spectrum may be as steep as flicker noise or a rate random walk, and the lower block would hide lines: there the spectrum
+is first divided by a sum of white, flicker and random walk noise that is fitted to its medians.
 """
 
 from __future__ import annotations
@@ -12,17 +12,15 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.results import Printed, two_digits
+from sigmatau.findings.kinds.spectrum import Line
 from sigmatau.spectrum.tapers import good_length, hann
 
-__all__ = ["Line", "Periodogram", "hertz", "measured_lines", "periodogram", "strongest_line"]
+__all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
 
 Floats = NDArray[np.float64]
 
@@ -37,81 +35,29 @@ _BLOCK = 32  # least bins of a width in a block: their median has an error of 1/
 _OCTAVE_SHARE = 1 / 16  # of its frequency, the width of a block: 1/11 octave
 # A power under Hann's taper has the correlation (2/3)² with its neighbour, (1/6)² with the next.
 _NEIGHBOURS = (4 / 9, 1 / 36)
-_ENOUGH = 1024  # bins for a median, evenly taken: its error is then 5 %, less than that of any bin it is held against
-# What stands out by less is a curved spectrum as likely as a line: between the nulls of one running mean the top is twice
-# the median, of two in a row four times.
+_ENOUGH = 1024  # bins for a median, evenly spaced: its error is then 5 %, less than that of any bin
+# A smaller ratio may be a curved spectrum: between the nulls of one running mean the maximum is twice the median, of two in
+# a row four times.
 _LEAST_RATIO = 2.5
 _LEAST_WIDE = 4.2
 _WIDE = 64  # bins; from this width on blocks are twice as long, so that a resonance is not half of its own block
 _CORE = 3  # bins either side that hold a steady line: all but 1e-4 of its power
-_MOST_LISTED = 4
 
 
-_LOW = 2048  # bins that are looked at with the slope taken out; a quarter of all at most
+_LOW = 2048  # bins that are searched without the slope; a quarter of all at most
 _LOWEST_FITTED = 4
 _PER_OCTAVE = 2
 _PASSES = 8
 # A false alarm of 1e-4 more over these bins. The level that is fitted has an error of some 5 %, of 15 % at the lowest bins.
 _LOW_MARGIN = 1.25
 
-# Below the first block, from five cycles in the record on, a bin is held against those from three to fourteen above it, as
-# if the spectrum were that of a walk there: what is flatter has less. Twelve bins that are correlated have twelve degrees of
-# freedom together, their density over that of one bin is Snedecor's F.
+# Below the first block, from five cycles in the record on, a bin is compared with those from three to fourteen above it, as
+# if the spectrum were that of a random walk, which is the steepest. Twelve correlated bins have twelve degrees of freedom
+# together; their density over that of one bin follows Snedecor's F.
 _SLOWEST, _ABOVE, _ABOVE_FREEDOM = 5, (3, 15), 12.0
-_STEEP = 4.0  # a line falls so much within three bins on its lower side; no walk does
+_STEEP = 4.0  # ratio by which a line, and no random walk, falls within three bins on its lower side
 
 _DYNAMIC = 1e-25  # of a spectrum in double precision
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Line(Printed):
-    """A line in a channel's spectrum.
-
-    Attributes
-    ----------
-    frequency : float
-        [Hz]
-    amplitude : float
-        Of the sinusoid; of an unsteady line, of a steady one with the same power. [unit]
-    width : float
-        Of the band that holds 80 % of its power; 0 if that is the record's resolution. [Hz]
-    ratio : float
-        Density over that of the noise beside it, at the width that shows the line best.
-    harmonics : tuple of Line
-        Lines at whole multiples of its frequency, folded at half the sampling rate.
-    mains : str
-        Which multiple of the mains' frequency may be behind it, in words; empty if none.
-    low, high : float
-        The band that was taken as the line. [Hz]
-    unit : str
-    """
-
-    frequency: float
-    amplitude: float
-    width: float
-    ratio: float
-    low: float
-    high: float
-    unit: str
-    harmonics: tuple[Line, ...] = ()
-    mains: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "frequency_hz": self.frequency,
-            "amplitude": self.amplitude,
-            "width_hz": self.width,
-            "ratio": self.ratio,
-            "unit": self.unit,
-            "mains": self.mains,
-            "harmonics": [line.to_dict() for line in self.harmonics],
-        }
-
-    def __repr__(self) -> str:
-        width = f", {two_digits(self.width)} Hz wide" if self.width else ""
-        more = f", harmonics at {_listed(self.harmonics)}" if self.harmonics else ""
-        mains = f", perhaps {self.mains}" if self.mains else ""
-        return f"{hertz(self.frequency)} Hz, amplitude {self.amplitude:.3g} {self.unit}{width}{more}{mains}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,13 +69,13 @@ class Periodogram:
     dof: float
 
 
-def measured_lines(spectrum: Periodogram, *, unit: str) -> list[Line]:
-    """All that stands out."""
-    return [_measured(spectrum, cluster, unit) for cluster in _clusters(spectrum)]
+def measured_lines(spectrum: Periodogram) -> list[Line]:
+    """All lines of a spectrum, harmonics not grouped."""
+    return [_measured(spectrum, cluster) for cluster in _clusters(spectrum)]
 
 
 def strongest_line(y: Floats) -> tuple[float, float] | None:
-    """Of a series without a mean, frequency and amplitude of the line that stands out most; None if there is none.
+    """Frequency and amplitude of the strongest line of a series without a mean; None if there is none.
 
     The frequency is in sampling rates.
     """
@@ -138,12 +84,12 @@ def strongest_line(y: Floats) -> tuple[float, float] | None:
     if not clusters:
         return None
     cluster = max(clusters, key=lambda each: each.ratio * each.noise * (each.last - each.first + 1))
-    line = _measured(spectrum, cluster, "")
+    line = _measured(spectrum, cluster)
     return line.frequency, line.amplitude
 
 
 def periodogram(y: Floats, tau0: float) -> Periodogram:
-    """Of samples without a mean or slope; of more than 2^22 the mean of that of four stretches, evenly spread."""
+    """Periodogram of samples without mean and slope; of more than 2^22, the mean over four evenly spread stretches."""
     count = 1 if len(y) <= _LONGEST else _STRETCHES
     length = 2 * good_length((len(y) if count == 1 else _LONGEST // 2) // 2)
     taper = _taper(length)
@@ -164,7 +110,7 @@ def _taper(length: int) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Cluster:
-    """Bins that stand out together, `first` to `last`; the noise below them, and by how much they do at best."""
+    """Adjacent bins of a line, `first` to `last`, the noise below them, and the largest ratio to it."""
 
     first: int
     last: int
@@ -173,7 +119,7 @@ class _Cluster:
 
 
 def _clusters(spectrum: Periodogram) -> list[_Cluster]:
-    """Where the spectrum stands out at any width."""
+    """Bins that exceed the noise at any width."""
     bins = len(spectrum.density) - 1  # the last bin, half the sampling rate, has half the degrees of freedom
     averaged, width, hits = spectrum.density[:bins], 1, []
     nothing = (
@@ -208,7 +154,7 @@ def _low_hits(spectrum: Periodogram, bins: int) -> list[tuple[int, int, float, f
     blocks, _, _, mean_over_median = _law(last, 1, spectrum.dof, 2 * last)
     medians = np.array([_median(ratio[a:b]) for a, b in itertools.pairwise(blocks)]) * mean_over_median
     beside = np.concatenate(([medians[0]], medians, [medians[-1]]))
-    # Where the fit is none, the blocks are as high above it as they are.
+    # The blocks correct a poor fit.
     noise = np.maximum(np.maximum(np.maximum(beside[:-2], beside[2:]), medians), 1.0)
     each = np.repeat(noise, np.diff(blocks))
     above = ratio[blocks[0] :] / each
@@ -313,7 +259,7 @@ def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int6
 
 
 def _exceeded(width: int, dof: float, probability: float) -> float:
-    """What the mean of so many neighbouring bins exceeds with a small probability; the mean's own mean is 1.
+    """Value that the mean of neighbouring bins, of expectation 1, exceeds with the given probability.
 
     Neighbours are correlated, so that the mean is a sum of χ² variables with unequal weights, whose far tail is that of the
     largest weight and much longer than that of the χ² law with the same variance. By the saddle point, with the factor of
@@ -343,7 +289,7 @@ def _exceeded(width: int, dof: float, probability: float) -> float:
 
 
 def _merged(hits: list[tuple[int, int, float, float]]) -> list[_Cluster]:
-    """Bins of all widths that touch, or nearly, as one: an unsteady line has gaps."""
+    """Clusters of bins of all widths that touch or nearly touch, because an unsteady line has gaps."""
     merged: list[_Cluster] = []
     for first, last, noise, ratio in sorted(hits):
         apart = max(last - first + 1, 8, first // 50)
@@ -357,7 +303,7 @@ def _merged(hits: list[tuple[int, int, float, float]]) -> list[_Cluster]:
 
 
 def _refined(density: Floats, k: int) -> float:
-    """Where between bins a steady line is: Hann's taper gives neighbours at distance δ the amplitudes (1 + δ)/(2 − δ)."""
+    """Frequency of a steady line between bins: Hann's taper gives neighbours at distance δ the ratio (1 + δ)/(2 − δ)."""
     if not 0 < k < len(density) - 1:
         return float(k)
     side = 1 if density[k + 1] >= density[k - 1] else -1
@@ -365,8 +311,8 @@ def _refined(density: Floats, k: int) -> float:
     return k + side * min(max((2 * ratio - 1) / (ratio + 1), 0.0), 0.5)
 
 
-def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
-    """Power, frequency and width of what stands out; of a steady line in the bins that Hann's taper spreads it on."""
+def _measured(spectrum: Periodogram, cluster: _Cluster) -> Line:
+    """Power, frequency and width of a line; of a steady one in the bins over which Hann's taper spreads it."""
     first, last = max(cluster.first - 3, 1), min(cluster.last + 3, len(spectrum.density) - 1)
     excess = spectrum.density[first : last + 1] - cluster.noise
     top = int(np.argmax(excess))
@@ -397,15 +343,4 @@ def _measured(spectrum: Periodogram, cluster: _Cluster, unit: str) -> Line:
         ratio=cluster.ratio,
         low=first * spectrum.step,
         high=last * spectrum.step,
-        unit=unit,
     )
-
-
-def hertz(frequency: float) -> str:
-    """A frequency in words, without its unit."""
-    return f"{frequency:.4g}"
-
-
-def _listed(found: Sequence[Line]) -> str:
-    texts = [hertz(line.frequency) for line in found[:_MOST_LISTED]]
-    return ", ".join(texts) + (" …" if len(found) > _MOST_LISTED else "") + " Hz"

@@ -1,42 +1,39 @@
-"""Records that were interpolated to a higher rate, by the marks that this leaves.
+"""Records that were interpolated to a higher rate.
 
-Interpolation between samples of another rate weights them by where it falls between them, so that the power of differences
-of the record goes up and down at the true rate: a line in the spectrum of the squared differences, which no stationary
-noise has, filtered or not. An interpolation so good that it leaves no such line leaves the spectrum empty above half the
-true rate.
+Interpolation weights the true samples by the position between them, so that the power of differences of the record varies at
+the true rate. The spectrum of the squared differences has a line there, which no stationary noise has, filtered or not. A
+better interpolation without such a line leaves the spectrum empty above half the true rate.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.spectrum import Resampled
 from sigmatau.quality.spectrum import filter_models
 from sigmatau.quality.spectrum.filter_fit import fit_low_pass
 from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed, seconds
 from sigmatau.spectrum.estimate import welch
 from sigmatau.spectrum.result import Spectrum
 from sigmatau.spectrum.tapers import good_length
 
-__all__ = ["Resampled", "resampled", "upsampled"]
+__all__ = ["resampled", "upsampled"]
 
 Floats = NDArray[np.float64]
 
 DEPTH = 0.25
-"""Least swing of the squared differences, over their mean. Linear interpolation from 63 to 200 Hz has 1.3, from 95 to 100 Hz
-0.6; a clean record of 2^17 samples has 0.02 at the largest of its frequencies."""
+"""Least amplitude of the squared differences, over their mean. Linear interpolation from 63 to 200 Hz has 1.3, from 95 to
+100 Hz 0.6; a clean record of 2^17 samples has 0.02 at the largest of its frequencies."""
 
 EMPTY = 1e-3
-"""A band is empty where its density is below this share of that beside it, over a tenth of the spectrum at least."""
+"""Largest density of an empty band over that beside it; the band must be a tenth of the spectrum."""
 
 _SAMPLES = 1 << 16
 _SHORTEST = 1 << 10
@@ -47,62 +44,20 @@ _OUTLIER = 16.0
 _FITS = 3.0  # deviance a point: by chance 1 ± 0.15; an empty band has hundreds
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Resampled(Printed):
-    """How a channel was interpolated.
-
-    Attributes
-    ----------
-    kind : {"held", "linear", "smooth", "empty"}
-        Values repeated; lines between samples; some other interpolation; spectrum empty above half the true rate.
-    rate : float
-        Of the samples that it was made from, probably. [Hz]
-    short : float
-        σ at one sample over what the random walk makes there.
-    right_from : float
-        Averaging time from which σ is within 1 % of what the random walk makes. [s]
-    depth : float
-        Swing of the squared differences over their mean; for an empty band, its density over that beside it.
-    """
-
-    kind: str
-    rate: float
-    short: float
-    right_from: float
-    depth: float
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "kind": self.kind,
-            "rate_hz": self.rate,
-            "short": self.short,
-            "right_from_s": self.right_from,
-            "depth": self.depth,
-        }
-
-
-_WORDS = {
-    "held": "each sample repeated until the next",
-    "linear": "straight lines between samples",
-    "smooth": "interpolated between samples",
-    "empty": "nothing above half that rate",
-}
-
-
 def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> list[Finding]:
     """Findings ``interpolated``: one a channel that was interpolated from samples at a lower rate.
 
     Parameters
     ----------
     stream : Stream
-        Static data. The first stretch of 2^16 samples without a missing one is looked at, or the longest.
+        Static data. The first stretch of 2^16 samples without a missing one is used, or the longest.
     spectra : mapping of str to Spectrum, optional
         As of `sigmatau.spectrum.estimate.psd`, where they are at hand. Default: computed.
 
     Returns
     -------
     list of Finding
-        Warnings. `changes` holds the random walk read at one sample over the sensor's own.
+        Warnings. `factors` holds the random walk read off at one sample over the sensor's own.
     """
     found = []
     for channel in stream.channels:
@@ -114,30 +69,17 @@ def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) 
             except DataError:
                 continue
         what = resampled(y, spectrum)
-        if what is None:
-            continue
-        tau0 = stream.grid.tau0
-        found.append(
-            Finding(
-                code="interpolated",
-                severity="warning",
-                channel=channel,
-                message=(
-                    f"{stream.grid.rate:.4g} Hz were made from samples at about {what.rate:.4g} Hz: {_WORDS[what.kind]}"
-                ),
-                size=what.rate,
-                unit="Hz",
-                effect=(
-                    f"σ at one sample, τ = {seconds(tau0)} s, is {what.short:.2f} of what the random walk makes, and so is a"
-                    f" random walk read there; within 1 % from τ = {seconds(what.right_from)} s on"
-                ),
-                changes=(("random_walk", what.short),),
-                remedy=(
-                    "record the sensor's own samples with their own stamps; of this record use averaging times from"
-                    f" {seconds(what.right_from)} s on"
-                ),
+        if what is not None:
+            found.append(
+                Finding(
+                    details=what,
+                    severity="warning",
+                    channels=(channel,),
+                    size=what.rate,
+                    unit="Hz",
+                    factors=(("random_walk", what.sigma_one_sample),),
+                )
             )
-        )
     return found
 
 
@@ -181,7 +123,8 @@ def resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
         return Resampled(
             kind=kind,
             rate=rate / tau0,
-            short=short,
+            log_rate=1 / tau0,
+            sigma_one_sample=short,
             right_from=filter_models.right_from(shape, corner, 1.0) * tau0,
             depth=swing[1],
         )
@@ -201,7 +144,7 @@ def _piece(y: Floats) -> Floats | None:
 
 
 def _swing(power: Floats) -> tuple[float, float] | None:
-    """Frequency, in sampling rates, at which squared differences go up and down, and by how much over their mean."""
+    """Frequency in sampling rates at which squared differences vary, and the amplitude over their mean."""
     length = good_length(len(power) - len(power) % 2)
     z = power[:length] - power[:length].mean()
     mean = float(power.mean())
@@ -217,9 +160,9 @@ def _swing(power: Floats) -> tuple[float, float] | None:
 
 
 def _without_lines(difference: Floats) -> Floats:
-    """Differences without the lines of the record itself: a sinusoid's square swings at twice its frequency."""
+    """Differences without the lines of the record: the square of a sinusoid varies at twice its frequency."""
     length = good_length(len(difference))
-    found = measured_lines(periodogram(difference[:length], 1.0), unit="")
+    found = measured_lines(periodogram(difference[:length], 1.0))
     if not found:
         return difference
     transform = np.fft.rfft(difference[:length])
@@ -292,8 +235,9 @@ def _empty(spectrum: Spectrum) -> Resampled | None:
     return Resampled(
         kind="empty",
         rate=band,
+        log_rate=1 / spectrum.tau0,
         # White noise up to f_b alone: AVAR(1) is half the mean square of first differences.
-        short=math.sqrt(max(brick * (1 - float(np.sinc(brick))), 0.0)),
+        sigma_one_sample=math.sqrt(max(brick * (1 - float(np.sinc(brick))), 0.0)),
         right_from=max(2 / brick, 1.0) * 4 * spectrum.tau0,
         depth=share,
     )

@@ -1,3 +1,218 @@
 """Examples of findings for `test_words`."""
 
-EXAMPLES = []
+import math
+from dataclasses import replace
+
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.values import (
+    AddedWalk,
+    CoarseResolution,
+    Dropout,
+    EarthRate,
+    FilledOutages,
+    FilledSamples,
+    Gravity,
+    ImplausibleUnit,
+    Interpolated,
+    QuantizationMismatch,
+    RepeatedSamples,
+    Saturation,
+    StuckSamples,
+    Upsampled,
+)
+from sigmatau.noise.terms import TERMS
+
+GYRO = ("gyro_x", "gyro_y", "gyro_z")
+ACCEL = ("accel_x", "accel_y", "accel_z")
+EARTH = 7.292115e-5
+
+WALK = AddedWalk(channel="gyro_y", quantity="angular_rate", unit="rad/s", coefficient=2e-7, factor=3.42, resolved=True)
+HELD = {"strongest": "gyro_y", "share": 0.0083, "start": 200.0, "longest": 5.0, "tau": 20.0}
+REPEATED = RepeatedSamples(
+    pattern="held",
+    copies=30_000,
+    share=0.5,
+    times=2.0,
+    shortest=2,
+    longest=2,
+    log_rate=200.0,
+    sensor_rate=100.0,
+    rate_given=False,
+    sigma_one_sample=0.5,
+    right_from=8,
+    walk_at_log_rate=math.sqrt(2),
+    walk_at_sensor_rate=1.0,
+)
+GYRO_UNIT = ImplausibleUnit(
+    evidence="noise",
+    quantity="angular_rate",
+    stated="rad/s",
+    likely="deg/s",
+    option="--unit gyro=deg/s",
+    counts=True,
+    noise=0.33,
+    times=19.0,
+)
+
+
+def held(kind, channels, *, samples=500, runs=1, factors=(("random_walk", 1.12),), walk=None):
+    details = kind(samples=samples, runs=runs, walk=walk, **HELD)
+    return Finding(details=details, severity="warning", channels=channels, size=5.0, unit="s", factors=factors)
+
+
+def values(details, channels, factors=(), severity="warning", unit=""):
+    return Finding(details=details, severity=severity, channels=channels, size=1.0, unit=unit, factors=factors)
+
+
+def unit(details, channels, factor):
+    return values(details, channels, tuple((term, factor) for term in TERMS))
+
+
+EXAMPLES = [
+    held(Dropout, ("gyro_y",)),
+    held(Dropout, GYRO, samples=40, runs=40, factors=(("random_walk", 11.8),)),
+    held(StuckSamples, ("gyro_y",), walk=replace(WALK, resolved=False)),
+    held(StuckSamples, GYRO, runs=12, walk=WALK, factors=(("random_walk", 1.12), ("rate_random_walk", 3.42))),
+    held(StuckSamples, ("gyro_y",), walk=replace(WALK, resolved=False, factor=None), factors=()),
+    values(
+        Saturation(
+            strongest="gyro_z",
+            samples=7200,
+            share=0.18,
+            low=-4.36332,
+            high=4.36332,
+            unit="rad/s",
+            start=0.12,
+            longest=0.0,
+            spread=True,
+        ),
+        GYRO,
+        (("random_walk", 0.85),),
+    ),
+    values(
+        Saturation(
+            strongest="accel_z",
+            samples=40,
+            share=0.001,
+            low=None,
+            high=156.906,
+            unit="m/s^2",
+            start=70.0,
+            longest=0.4,
+            spread=False,
+        ),
+        ("accel_z",),
+    ),
+    values(REPEATED, GYRO),
+    values(
+        replace(REPEATED, rate_given=True, log_rate=100.0, sensor_rate=50.0),
+        GYRO,
+        (
+            ("quantization", 2.0),
+            ("random_walk", math.sqrt(2)),
+            ("rate_random_walk", math.sqrt(0.5)),
+            ("rate_ramp", 0.5),
+        ),
+    ),
+    values(replace(REPEATED, shortest=3, longest=4, times=3.17, sensor_rate=63.1, sigma_one_sample=0.32), GYRO),
+    values(replace(REPEATED, pattern="irregular", share=0.3), GYRO, (("random_walk", 1.36),)),
+    values(replace(REPEATED, pattern="rows", copies=192, share=0.0048), GYRO, (("random_walk", 1.0048),), "info"),
+    values(
+        Interpolated(
+            strongest="gyro_x",
+            share=0.4,
+            upsampled=Upsampled(
+                sensor_rate=63.0, log_rate=200.0, aligned=False, sigma_one_sample=0.1626, right_from=0.127
+            ),
+        ),
+        GYRO,
+        (("random_walk", 0.1626),),
+    ),
+    values(
+        Interpolated(
+            strongest="gyro_y",
+            share=0.03,
+            outages=FilledOutages(count=2, start=800.0, longest=60.0, walk=WALK),
+        ),
+        GYRO,
+        (("rate_random_walk", 3.42),),
+    ),
+    values(
+        Interpolated(strongest="gyro_y", share=0.1, singles=FilledSamples(random_walk=1.083, sigma_one_sample=0.93)),
+        GYRO,
+        (("random_walk", 1.083),),
+    ),
+    values(CoarseResolution(step=8.73e-4, noise=1.1e-4, unit="rad/s", rounding="unknown", added=None), ("gyro_x",)),
+    values(
+        CoarseResolution(step=0.0327, noise=0.0196, unit="m/s^2", rounding="white", added=9.4e-4),
+        ("accel_x",),
+        (("random_walk", 1.17),),
+    ),
+    values(
+        CoarseResolution(step=1e-3, noise=1e-3, unit="rad/s", rounding="white", added=2.9e-5),
+        ("gyro_x",),
+        (("random_walk", 1.042),),
+        "info",
+    ),
+    values(
+        CoarseResolution(step=1e-3, noise=1.3e-4, unit="rad/s", rounding="quantization", added=2.89e-6),
+        ("gyro_x",),
+        severity="info",
+    ),
+    values(
+        QuantizationMismatch(quantization=1e-4, step=1e-4, limit=2.89e-5, unit="m/s^2"), ("accel_x",), severity="info"
+    ),
+    unit(
+        ImplausibleUnit(
+            evidence="gravity",
+            quantity="acceleration",
+            stated="m/s^2",
+            likely="g",
+            option="--unit accel=g",
+            mean=1.013,
+        ),
+        ACCEL,
+        1 / 9.80665,
+    ),
+    unit(replace(GYRO_UNIT, evidence="step", counts=False, step=1 / 131, sensitivity=131.0), GYRO, 180 / math.pi),
+    unit(
+        replace(GYRO_UNIT, evidence="axes", counts=False, times=57.2, others=("gyro_x", "gyro_z")),
+        ("gyro_y",),
+        180 / math.pi,
+    ),
+    unit(GYRO_UNIT, GYRO, 180 / math.pi),
+    unit(replace(GYRO_UNIT, stated="", likely="", option=""), GYRO, 1.0),
+    unit(
+        replace(
+            GYRO_UNIT,
+            evidence="bias",
+            stated="deg/s",
+            likely="rad/s",
+            option="--unit gyro=rad/s",
+            counts=False,
+            mean=0.0157,
+        ),
+        GYRO,
+        math.pi / 180,
+    ),
+    unit(
+        ImplausibleUnit(
+            evidence="noise",
+            quantity="acceleration",
+            stated="m/s^2",
+            likely="g",
+            option="--unit accel=g",
+            counts=True,
+            noise=1e-10,
+            times=1 / 81,
+        ),
+        ("accel_x",),
+        1 / 9.80665,
+    ),
+    values(Gravity(mean=10.2, deviation=0.04, low=9.75, high=9.85, cause="bias_or_scale"), ACCEL, severity="info"),
+    values(Gravity(mean=0.374, deviation=-0.962, low=9.75, high=9.85, cause="removed"), ACCEL, severity="info"),
+    values(Gravity(mean=4.0, deviation=-0.592, low=9.75, high=9.85, cause="unknown"), ACCEL),
+    values(EarthRate(mean=7.3e-5, earth_rate=EARTH, tolerance=1e-6, bias=1e-7, agrees=True), GYRO, severity="info"),
+    values(EarthRate(mean=4e-9, earth_rate=EARTH, tolerance=6e-8, bias=None, agrees=False), GYRO, severity="info"),
+    values(EarthRate(mean=1.46e-4, earth_rate=EARTH, tolerance=1e-6, bias=1e-7, agrees=False), GYRO),
+]

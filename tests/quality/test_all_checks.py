@@ -101,10 +101,10 @@ def test_any_samples_are_taken(name, sensor, kind):
 def told(finding, stream):
     """Everything that a finding has to have."""
     assert finding.severity in ("info", "warning")
-    assert finding.channel is None or finding.channel in stream.channels
+    assert set(finding.channels) <= set(stream.channels)
     assert finding.message
-    assert finding.remedy
-    assert set(dict(finding.changes)) <= set(TERMS)
+    assert finding.action or finding.severity == "info"
+    assert set(dict(finding.factors)) <= set(TERMS)
     plain = finding.to_dict()
     values = [v for v in (plain.get("size"), *plain.get("changes", {}).values()) if v is not None]
     assert all(np.isfinite(v) for v in values), finding
@@ -130,7 +130,7 @@ def test_gain_changes_only_units():
     one, other = (check(Record.from_arrays(rate=50, signal=x * c).streams[0]) for c in (1.0, 1e-9))
     assert [f.code for f in one] == [f.code for f in other]
     for a, b in zip(one, other, strict=True):
-        assert dict(a.changes) == pytest.approx(dict(b.changes), rel=1e-6)
+        assert dict(a.factors) == pytest.approx(dict(b.factors), rel=1e-6)
 
 
 def test_order_of_channels_does_not_matter():
@@ -192,15 +192,15 @@ class TestSamplesTakenForMissingOfAccumulatedValues:
         """As that of a rate it would be told as white noise, which it is not."""
         rates = np.random.default_rng(seed_of("step of the angle")).normal(size=(20_000, 3))
         plain = accumulated(rates, step=0.02).streams[0]
-        (one,) = {f.effect for f in check(plain) if f.code == "coarse_resolution" and f.channel == "gyro_x"}
-        assert "quantization noise" in one
+        (one,) = (f.details for f in check(plain) if f.code == "coarse_resolution" and f.channel == "gyro_x")
+        assert one.rounding == "quantization"
         rates += (
             30 * (1 - np.exp(-np.arange(len(rates)) / 15))[:, None]
         )  # the way of a filter from zero, which is left out
         found = check(accumulated(rates, step=0.02).streams[0])
         assert "start_transient" in {f.code for f in found}
-        (other,) = {f.effect for f in found if f.code == "coarse_resolution" and f.channel == "gyro_x"}
-        assert other == one
+        (other,) = (f.details for f in found if f.code == "coarse_resolution" and f.channel == "gyro_x")
+        assert (other.rounding, other.added) == (one.rounding, pytest.approx(one.added, rel=1e-9))
 
     def test_a_sensor_that_sticks_is_not_one_that_is_gone(self):
         """An angle that rests has a rate of 0: no dropout, with some of the log taken for missing or without."""

@@ -28,7 +28,8 @@ def test_each_is_counted(share):
     samples, count = written_twice(f"written twice {share}", share)
     (said,) = copies(Record.from_arrays(rate=RATE, gyro=samples).streams[0])
     assert (said.code, said.severity) == ("repeated_samples", "info")
-    assert said.message.startswith(f"{count} of {len(samples)} samples")
+    assert (said.details.pattern, said.details.copies) == ("rows", count)
+    assert said.size == said.details.share == count / len(samples)
     record, _ = leave_out(Record.from_arrays(rate=RATE, gyro=samples), "copies")
     assert int(record.streams[0].mask[:, 0].sum()) == count
 
@@ -52,7 +53,7 @@ def test_what_they_add_is_what_is_said():
     # The same samples with and without: what they share cancels, so the ratio is known to √(3/15 600)·√(2·2h), some 1 %.
     ratio = np.sqrt(np.mean([variance(held[:, k]) / variance(once[:, k]) for k in range(2)]))
     assert ratio == pytest.approx(
-        dict(said.changes)["random_walk"], abs=3 * np.sqrt(3 / 15_600) * np.sqrt(2 * share) / 2
+        dict(said.factors)["random_walk"], abs=3 * np.sqrt(3 / 15_600) * np.sqrt(2 * share) / 2
     )
 
 
@@ -109,8 +110,8 @@ class TestTooCoarse:
         assert analysis.fits["gyro_x"].verdict == "adequate"
 
 
-def test_findings_of_several_axes_name_the_sensor():
-    """Gyros and accelerometers from straight lines: the same words, but for whose they are; and what it does to σ(τ₀)."""
+def test_findings_of_several_axes_name_them():
+    """Gyros and accelerometers from straight lines: a finding each; and what it does to σ(τ₀)."""
     t = np.arange(0, 60_000) / 2.5
     streams = {}
     for name in ("gyro", "accel"):
@@ -118,13 +119,13 @@ def test_findings_of_several_axes_name_the_sensor():
         streams[name] = np.stack([np.interp(t, np.arange(len(knots)), knots[:, k]) for k in range(3)], axis=1)
     record = Record.from_arrays(rate=RATE, **streams)
     found = [f for s in record.streams for f in check(s) if f.code == "interpolated"]
-    assert len(found) == len({f.message for f in found}) == 2
+    assert len(found) == 2
     for finding, name in zip(found, ("gyro", "accel"), strict=True):
-        assert name in finding.message
+        assert finding.channels == tuple(f"{name}_{axis}" for axis in "xyz")
         curve = analyze(Record.from_arrays(rate=RATE, **{name: streams[name]}), method="read-off").curves[f"{name}_x"]
         long = curve.adev[np.argmin(np.abs(curve.tau - 5.12))] * np.sqrt(5.12 / curve.tau0)
         # 60 000 samples, 58 pairs of 5.12 s that overlap: some 10 %; three of them
-        assert curve.adev[0] / long == pytest.approx(dict(finding.changes)["random_walk"], rel=0.3)
+        assert curve.adev[0] / long == pytest.approx(dict(finding.factors)["random_walk"], rel=0.3)
 
 
 def test_of_several_filters_the_slowest_says_from_when_on():

@@ -30,7 +30,7 @@ def record_of(gyro, accel):
 
 
 def options(findings, code):
-    return {match[1] for f in findings if f.code == code and (match := re.search(r"--leave-out (\S+)", f.remedy))}
+    return {match[1] for f in findings if f.code == code and (match := re.search(r"--leave-out (\S+)", f.action))}
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,9 @@ def test_stuck_samples_and_their_times():
     gyro, accel = white("stuck")
     gyro[20_000:20_150, 1] = gyro[20_000, 1]
     record = record_of(gyro, accel)
-    assert options(check(record), "stuck_samples") == {"200s:201.5s"}
+    (said,) = (f for f in check(record) if f.code == "stuck_samples")
+    assert (said.channels, said.spans) == (("gyro_y",), ((200.0, 201.5),))
+    assert options([said], "stuck_samples") == {"stuck"}
     for option in ("200s:201.5s", "stuck"):
         assert analyze(record, leave_out=option).curves["gyro_y"].gaps.missing == 150
     assert analyze(record, leave_out="stuck").curves["gyro_x"].gaps is None
@@ -135,8 +137,8 @@ def test_scattered_zeros_are_one_kind_of_fault():
     record, rows = zeros("zeros")
     found = check(record)
     assert {f.code for f in found} == {"dropout"}
-    assert len(found) == 2  # a stream each, which they name
-    assert all(stream.name in f.message for f, stream in zip(found, record.streams, strict=True))
+    assert [f.channels for f in found] == [stream.channels for stream in record.streams]
+    assert [f.details.samples for f in found] == [len(rows)] * 2
     for stream in record.streams:
         for mask in dropout_masks(stream):
             assert np.flatnonzero(mask).tolist() == rows.tolist()
@@ -147,14 +149,14 @@ def test_scattered_zeros_are_one_kind_of_fault():
 def test_what_zeros_are_said_to_do_is_what_they_do():
     """accel_z at 9.8 m/s² and back: τ of the statement, deviations with the zeros and without."""
     record, _ = zeros("effect of zeros")
-    said = next(f for f in check(record) if "accel_z" in f.effect)
-    tau = float(re.search(r"τ = ([\d.]+) s", said.effect)[1])
+    said = next(f for f in check(record) if f.details.strongest == "accel_z")
+    tau = said.details.tau
     ratio = [
         analyze(record, taus=[tau], method="read-off", leave_out=out).curves["accel_z"].adev[0]
         for out in (None, "dropouts")
     ]
     # The check takes clusters that share no sample: 60 000/m pairs, white: √(3/pairs)/2 of a deviation, three of them.
-    assert dict(said.changes)["random_walk"] == pytest.approx(ratio[0] / ratio[1], rel=0.1)
+    assert dict(said.factors)["random_walk"] == pytest.approx(ratio[0] / ratio[1], rel=0.1)
 
 
 @pytest.mark.parametrize("bias", [5.0, 7.0, 10.0])
@@ -170,9 +172,9 @@ def test_zeros_beyond_the_tail_of_one_channel_are_no_end_of_its_range(bias):
     analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4))
     (finding,) = [f for f in analysis.findings if f.severity == "warning"]
     assert finding.code == "dropout"
-    assert finding.message.startswith(f"{lost.sum()} samples (")
+    assert finding.details.samples == lost.sum()
     true = float(np.std(x) / np.std(x[~lost]))
-    assert dict(finding.changes)["random_walk"] == pytest.approx(
+    assert dict(finding.factors)["random_walk"] == pytest.approx(
         true, rel=3 * 2 * bias * math.sqrt(0.01 / len(x)) + 0.005
     )
 

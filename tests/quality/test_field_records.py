@@ -29,7 +29,7 @@ def test_adis16405(field_data):
     coarse = [f for key in found if key[0] == "coarse_resolution" for f in found[key]]
     assert sorted(f.channel for f in coarse) == ["accel_x", "accel_y", "accel_z"]
     for finding in coarse:
-        assert 1.02 < dict(finding.changes)["random_walk"] < 1.08
+        assert 1.02 < dict(finding.factors)["random_walk"] < 1.08
     assert set(found) == {
         ("coarse_resolution", "info"),
         ("coarse_resolution", "warning"),
@@ -48,8 +48,8 @@ def test_hfi_is_in_g_whatever_its_header_says(field_data, unit, codes):
     assert set(found) == codes
     if unit == "m/s^2":
         (finding,) = found["implausible_unit", "warning"]
-        assert "look like g where m/s^2 was stated" in finding.message
-        assert dict(finding.changes)["random_walk"] == pytest.approx(1 / 9.80665)
+        assert (finding.details.likely, finding.details.stated) == ("g", "m/s^2")
+        assert dict(finding.factors)["random_walk"] == pytest.approx(1 / 9.80665)
 
 
 def test_mpu6050(field_data):

@@ -45,10 +45,12 @@ def test_sigma_at_one_sample(ratio, aligned):
 def test_the_finding():
     x = np.stack([line(f"axis {k}", 200 / 63) for k in range(3)], axis=1)
     (finding,) = interpolated(Record.from_arrays(rate=200, gyro=x).streams[0])
-    assert (finding.code, finding.severity, finding.channel) == ("interpolated", "warning", None)
-    assert "to 200 Hz" in finding.message
-    assert "σ at one sample is 0.16 ×" in finding.effect
-    assert dict(finding.changes) == {"random_walk": pytest.approx(0.16, abs=0.005)}
+    assert (finding.code, finding.severity) == ("interpolated", "warning")
+    assert finding.channels == ("gyro_x", "gyro_y", "gyro_z")
+    made = finding.details.upsampled
+    assert (made.sensor_rate, made.log_rate) == pytest.approx((63, 200), rel=0.01)
+    assert made.sigma_one_sample == pytest.approx(0.16, abs=0.005)
+    assert dict(finding.factors) == {"random_walk": pytest.approx(0.16, abs=0.005)}
 
 
 @pytest.mark.parametrize("ratio", [0.7, 1.0, 2.0, 5.0])

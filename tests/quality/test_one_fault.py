@@ -123,13 +123,12 @@ def test_an_outage_that_is_held_names_the_walk():
     gyro[80_000:86_000] = gyro[80_000] + 3e-4
     (finding,) = warnings_of(told(gyro, accel))
     assert finding.code == "stuck_samples"
-    worst = finding.message.split("most on ")[1].split(":")[0]
+    assert finding.channels == ("gyro_x", "gyro_y", "gyro_z")
     clean = six("held outage")[0]
-    c = "xyz".index(worst[-1])
+    c = "xyz".index(finding.details.strongest[-1])
     curves = allan(Record.from_arrays(rate=RATE, a=gyro[:, c], b=clean[:, c]), taus=[20.0])
-    added = math.sqrt(3 * float(curves["a"].avar[0] - curves["b"].avar[0]) / 20.0) * math.degrees(1) * 3600 * 60
-    stated = float(finding.effect.split("rate random walk of ")[1].split(" deg")[0])
-    assert stated == pytest.approx(added, rel=0.1)
+    added = math.sqrt(3 * float(curves["a"].avar[0] - curves["b"].avar[0]) / 20.0)
+    assert finding.details.walk.coefficient == pytest.approx(added, rel=0.1)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.2])
@@ -142,8 +141,8 @@ def test_lost_samples_with_the_last_in_their_place(share):
         lost[0] = False
         y = x[np.maximum.accumulate(np.where(lost, 0, np.arange(N)))]
         (finding,) = repeated_samples(Record.from_arrays(rate=RATE, gyro=y).streams[0])
-        assert "irregular" in finding.message
-        stated.append(dict(finding.changes)["random_walk"])
+        assert finding.details.pattern == "irregular"
+        stated.append(dict(finding.factors)["random_walk"])
         both = [allan(Record.from_arrays(rate=RATE, gyro=z), taus=[0.64]) for z in (y, x)]
         ratios += [float(a.adev[0] / b.adev[0]) for a, b in zip(*(c.values() for c in both), strict=True)]
     error = np.std(ratios, ddof=1) / math.sqrt(15)
@@ -155,4 +154,5 @@ def test_lost_samples_with_the_last_in_their_place(share):
 def test_a_slower_sensor_is_even():
     x = six("95 Hz")[0][np.arange(N) * 95 // 100]
     (finding,) = repeated_samples(Record.from_arrays(rate=RATE, gyro=x).streams[0])
-    assert "the sensor gives 95 Hz" in finding.message
+    assert finding.details.pattern == "held"
+    assert finding.details.sensor_rate == pytest.approx(95, rel=1e-3)

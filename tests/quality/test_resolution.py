@@ -13,6 +13,7 @@ from sigmatau.quality.samples.resolution import (
     quantization_mismatch,
     quantization_step,
     resolution,
+    too_coarse,
 )
 from sigmatau.quality.samples.spikes import find_spikes
 from sigmatau.record.streams import Columns, Grid, Stream, Transform
@@ -99,6 +100,7 @@ def test_fitted_quantization_against_the_step():
     (finding,) = quantization_mismatch(stream, "gyro_x", 2 * most, low=1.5 * most)
     assert finding.severity == "info"
     assert finding.size == pytest.approx(2.0)
+    assert (finding.details.step, finding.details.limit) == pytest.approx((2.5e-5, most))
     assert quantization_mismatch(stream_of(counts("fitted", 20)), "gyro_x", 1.0) == []
 
 
@@ -110,7 +112,7 @@ def test_what_rounding_adds_to_the_random_walk(ratio):
     for _ in range(24):
         x = rng.normal(size=N) * ratio + rng.uniform()
         (finding,) = coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0])
-        stated.append(dict(finding.changes)["random_walk"])
+        stated.append(dict(finding.factors)["random_walk"])
         curves = allan(Record.from_arrays(rate=100, a=x, b=np.round(x)), taus=[0.16])
         measured.append(float(curves["b"].adev[0] / curves["a"].adev[0]))
         assert finding.severity == ("warning" if stated[-1] > 1.05 else "info")
@@ -127,8 +129,9 @@ def test_below_half_a_step_nothing_can_be_trusted(phase, ratio):
     x = np.random.default_rng(seed_of(f"below {phase}")).normal(size=N) * ratio + phase
     (finding,) = coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0])
     assert finding.severity == "warning"
-    assert finding.changes == ()
-    assert "trusted" in finding.effect
+    assert finding.factors == ()
+    assert (finding.details.rounding, finding.details.added) == ("unknown", None)
+    assert too_coarse(finding)
 
 
 def test_fine_steps_are_not_told():
@@ -139,8 +142,10 @@ def test_fine_steps_are_not_told():
 def test_increments_get_quantization_noise_and_no_random_walk():
     (finding,) = coarse_resolution(stream_of(counts("coarse increments", 1), kind="increments", scale=1e-4))
     assert finding.severity == "info"
-    assert finding.changes == ()
-    assert "2.89e-05 rad/s·s" in finding.effect
+    assert finding.factors == ()
+    assert finding.details.rounding == "quantization"
+    assert finding.details.added == pytest.approx(1e-4 / math.sqrt(12), rel=1e-6)
+    assert not too_coarse(finding)
 
 
 def test_a_line_is_not_coarse():

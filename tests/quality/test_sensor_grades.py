@@ -37,12 +37,12 @@ def test_one_gyro_in_degrees(axis, density):
     samples[:, "xyz".index(axis)] /= DEG
     (said,) = found(gyro_record(samples))
     assert said.channel == f"gyro_{axis}"
-    assert said.remedy == f"give --unit gyro_{axis}=deg/s"
-    assert dict(said.changes) == pytest.approx(dict.fromkeys(TERMS, 1 / DEG))
+    assert said.details.option == f"--unit gyro_{axis}=deg/s"
+    assert dict(said.factors) == pytest.approx(dict.fromkeys(TERMS, 1 / DEG))
 
 
 def test_the_unit_named_for_one_axis_cures_it_and_the_change_is_the_stated_one(tmp_path):
-    """From a file, since the option is that of reading: the random walk falls by the factor in `changes`."""
+    """From a file, since the option is that of reading: the random walk falls by the factor in `factors`."""
     from sigmatau import read
 
     rng = np.random.default_rng(seed_of("cure"))
@@ -54,7 +54,7 @@ def test_the_unit_named_for_one_axis_cures_it_and_the_change_is_the_stated_one(t
     (said,) = found(wrong)
     assert found(right) == []
     walks = [analyze(record).fits["gyro_y"]["random_walk"].value for record in (wrong, right)]
-    assert walks[0] / walks[1] == pytest.approx(dict(said.changes)["random_walk"], rel=1e-6)
+    assert walks[0] / walks[1] == pytest.approx(dict(said.factors)["random_walk"], rel=1e-6)
 
 
 @pytest.mark.parametrize("axes", ["z", "xy"])
@@ -64,29 +64,29 @@ def test_accelerometers_in_g_and_in_si(axes):
     for axis in axes:
         samples[:, "xyz".index(axis)] /= G
     (said,) = found(accel_record(samples))
-    assert said.remedy == "give " + " ".join(f"--unit accel_{axis}=g" for axis in axes)
-    assert dict(said.changes)["random_walk"] == pytest.approx(1 / G)
+    assert said.details.option == " ".join(f"--unit accel_{axis}=g" for axis in axes)
+    assert dict(said.factors)["random_walk"] == pytest.approx(1 / G)
 
 
 def test_all_in_g_is_told_of_the_triad():
     rng = np.random.default_rng(seed_of("all in g"))
     (said,) = found(accel_record(triad(rng, 50e-6, [0.01, -0.015, 1.0])))
-    assert said.channel is None
-    assert said.remedy == "give --unit accel=g"
+    assert said.channels == ("accel_x", "accel_y", "accel_z")
+    assert said.details.option == "--unit accel=g"
 
 
 @pytest.mark.parametrize("density", [0.004, 0.005, 0.03])
 def test_consumer_gyros_in_degrees_said_to_be_radians(density):
     rng = np.random.default_rng(seed_of(f"degrees {density}"))
     (said,) = found(gyro_record(triad(rng, density, [0.05, -0.03, 0.02])))
-    assert said.remedy == "give --unit gyro=deg/s"
-    assert dict(said.changes)["random_walk"] == pytest.approx(1 / DEG)
+    assert said.details.option == "--unit gyro=deg/s"
+    assert dict(said.factors)["random_walk"] == pytest.approx(1 / DEG)
 
 
 def test_noise_that_no_unit_explains_may_be_counts():
     rng = np.random.default_rng(seed_of("counts"))
     (said,) = found(gyro_record(triad(rng, 1.0, [3.0, -2.0, 1.0]), "deg/s"))
-    assert said.remedy == "give --scale for counts"
+    assert (said.details.option, said.details.counts) == ("", True)
 
 
 @pytest.mark.parametrize("density", [0.003, 0.005])
@@ -94,8 +94,8 @@ def test_radians_said_to_be_degrees(density):
     """As quiet as optical gyros, with the bias of MEMS."""
     rng = np.random.default_rng(seed_of(f"radians {density}"))
     (said,) = found(gyro_record(triad(rng, density * DEG, np.array([0.9, -1.2, 0.3]) * DEG), "deg/s"))
-    assert said.remedy == "give --unit gyro=rad/s"
-    assert dict(said.changes)["random_walk"] == pytest.approx(DEG)
+    assert said.details.option == "--unit gyro=rad/s"
+    assert dict(said.factors)["random_walk"] == pytest.approx(DEG)
 
 
 EARTH = 15.04 / 3600  # deg/s

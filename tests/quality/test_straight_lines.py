@@ -46,11 +46,11 @@ def test_an_outage_is_one_finding_a_stream(digits):
         data = {name: np.vectorize(lambda v: float(f"{v:.{digits}g}"))(x) for name, x in data.items()}
     for stream in Record.from_arrays(rate=RATE, **data).streams:
         (finding,) = check(stream)
-        assert (finding.code, finding.severity, finding.channel) == ("interpolated", "warning", None)
-        assert finding.where == "t = 800 s to 860 s"
+        assert (finding.code, finding.severity, finding.channels) == ("interpolated", "warning", stream.channels)
+        assert finding.spans == ((800.0, 860.0),)
         assert finding.size == 60.0
-        assert "60 s from 800 s on" in finding.message
-        assert all(channel in finding.message for channel in stream.channels)
+        outages = finding.details.outages
+        assert (outages.count, outages.start, outages.longest) == (1, 800.0, 60.0)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.02, 0.1, 0.3])
@@ -66,7 +66,7 @@ def test_single_lost_samples_and_what_filling_them_does(share):
         (finding,) = interpolated(stream)
         # Of some chance at either end of 1 %.
         assert finding.size == pytest.approx(lost.mean(), rel=0.03)
-        stated.append(dict(finding.changes)["random_walk"])
+        stated.append(dict(finding.factors)["random_walk"])
         short.append(filled(stream, "gyro_x").short)
         curves = [allan(Record.from_arrays(rate=RATE, gyro=z), taus=[1 / RATE, m / RATE]) for z in (y, x)]
         for a, b in zip(*(c.values() for c in curves), strict=True):
@@ -93,7 +93,7 @@ def test_an_outage_adds_to_the_walk_what_is_stated():
         y[19_000:23_000] += np.linspace(0.04, 0.02, 4000)  # a line that lies beside the level
         stream = Record.from_arrays(rate=rate, gyro_x=y).streams[0]
         (finding,) = interpolated(stream)
-        stated += [factor for term, factor in finding.changes if term == "rate_random_walk"]
+        stated += [factor for term, factor in finding.factors if term == "rate_random_walk"]
         curves = allan(Record.from_arrays(rate=rate, a=x, b=y), taus=[m / rate])
         measured.append(3 * float(curves["b"].avar[0] - curves["a"].avar[0]) * rate / m)
     # The ends of the line carry a sample's noise each; the line's own slope shows a little, eq. (25).
@@ -112,7 +112,7 @@ def test_a_stretch_of_one_channel():
     lost[50_000:50_200] = True
     x[:, 1] = fill(x, lost)[:, 1]
     (finding,) = check(Record.from_arrays(rate=RATE, gyro=x).streams[0])
-    assert (finding.code, finding.channel, finding.where) == ("interpolated", "gyro_y", "t = 500 s to 502 s")
+    assert (finding.code, finding.channels, finding.spans) == ("interpolated", ("gyro_y",), ((500.0, 502.0),))
 
 
 def test_lines_behind_a_filter_and_rounded():
@@ -124,7 +124,8 @@ def test_lines_behind_a_filter_and_rounded():
     slow = fill(lfilter([0.4], [1, -0.6], x, axis=0), lost)
     for y in (slow, np.round(fill(x, lost), 2)):
         (finding,) = interpolated(Record.from_arrays(rate=RATE, gyro_x=y[:, 0]).streams[0])
-        assert "lost samples that were filled in" in finding.message
+        assert finding.details.singles is not None
+        assert finding.details.outages is None
 
 
 @pytest.mark.parametrize("ratio", [2.05, 2.1, 2.3, 2.7, 3.5])

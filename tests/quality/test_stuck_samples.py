@@ -14,6 +14,7 @@ from sigmatau.quality.samples.saturation import _clipped_sd, saturation
 from sigmatau.quality.samples.stuck_samples import dropouts, stuck_samples
 
 N = 60_000
+GYRO = ("gyro_x", "gyro_y", "gyro_z")
 
 
 def white(name, shape=(N, 3)):
@@ -35,8 +36,9 @@ class TestRepeated:
         assert finding.code == "repeated_samples"
         assert finding.severity == "warning"
         assert finding.size == pytest.approx(times, rel=0.02)
-        assert f"each sample is there {times} times, on all axes at once" in finding.message
-        assert f"{100 / finding.size:.4g} Hz" in finding.message
+        assert (finding.details.shortest, finding.details.longest) == (times, times)
+        assert finding.channels == GYRO
+        assert finding.details.sensor_rate == pytest.approx(100 / finding.size)
 
     @pytest.mark.parametrize(("sensor", "log"), [(63, 200), (100, 140), (90, 100)])
     def test_sample_and_hold_of_any_ratio(self, sensor, log):
@@ -59,8 +61,7 @@ class TestRepeated:
         x = white("slow axis")
         x[:, 1] = np.repeat(x[: N // 2, 1], 2)
         (finding,) = repeated_samples(gyro(x))
-        assert finding.channel is None
-        assert "on gyro_y" in finding.message
+        assert finding.channels == ("gyro_y",)
 
     @pytest.mark.parametrize("step", [0.1, 0.5, 1.0, 1.5, 2.0, 4.0])
     @pytest.mark.parametrize("drift", [0.0, 2.0])
@@ -82,7 +83,7 @@ class TestRepeated:
         curves = allan(Record.from_arrays(rate=100, gyro=x), taus=[0.01])
         # N of the samples before they were held: 1·√(4·0.01 s), so that white noise would have σ(0.01 s) = 2.
         ratio = np.mean([float(c.adev[0]) for c in curves.values()]) / 2
-        assert "σ at one sample is 0.25 ×" in finding.effect
+        assert finding.details.sigma_one_sample == pytest.approx(0.25, rel=0.02)
         # The mean square of 600,000 changes of white noise, 0.5 of it the standard error of σ.
         assert ratio == pytest.approx(0.25, rel=3 * 0.5 * math.sqrt(3 / 600_000))
 
@@ -127,9 +128,10 @@ class TestRepeated:
             options, unit = {"rate": 100.0 * times}, {"gyro": "rad/s", "time": "s"}  # typed as well, and confirmed
         record = sigmatau.from_frame(data, unit=unit, **options)
         (finding,) = repeated_samples(record.streams[0])
-        stated = dict(finding.changes).get("random_walk", 1.0)
+        stated = dict(finding.factors).get("random_walk", 1.0)
         assert stated == pytest.approx(1.0 if stamps else math.sqrt(times), rel=0.01)
-        assert ("if it is the sensor's own rate" in finding.effect) == (not stamps)
+        assert finding.details.rate_given == (not stamps)
+        assert ("quantization" in dict(finding.factors)) == (not stamps)
         tau = 64 * times / record.streams[0].grid.rate
         # The sensor's own: 1 at 100 Hz.
         got = [float(c.adev[0]) * math.sqrt(tau / 0.01) for c in allan(record, taus=[tau]).values()]
@@ -144,9 +146,19 @@ class TestDropout:
         x[20_000:20_500, 1] = 0.0
         (finding,) = check(gyro(x / 100))
         assert (finding.code, finding.channel, finding.severity) == ("dropout", "gyro_y", "warning")
-        assert finding.where == "t = 200 s"
+        assert finding.spans == ((200.0, 205.0),)
         assert finding.size == pytest.approx(5.0)
-        assert "500 samples are 0 (5 s)" in finding.message
+        assert (finding.details.samples, finding.details.runs) == (500, 1)
+        assert (finding.details.start, finding.details.longest) == pytest.approx((200.0, 5.0))
+
+    def test_axes_that_are_lost_at_different_times_are_one_finding(self):
+        x = white("dropouts of two axes") + 3
+        x[20_000:20_500, 1] = 0.0
+        x[40_000:40_050, 2] = 0.0
+        (finding,) = dropouts(gyro(x))
+        assert finding.channels == ("gyro_y", "gyro_z")
+        assert finding.spans == ((200.0, 205.0), (400.0, 400.5))
+        assert (finding.details.strongest, finding.details.samples) == ("gyro_y", 500)
 
     def test_a_range_that_ends_at_zero_is_saturation(self):
         for level in (0.0, -1.0, -2.0):
@@ -172,15 +184,16 @@ class TestStuck:
         assert finding.code == "stuck_samples"
         assert finding.channel == "gyro_y"
         assert finding.severity == "warning"  # 3 s
-        assert float(finding.where[4:-2]) == pytest.approx(200.0, abs=0.05)
+        assert finding.spans[0][0] == finding.details.start == pytest.approx(200.0, abs=0.05)
         assert finding.size == pytest.approx(3.0, abs=0.05)
 
     def test_on_all_axes_it_is_one_finding(self):
         x = white("all axes")
         x[20_000:20_300] = x[20_000]
         (finding,) = stuck_samples(gyro(x))
-        assert finding.channel is None
-        assert "gyro_x, gyro_y and gyro_z" in finding.message
+        assert finding.channels == GYRO
+        assert finding.details.strongest in GYRO
+        assert finding.spans == ((200.0, 203.0),)
 
     @pytest.mark.parametrize("ratio", [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 3.0])
     @pytest.mark.parametrize("phase", [0.0, 0.25, 0.5])
@@ -209,11 +222,11 @@ class TestStuck:
         for start in range(1000, N - 1000, 1000):
             y[start : start + 200] = y[start]
         (finding,) = stuck_samples(Record.from_arrays(rate=100, signal=y).streams[0])
-        tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+        tau = finding.details.tau
         curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[tau])
         measured = float(curves["b"].adev[0] / curves["a"].adev[0])
         # Both have 60,000·τ₀/τ clusters; a part of the noise is not shared.
-        assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=3 * math.sqrt(tau / 0.01 / N) + 0.01)
+        assert dict(finding.factors)["random_walk"] == pytest.approx(measured, rel=3 * math.sqrt(tau / 0.01 / N) + 0.01)
 
     @pytest.mark.parametrize("bias", [10.0, 1e4])
     def test_jumps_to_zero_count(self, bias):
@@ -227,7 +240,7 @@ class TestStuck:
         assert finding.severity == "warning"
         curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[1.28])
         measured = float(curves["b"].adev[0] / curves["a"].adev[0])
-        stated = dict(finding.changes)["random_walk"]
+        stated = dict(finding.factors)["random_walk"]
         assert stated == pytest.approx(math.sqrt(1 + 60 * (20 * bias) ** 2 / N), rel=0.2)  # 60 places at random
         assert stated == pytest.approx(measured, rel=0.15)
 
@@ -267,7 +280,7 @@ class TestSaturation:
         curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[0.04])
         measured = float(curves["b"].adev[0] / curves["a"].adev[0])
         # 0.4 % is a standard error of σ(0.04 s) by eq. (26), of which the ratio has a part; the step is known to 1 %.
-        assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=0.008)
+        assert dict(finding.factors)["random_walk"] == pytest.approx(measured, rel=0.008)
 
     def test_closed_form(self):
         """Noise held at 0 from one side is half a Gaussian: variance 1/2 - 1/(2π)."""
@@ -280,8 +293,9 @@ class TestSaturation:
         x[7000:7040, 2] = 80.0
         (finding,) = saturation(gyro(x))
         assert finding.channel == "gyro_z"
-        assert finding.where == "t = 70 s"
-        assert finding.changes == ()
+        assert finding.spans == (pytest.approx((70.0, 70.4)),)
+        assert (finding.details.low, finding.details.high) == (None, 80.0)
+        assert finding.factors == ()
         assert stuck_samples(gyro(x)) == []
 
     @pytest.mark.parametrize("ratio", [0.1, 0.3, 0.5, 0.7, 1.0, 2.0, 10.0, 100.0])
@@ -311,6 +325,6 @@ def test_duplicates_at_the_sensors_rate_change_a_fitted_random_walk_by_the_root_
     (finding,) = repeated_samples(twice.streams[0])
     once = fit(allan(Record.from_arrays(rate=100, gyro_x=x))["gyro_x"])["random_walk"]
     read = float(allan(twice, taus=[0.64])["gyro_x"].adev[0]) * 0.8
-    assert dict(finding.changes)["random_walk"] == pytest.approx(math.sqrt(2), rel=1e-3)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(math.sqrt(2), rel=1e-3)
     # σ at 32 true samples of 100,000: 1.3 % by eq. (26).
-    assert read / once.value == pytest.approx(dict(finding.changes)["random_walk"], rel=3 * 0.0127)
+    assert read / once.value == pytest.approx(dict(finding.factors)["random_walk"], rel=3 * 0.0127)

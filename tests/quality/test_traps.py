@@ -40,7 +40,7 @@ def test_duplicated_samples_at_an_assumed_rate(times):
     """Each message twice in the log, the sensor's rate typed by hand: random walk × 1.41."""
     x = np.repeat(sensor("duplicated"), times, axis=0)
     finding = findings(x, RATE)["repeated_samples"]
-    stated = dict(finding.changes)["random_walk"]
+    stated = dict(finding.factors)["random_walk"]
     assert stated == pytest.approx(math.sqrt(times), rel=1e-6)
     value, error = random_walk(x, RATE, tau_min=0.16 * times)
     assert value / N == pytest.approx(stated, abs=3 * error / N)
@@ -61,15 +61,15 @@ def test_the_other_coefficients_of_duplicated_samples():
         stretched = allan(twice, taus=[10.24])["gyro_x"].adev[0]
         # The same clusters, and those between: with quantization noise half of them begin within a sample.
         ratio = float(stretched / once) * 2**-slope
-        assert ratio == pytest.approx(dict(finding.changes)[term], rel=0.3 if term == "quantization" else 0.01)
+        assert ratio == pytest.approx(dict(finding.factors)[term], rel=0.3 if term == "quantization" else 0.01)
 
 
 def test_duplicates_with_their_own_stamps_leave_the_random_walk():
     """At 200 Hz for the rows nothing is stretched: σ is low at one sample (0.5 ×), and right at long τ."""
     x = np.repeat(sensor("stamped"), 2, axis=0)
     finding = findings(x, 2 * RATE)["repeated_samples"]
-    assert "the sensor gives 100 Hz" in finding.message
-    assert "σ at one sample is 0.5 ×" in finding.effect
+    assert finding.details.sensor_rate == pytest.approx(100, rel=0.01)
+    assert finding.details.sigma_one_sample == pytest.approx(0.5, rel=0.01)
     value, error = random_walk(x, 2 * RATE, tau_min=0.32)
     assert value == pytest.approx(N, abs=3 * error)
     curves = allan(Record.from_arrays(rate=2 * RATE, gyro=x), taus=[1 / (2 * RATE)])
@@ -83,8 +83,8 @@ def test_samples_interpolated_from_63_to_200_hz():
     n = 300_000
     up = np.stack([np.interp(np.arange(n) * 63 / 200, np.arange(len(c)), c) for c in x.T], axis=1)
     finding = findings(up, 200.0)["interpolated"]
-    stated = float(finding.effect.split("σ at one sample is ")[1].split(" ×")[0])
-    assert stated == pytest.approx(0.16)
+    stated = finding.details.upsampled.sigma_one_sample
+    assert stated == pytest.approx(0.16, abs=0.005)
     curves = allan(Record.from_arrays(rate=200, gyro=up), taus=[0.005, 0.635])
     read = np.mean([c.adev * np.sqrt(c.tau) for c in curves.values()], axis=0) / N
     assert read[0] == pytest.approx(stated, abs=0.005 + 3 * 0.16 * 0.5 * math.sqrt(3 / 280_000))
@@ -109,7 +109,7 @@ def test_g_taken_for_metres_per_second_squared():
     assert finding.code == "implausible_unit"
     pairs = [allan(r)["accel_z"] for r in (wrong, right)]
     fitted = [fit(c)["random_walk"].value for c in pairs]
-    assert fitted[0] / fitted[1] == pytest.approx(dict(finding.changes)["random_walk"], rel=1e-9)
+    assert fitted[0] / fitted[1] == pytest.approx(dict(finding.factors)["random_walk"], rel=1e-9)
 
 
 def test_a_knock_at_minute_ten():

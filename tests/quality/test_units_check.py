@@ -38,10 +38,11 @@ def test_gravity_tells_the_unit(truth, stated, factor, attitude):
     wrong = Record.from_arrays(rate=100, unit={"accel": stated}, accel=numbers)
     assert implausible_unit(right.streams[0]) == gravity(right.streams[0]) == []
     (finding,) = implausible_unit(wrong.streams[0])
-    assert f"{'mg' if truth == 'mg' else truth}" in finding.message
+    assert (finding.details.stated, finding.details.likely) == (stated, truth)
+    assert finding.channels == wrong.streams[0].channels
     assert finding.severity == "warning"
     assert gravity(wrong.streams[0]) == []
-    changes = dict(finding.changes)
+    changes = dict(finding.factors)
     assert set(changes) == set(TERMS)
     assert set(changes.values()) == {changes["random_walk"]}
     measured = allan(wrong, taus=[0.1])["accel_x"].adev[0] / allan(right, taus=[0.1])["accel_x"].adev[0]
@@ -52,16 +53,16 @@ def test_gravity_tells_the_unit(truth, stated, factor, attitude):
 def test_remedies_are_options_there_are():
     """cm/s² has no unit of its own here."""
     (finding,) = implausible_unit(Record.from_arrays(rate=100, accel=triad("cm", (0, 0, 980.0))).streams[0])
-    assert finding.remedy == "give --scale accel=0.01"
+    assert finding.details.option == "--scale accel=0.01"
     assert implausible_unit(Record.from_arrays(rate=100, accel=0.01 * triad("cm", (0, 0, 980.0))).streams[0]) == []
 
 
 def test_bias_is_information_and_absurd_levels_are_not():
     (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("bias", (0, 0, 10.2))).streams[0])
-    assert (finding.code, finding.severity) == ("gravity", "info")
+    assert (finding.code, finding.severity, finding.details.cause) == ("gravity", "info", "bias_or_scale")
     (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("none", (0, 0, 0.02))).streams[0])
     assert finding.severity == "info"
-    assert "taken out" in finding.message
+    assert finding.details.cause == "removed"
     (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("absurd", (0, 0, 4.0))).streams[0])
     assert finding.severity == "warning"
     assert gravity(Record.from_arrays(rate=100, accel_x=np.ones(100) * 4).streams[0]) == []  # one axis may lie
@@ -75,18 +76,19 @@ def test_gyros_of_all_grades_are_plausible():
         assert implausible_unit(record.streams[0]) == []
 
 
-@pytest.mark.parametrize(("noise", "words"), [(600.0, "deg/s where rad/s"), (1e-9, "rad/s where deg/s")])
-def test_gyro_noise_beyond_all_grades(noise, words):
+@pytest.mark.parametrize(("noise", "likely", "stated"), [(600.0, "deg/s", "rad/s"), (1e-9, "rad/s", "deg/s")])
+def test_gyro_noise_beyond_all_grades(noise, likely, stated):
     (finding,) = implausible_unit(
         Record.from_arrays(rate=100, gyro=triad("beyond", 0.0, math.radians(noise))).streams[0]
     )
-    assert words in finding.message
-    assert dict(finding.changes)["random_walk"] == pytest.approx(180 / math.pi if noise > 1 else math.pi / 180)
+    assert (finding.details.likely, finding.details.stated) == (likely, stated)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(180 / math.pi if noise > 1 else math.pi / 180)
 
 
 def test_accelerometer_noise_beyond_all_grades():
     (finding,) = implausible_unit(Record.from_arrays(rate=100, accel_x=triad("beyond", 0.0, 1e4)[:, 0]).streams[0])
-    assert "µg/√Hz" in finding.message
+    assert (finding.details.evidence, finding.details.likely, finding.details.counts) == ("noise", "mg", True)
+    assert finding.details.noise == finding.size == pytest.approx(1e3, rel=0.05)
 
 
 @pytest.mark.parametrize("sensitivity", [131.0, 65.5, 16.4, 16.384, 1000 / 8.75])
@@ -97,7 +99,7 @@ def test_a_known_step_tells_the_unit(sensitivity, truth, stated):
         numbers = np.deg2rad(numbers)
     assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": truth}, gyro=numbers).streams[0]) == []
     (finding,) = implausible_unit(Record.from_arrays(rate=100, unit={"gyro": stated}, gyro=numbers).streams[0])
-    assert f"{truth} where {stated} was stated" in finding.message
+    assert (finding.details.evidence, finding.details.likely, finding.details.stated) == ("step", truth, stated)
 
 
 @pytest.mark.parametrize("decimals", [1, 2, 3, 4, 5, 6])
@@ -137,12 +139,12 @@ def test_earth_rate_of_an_unknown_bias():
         return [finding for finding in check(stream) if finding.code == "earth_rate"]
 
     (shown,) = told(earth)
-    assert (shown.severity, shown.changes) == ("info", ())
+    assert (shown.severity, shown.factors) == ("info", ())
     assert shown.size == pytest.approx(7.292115e-5, rel=1e-3)
-    assert "agree" in shown.effect
+    assert shown.details.agrees
     (removed,) = told((0.0, 0.0, 0.0))
     assert removed.severity == "info"
-    assert "taken off" in removed.message
+    assert not removed.details.agrees
     assert told(earth + 5e-5) == []  # with a bias of 10 deg/h
     assert told((0.0, 0.0, 0.0), times=100.0) == []  # 0.01 deg/√h: a MEMS gyro whose mean was taken off is no news
     # What is simulated says so itself.
@@ -159,4 +161,4 @@ def test_a_rate_that_no_sensor_has_says_nothing_of_the_unit(kind):
         record = Record.from_arrays(rate=rate, gyro=gyro, accel=accel, input=kind)
         assert [f for s in record.streams for f in (*implausible_unit(s), *gravity(s))] == []
     in_g = Record.from_arrays(rate=1e-4, accel=accel / G).streams[0]
-    assert "accel=g" in implausible_unit(in_g)[0].remedy  # a mean is what it is at any rate
+    assert implausible_unit(in_g)[0].details.option == "--unit accel=g"  # a mean is what it is at any rate

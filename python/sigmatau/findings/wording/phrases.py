@@ -9,7 +9,7 @@ from typing import NamedTuple
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds
 
-__all__ = ["Words", "axes_text", "clock", "factor_text", "factors_text", "percent"]
+__all__ = ["Words", "axes_text", "clock", "factor_text", "factors_text", "largest_factor_text", "percent"]
 
 
 class Words(NamedTuple):
@@ -59,3 +59,12 @@ def factors_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", ta
     """Factors on several coefficients, joined; with the averaging time at which they hold, if there is one."""
     said = " and ".join(factor_text(term, factor, quantity=quantity) for term, factor in factors)
     return f"{said} at τ = {seconds(tau)} s" if said and tau is not None else said
+
+
+def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", channel: str = "") -> str:
+    """The factor farthest from 1, with the channel that it is of, if one is named; empty without factors."""
+    if not factors:
+        return ""
+    term, factor = max(factors, key=lambda one: abs(math.log(one[1])) if 0 < one[1] < math.inf else math.inf)
+    said = "no coefficient changed" if abs(factor - 1) < 5e-4 else factor_text(term, factor, quantity=quantity)
+    return f"{said} on {channel}" if channel else said

@@ -2,12 +2,227 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording.phrases import Words
+from sigmatau.findings.kinds.values import (
+    AddedWalk,
+    CoarseResolution,
+    Dropout,
+    EarthRate,
+    Gravity,
+    HeldRuns,
+    ImplausibleUnit,
+    Interpolated,
+    QuantizationMismatch,
+    RepeatedSamples,
+    Saturation,
+    StuckSamples,
+)
+from sigmatau.findings.wording.phrases import Words, axes_text, clock, largest_factor_text, percent
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import duration_text, seconds, two_digits
 
 __all__ = ["WORDS"]
 
-WORDS: dict[type, Callable[[Finding, Any], Words]] = {}
+
+def _degrees_per_hour(rate: float) -> str:
+    return _number(math.degrees(rate) * 3600)
+
+
+def _number(value: float) -> str:
+    """Three digits, without an exponent below a million."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def _on(finding: Finding, strongest: str) -> str:
+    """The channel that numbers are of, if the finding has several."""
+    return strongest if len(finding.channels) > 1 else ""
+
+
+def _joined(*parts: str) -> str:
+    return "; ".join(part for part in parts if part)
+
+
+def _effect(finding: Finding, strongest: str, walk: AddedWalk | None = None) -> str:
+    """The largest of the factors and of the rate random walk that was added, as far as that is known."""
+    on = _on(finding, strongest)
+    if walk is None or walk.resolved or (walk.factor is not None and walk.factor < 1.05):
+        return largest_factor_text(finding.factors, quantity=walk.quantity if walk else "", channel=on)
+    label = TERMS["rate_random_walk"].label(walk.quantity)
+    if walk.factor is None:
+        unit, size = display_units("rate_random_walk", walk.quantity, walk.unit)[0]
+        return f"adds {walk.coefficient / size:.3g} {unit} of {label}"
+    if all(abs(math.log(factor)) < math.log(walk.factor) for _, factor in finding.factors if 0 < factor < math.inf):
+        return f"{label} {two_digits(walk.factor)} times as large or more" + (f" on {on}" if on else "")
+    return largest_factor_text(finding.factors, channel=on)
+
+
+def _held(finding: Finding, details: HeldRuns, what: str) -> str:
+    share = percent(details.share)
+    if details.runs == 1:
+        said = f"a run of {what} from {clock(details.start)} on, {duration_text(details.longest)} long ({share})"
+    elif details.samples == details.runs:
+        said = f"{details.samples} single {what} ({share}), the first at {clock(details.start)}"
+    else:
+        longest = duration_text(details.longest)
+        said = f"{details.runs} runs of {what} ({share}), the longest {longest} from {clock(details.start)} on"
+    return _joined(said, _effect(finding, details.strongest, details.walk))
+
+
+def _dropout(finding: Finding, details: Dropout) -> Words:
+    return Words(_held(finding, details, "zeros"), "Run with --leave-out dropouts to treat them as missing")
+
+
+def _stuck_samples(finding: Finding, details: StuckSamples) -> Words:
+    return Words(_held(finding, details, "equal samples"), "Run with --leave-out stuck to treat them as missing")
+
+
+def _saturation(finding: Finding, details: Saturation) -> Words:
+    ends = " and ".join(f"{end:.3g}" for end in (details.low, details.high) if end is not None)
+    said = f"{percent(details.share)} of the samples at the end of the range, {ends} {details.unit}"
+    effect = _effect(finding, details.strongest) if details.spread else ""
+    message = _joined(said, effect or f"the first at {clock(details.start)}, noise and level unknown there")
+    return Words(message, "Record again with a wider range, or analyse a window without these samples")
+
+
+def _repeated_samples(finding: Finding, details: RepeatedSamples) -> Words:
+    effect = largest_factor_text([one for one in finding.factors if one[0] == "random_walk"])
+    if details.pattern == "rows":
+        said = f"{details.copies} rows ({percent(details.share)}) equal the one before"
+        return Words(_joined(said, effect), "Run with --leave-out copies to treat them as missing")
+    if details.pattern == "irregular":
+        said = f"{percent(details.share)} of the samples equal the one before, at irregular places"
+        return Words(_joined(said, effect), "Leave lost samples out of the log instead of repeating the last one")
+    rates = f"the sensor gives {details.sensor_rate:.4g} Hz, the log has {details.log_rate:.4g} Hz"
+    effect = effect or f"σ at one sample {_number(1 / details.sigma_one_sample)} times too small"
+    if details.shortest == details.longest > 1:
+        return Words(
+            f"each sample occurs {details.shortest} times: {rates}; {effect}",
+            f"Keep one of each group of equal samples and give --rate {details.sensor_rate:.4g}",
+        )
+    return Words(
+        f"samples occur {details.times:.3g} times on average: {rates}; {effect}",
+        "Log at the sensor's rate, on its data-ready signal, or use long averaging times only",
+    )
+
+
+def _interpolated(finding: Finding, details: Interpolated) -> Words:
+    if details.upsampled is not None:
+        made = details.upsampled
+        said = f"interpolated from {made.sensor_rate:.4g} to {made.log_rate:.4g} Hz"
+        times, right_from = _number(1 / made.sigma_one_sample), seconds(made.right_from)
+        effect = f"σ at one sample {times} times too small, right from {right_from} s on"
+        return Words(_joined(said, effect), "Log the sensor's own samples with their own time stamps")
+    outages, walk, said = details.outages, None, ""
+    if outages is not None:
+        walk = outages.walk
+        longest = duration_text(outages.longest)
+        said = f"a straight line over {longest} from {clock(outages.start)} on"
+        if outages.count > 1:
+            said = f"{outages.count} straight lines, the longest {longest} from {clock(outages.start)} on"
+    elif details.singles is not None:
+        said = f"{percent(details.share)} of the samples lie on straight lines, in place of lost ones"
+    effect = _effect(finding, walk.channel if walk is not None else details.strongest, walk)
+    return Words(_joined(said, effect), "Leave lost samples empty in the log, or leave out their rows")
+
+
+def _coarse_resolution(finding: Finding, details: CoarseResolution) -> Words:
+    said = f"the step is {details.step:.3g} {details.unit}, the noise {two_digits(details.noise / details.step)} steps"
+    finer = "Choose a finer range or more bits for the log, and record again"
+    if details.rounding == "unknown":
+        return Words(_joined(said, "random walk and bias instability cannot be trusted"), finer)
+    if details.rounding == "quantization":
+        added = f"{details.added:.3g} {_integrated(details.unit)}"
+        return Words(_joined(said, f"quantization noise up to {added}"))
+    return Words(_joined(said, largest_factor_text(finding.factors)), finer if finding.severity == "warning" else "")
+
+
+def _integrated(unit: str) -> str:
+    """Unit of the angle or velocity."""
+    return {"rad/s": "rad", "m/s^2": "m/s"}.get(unit, f"{unit}·s")
+
+
+def _quantization_mismatch(finding: Finding, details: QuantizationMismatch) -> Words:
+    unit, times = _integrated(details.unit), details.quantization / details.limit
+    limit = f"S/√12 = {details.limit:.3g} {unit}"
+    return Words(
+        f"Q = {details.quantization:.3g} {unit} is {times:.3g} times the limit of the step, {limit}",
+        "Look for other noise of slope -1, such as white noise of the angle or velocity",
+    )
+
+
+def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
+    unit, size = ("(deg/s)/√Hz", math.radians(1)) if details.quantity == "angular_rate" else ("µg/√Hz", 9.80665e-6)
+    noise = f"{_number((details.noise or 0) / size)} {unit}"
+    times = details.times or 1.0
+    if details.evidence == "gravity":
+        said = f"mean acceleration of {details.mean:.4g} m/s^2"
+    elif details.evidence == "step":
+        said = f"the step is {details.step:.3g} rad/s ({details.sensitivity:.6g} LSB per deg/s is known)"
+    elif details.evidence == "axes":
+        ratio = f"{_number(times)} times" if times > 1 else f"1/{_number(1 / times)} of"
+        said = f"white noise {ratio} that of {axes_text(details.others)}"
+    elif details.evidence == "bias":
+        said = f"noise as of optical gyros with a mean of {_degrees_per_hour(details.mean or 0)} deg/h"
+    else:
+        said = f"white noise of {noise}, {two_digits(times)} times that of the noisiest sensors"
+        if times < 1:
+            said = f"white noise of {noise}, {two_digits(1 / times)} times less than that of the quietest sensors"
+    looks = f"looks like {details.likely}, not {details.stated}" if details.likely else "may be raw counts"
+    if not details.likely:
+        return Words(f"{said}; {looks}", "Read again with --scale for counts")
+    factor = finding.factors[0][1] if finding.factors else 1.0
+    wrong = f"{_number(factor)} times too large" if factor > 1 else f"{_number(1 / factor)} times too small"
+    counts = ", or with --scale if these are counts" if details.counts else ""
+    return Words(f"{said}; {looks}", f"Read again with {details.option}{counts}; all coefficients are now {wrong}")
+
+
+def _gravity(finding: Finding, details: Gravity) -> Words:
+    mean = f"mean acceleration of {details.mean:.4g} m/s^2"
+    if details.cause == "bias_or_scale":
+        off = f"{percent(abs(details.deviation))} {'more' if details.deviation > 0 else 'less'} than gravity"
+        return Words(
+            f"{mean}, {off}: biases and scale errors; a scale error changes all coefficients",
+            "Calibrate in six positions if the scale matters",
+        )
+    if details.cause == "removed":
+        return Words(
+            f"{mean}: gravity was removed, and the noise of the attitude that this took may remain",
+            "Record the sensor's own output if possible",
+        )
+    times = f"{1 + details.deviation:.3g} times the sensor's own"
+    said = f"{mean}, gravity is {details.low:g} to {details.high:g}; coefficients may be {times}"
+    return Words(said, "Check --unit, --scale and --channels")
+
+
+def _earth_rate(finding: Finding, details: EarthRate) -> Words:
+    allowed = f"± {math.degrees(details.tolerance) * 3600:.2g}"
+    mean = f"mean rate of {_degrees_per_hour(details.mean)} {allowed} deg/h"
+    earth = f"{math.degrees(details.earth_rate) * 3600:.4g} deg/h"
+    if details.agrees:
+        return Words(f"{mean} agrees with the Earth's, {earth}: unit and scale are plausible")
+    if details.bias is None:
+        return Words(
+            f"{mean}: the mean or the Earth's rate, {earth}, was removed; no coefficient changed",
+            "Find out what removed it: a high-pass filter also removes slow noise",
+        )
+    return Words(
+        f"{mean} is not the Earth's, {earth}: wrong unit or scale, a larger bias, or motion", "Check --unit and --scale"
+    )
+
+
+WORDS: dict[type, Callable[[Finding, Any], Words]] = {
+    Dropout: _dropout,
+    StuckSamples: _stuck_samples,
+    Saturation: _saturation,
+    RepeatedSamples: _repeated_samples,
+    Interpolated: _interpolated,
+    CoarseResolution: _coarse_resolution,
+    QuantizationMismatch: _quantization_mismatch,
+    ImplausibleUnit: _implausible_unit,
+    Gravity: _gravity,
+    EarthRate: _earth_rate,
+}

@@ -126,9 +126,8 @@ def check(stream: Stream) -> list[Finding]:
     if found[implausible_unit] or found[not_static]:  # then the mean is not that of a sensor at rest in its unit
         found[earth_rate] = []
     found[start_transient] = begun if whole is not stream else []
-    if any(
-        not finding.channel for finding in found[implausible_unit]
-    ):  # then the mean is no rotation, but the unit's fault
+    if any(len(finding.channels) > 1 or finding.channels == stream.channels for finding in found[implausible_unit]):
+        # then the mean is no rotation, but the unit's fault
         found[not_static] = [finding for finding in found[not_static] if finding.where]
     told = (finding for one in CHECKS for finding in found[one])
     return [_named(finding, stream) for finding in (*lost, *told)]

@@ -1,21 +1,21 @@
-"""What the checks of samples share: reading in pieces, places in words, a scale that a few bad samples cannot move."""
+"""Functions shared by the checks of samples: reading in pieces, robust scale, Allan variance by octaves, merging of axes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 from sigmatau.results import duration_text
 
 __all__ = [
-    "LONG",
+    "MOST_SPANS",
     "affected",
     "axes_text",
     "block_rms",
@@ -23,8 +23,10 @@ __all__ = [
     "full_ends",
     "growing_step",
     "length",
+    "longest_spans",
+    "mask_of_runs",
+    "merged_axes",
     "octaves",
-    "one_for_all",
     "pieces",
     "place",
     "present",
@@ -35,9 +37,6 @@ __all__ = [
     "without_dust",
     "worst_on_white",
 ]
-
-LONG = 4_000_000
-"""Records of more samples are looked at in evenly spread stretches by the checks that lose nothing by it."""
 
 _STRETCHES = 32
 
@@ -298,14 +297,61 @@ def worst_on_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) 
     return (1.0, tau0) if best is None else (math.sqrt(1 + best[1]), best[2])
 
 
-def one_for_all(findings: list[Finding], stream: Stream) -> list[Finding]:
-    """One finding of the stream in place of the same on several of its axes; the strongest one speaks for them."""
+def mask_of_runs(n: int, first: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """True in runs of n samples that do not overlap, given by first samples and lengths; shape (n,)."""
+    edges = np.zeros(n + 1, dtype=np.int8)
+    np.add.at(edges, first, 1)
+    np.add.at(edges, first + lengths, -1)
+    return np.asarray(np.cumsum(edges[:-1], dtype=np.int8) > 0)
+
+
+MOST_SPANS = 8
+"""Spans that a finding of many runs lists: the longest."""
+
+
+def longest_spans(stream: Stream, first: NDArray[np.int64], lengths: NDArray[np.int64]) -> tuple[Span, ...]:
+    """Beginnings and ends of the longest `MOST_SPANS` runs, in order of time. [s]"""
+    tau0 = stream.grid.tau0
+    kept = np.sort(np.argsort(-lengths, kind="stable")[:MOST_SPANS])
+    return tuple((float(a * tau0), float((a + m) * tau0)) for a, m in zip(first[kept], lengths[kept], strict=True))
+
+
+def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
+    """One finding of several axes in place of one per axis.
+
+    Parameters
+    ----------
+    findings : sequence of (float, Finding)
+        Findings of one kind, each of one axis, with the size of its effect.
+
+    Returns
+    -------
+    list of Finding
+        At most one: channels and spans of all axes, a warning if one of them is; details, size and factors of the axis with
+        the largest effect, which the field `strongest` of the details names.
+    """
     if len(findings) < 2:
-        return findings
-    strongest = max(findings, key=lambda f: (f.severity == "warning", max((v for _, v in f.changes), default=0.0)))
-    channels = [f.channel for f in findings if f.channel]
-    told = f"{axes_text(channels)}; most on {strongest.channel}: {strongest.message}"
-    return [replace(strongest, channel=None, message=told)]
+        return [finding for _, finding in findings]
+    _, strongest = max(findings, key=lambda one: one[0])
+    return [
+        replace(
+            strongest,
+            severity="warning" if any(one.severity == "warning" for _, one in findings) else "info",
+            channels=tuple(channel for _, one in findings for channel in one.channels),
+            spans=_united(span for _, one in findings for span in one.spans),
+        )
+    ]
+
+
+def _united(spans: Iterable[Span]) -> tuple[Span, ...]:
+    """Spans in order of time, with those that overlap as one."""
+    united: list[Span] = []
+    for start, stop in sorted(spans):
+        if united and start <= united[-1][1]:
+            united[-1] = united[-1][0], max(stop, united[-1][1])
+        else:
+            united.append((start, stop))
+    return tuple(united)
 
 
 def affected(factor: float, *, term: str = "random walk") -> str:

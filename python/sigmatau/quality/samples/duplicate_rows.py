@@ -1,4 +1,4 @@
-"""Single rows that are there twice: a program that writes a row again, or fills a lost one with the last."""
+"""Single rows that are in the log twice: written again, or written in place of a lost one."""
 
 from __future__ import annotations
 
@@ -8,16 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.samples.common import place, when
-from sigmatau.quality.samples.masking import leave_out_option, spans_of
-from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal
+from sigmatau.findings.kinds.values import RepeatedSamples
+from sigmatau.quality.samples.common import longest_spans, mask_of_runs
+from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
 __all__ = ["copied_rows", "copies", "copy_masks"]
 
-# Rows equal on all axes at once must be so many, and so many times what chance makes of the axes' own equal neighbours, one
-# axis at least being so fine that its neighbours are seldom equal. Longer runs are told as stuck samples.
-_LEAST, _TIMES, _SIGMAS, _FINE, _LONGEST = 3, 10.0, 6.0, 1e-3, 4
+# Least number of rows that are equal on all axes, and how many times more than by chance.
+_MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
+
+# Part of all rows in which neighbours on the finest axis are equal by chance, at most.
+_MAX_CHANCE = 1e-3
+
+# Longest run of copies that is reported here; longer ones are stuck samples.
+_MAX_RUN = 3
 
 
 def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
@@ -42,7 +47,7 @@ def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
         x = stream.column(channel)
         equal = x[1:] == x[:-1]
         together = equal if together is None else together & equal
-        if np.count_nonzero(together) < _LEAST:
+        if np.count_nonzero(together) < _MIN_ROWS:
             return None
         counts.append(int(np.count_nonzero(equal)))
     if together is None:
@@ -50,17 +55,17 @@ def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
     n, count = len(together), int(np.count_nonzero(together))
     chances = [(each - count) / max(n - count, 1) for each in counts]
     by_chance = n * math.prod(chances)
-    if min(chances) > _FINE or count < _TIMES * by_chance + _SIGMAS * math.sqrt(by_chance):
+    if min(chances) > _MAX_CHANCE or count < _TIMES_CHANCE * by_chance + _SIGMAS * math.sqrt(by_chance):
         return None
     rows = np.concatenate(([False], together))
-    first, lengths = runs_of_equal(np.cumsum(~rows).astype(np.float64), least=_LONGEST + 1)
-    for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
-        rows[start : start + size] = False
-    return rows if np.count_nonzero(rows) >= _LEAST else None
+    first, lengths = runs_of_places(np.flatnonzero(rows))
+    long = lengths > _MAX_RUN
+    rows &= ~mask_of_runs(len(rows), first[long], lengths[long])
+    return rows if np.count_nonzero(rows) >= _MIN_ROWS else None
 
 
 def copies(stream: Stream) -> list[Finding]:
-    """Rows that are there twice, where they are too few to be a sensor slower than its log, see `repeated_samples`.
+    """Rows that are in the log twice, where they are too few to be a sensor slower than its log, see `repeated_samples`.
 
     Parameters
     ----------
@@ -75,35 +80,36 @@ def copies(stream: Stream) -> list[Finding]:
     rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:
         return []
-    count, share = int(rows.sum()), float(rows.mean())
+    share, rate = float(rows.mean()), stream.grid.rate
+    first, lengths = runs_of_places(np.flatnonzero(rows))
     factor = math.sqrt(1 + 2 * share)
-    first = int(np.argmax(rows))
-    what = "written twice, or lost and filled with the one before"
-    longer = ""
-    if stream.grid.source == "given":
-        longer = (
-            f"; if they were written twice, {stream.grid.rate:.6g} Hz counts them as time: every τ is"
-            f" {100 * share:.2g} % too long"
-        )
     return [
         Finding(
-            code="repeated_samples",
-            severity="info",
-            message=(
-                f"{count} of {stream.grid.n} samples ({100 * share:.2g} %) of {stream.name} equal the one before on all"
-                f" {len(stream.channels)} axes, which chance does not make: {what}; the first at {when(first, stream)}"
+            details=RepeatedSamples(
+                pattern="rows",
+                copies=int(rows.sum()),
+                share=share,
+                times=1 / (1 - share),
+                shortest=1,
+                longest=int(lengths.max()) + 1,
+                log_rate=rate,
+                sensor_rate=rate * (1 - share),
+                rate_given=stream.grid.source == "given",
+                sigma_one_sample=1.0,
+                right_from=1,
+                walk_at_log_rate=factor,
+                walk_at_sensor_rate=factor * math.sqrt(1 - share),
             ),
-            where=place(first, stream),
+            severity="info",
+            channels=tuple(stream.channels),
+            spans=longest_spans(stream, first, lengths),
             size=share,
-            effect=f"white noise is {100 * (factor - 1):.2g} % larger at all τ but the shortest{longer}",
-            changes=(("random_walk", factor),),
-            remedy=f"{leave_out_option(stream, spans_of(rows), kind='copies')} takes them for missing; look at the program"
-            " that writes the log",
+            factors=(("random_walk", factor),),
         )
     ]
 
 
 def copy_masks(stream: Stream) -> list[NDArray[np.bool_]]:
-    """By channel, the samples that `copies` tells of."""
+    """By channel, the samples that `copies` reports."""
     rows = copied_rows(stream)
     return [np.zeros(stream.grid.n, dtype=bool) if rows is None else rows.copy() for _ in stream.channels]

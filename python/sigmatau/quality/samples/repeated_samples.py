@@ -1,4 +1,4 @@
-"""Samples that are there several times: a sensor slower than its log, and messages that come twice."""
+"""Samples that occur several times: a sensor slower than its log, and messages that are logged twice."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import resolution
@@ -17,24 +18,28 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
 
-# Repeated samples must be so large a part of the record, and so many standard errors more than chance makes.
-_LEAST_SHARE, _SIGMAS, _LEAST_EQUAL = 0.02, 6.0, 20
+# Least part of the record that is repeated, standard errors of it beyond chance, and number of equal neighbours.
+_MIN_SHARE, _SIGMAS, _MIN_EQUAL = 0.02, 6.0, 20
 
-# A channel says nothing about repeats if its own step makes half of its neighbours equal, or if what changes is but a step
-# or two: then chance and repetition look alike.
-_TOO_COARSE, _STEPS = 0.5, 3.0
+# A channel is not judged if its own step makes half of its neighbours equal, or if its changes are no larger than a few
+# steps: then chance and repetition cannot be told apart.
+_MAX_CHANCE, _MIN_STEPS = 0.5, 3.0
 
-# Copies are counted in stretches with about so many; with fewer stretches nothing is said of how they come.
-_COPIES, _LEAST_STRETCHES, _EVEN = 20, 20, 0.5
+# Copies are counted in stretches with about so many. With fewer stretches they count as regular. So large a part of the
+# spread that chance makes is regular at most.
+_COPIES_IN_STRETCH, _MIN_STRETCHES, _MAX_SPREAD = 20, 20, 0.5
 
-# Parts of the record, of which more than half must say so.
+# Parts of the record, of which more than half must have copies.
 _PARTS = 8
 
-# The mean is a whole number to this, and no sample is there less often: each is there so many times.
+# A sample occurs a whole number of times if the mean is that number to this part and no sample occurs less often.
 _WHOLE = 0.01
 
-# From here on it is said that some samples count more often.
-_SHOWS = 1.01
+# Factor of the random walk from which on it is reported that some samples count more often.
+_MIN_FACTOR = 1.01
+
+# Samples from which on σ is right, at least, and per repetition.
+_RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +107,7 @@ def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDAr
 
 @stream_fact
 def repeats(stream: Stream) -> Repeats | None:
-    """Whether samples are there several times, on all channels at once or on some; None if not, or if it cannot be told.
+    """Whether samples occur several times, on all channels at once or on some; None if not, or if it cannot be told.
 
     On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
     equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
@@ -120,7 +125,7 @@ def repeats(stream: Stream) -> Repeats | None:
         count = int(np.count_nonzero(equal))
         if count == len(equal):
             continue
-        if count < _LEAST_EQUAL:
+        if count < _MIN_EQUAL:
             whole = False
             continue
         counted = _inside(x)
@@ -200,15 +205,15 @@ def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) 
 
 def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
     """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
-    size = max(math.ceil(_COPIES / min(share, 1 - share)), 1)
+    size = max(math.ceil(_COPIES_IN_STRETCH / min(share, 1 - share)), 1)
     count = len(equal) // size
-    if count < _LEAST_STRETCHES:
+    if count < _MIN_STRETCHES:
         return True
     copies = equal[: count * size].reshape(count, size).sum(axis=1)
     # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
     low, high = np.quantile(copies, [0.25, 0.75])
     spread = float(high - low) / 1.349
-    return spread < _EVEN * math.sqrt(size * share * (1 - share))
+    return spread < _MAX_SPREAD * math.sqrt(size * share * (1 - share))
 
 
 def _share_alone(
@@ -227,28 +232,28 @@ def _share_alone(
     step = 0.0 if found is None else found.step
     differences = np.diff(x[: 1 << 18])
     scale = block_rms(differences[differences != 0])
-    if scale < _STEPS * step or growing_step(x) > 0:
+    if scale < _MIN_STEPS * step or growing_step(x) > 0:
         return 0.0
     chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
     share = (count / (n + 1) - chance) / (1 - chance)
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
     quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
     spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
-    surely = share > _LEAST_SHARE + chance + _SIGMAS * math.sqrt(chance / n)
+    surely = share > _MIN_SHARE + chance + _SIGMAS * math.sqrt(chance / n)
     return share if surely and spread_out else 0.0
 
 
 def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
     """The h at which all equations hold, by halving; 0 if it is not surely above it."""
     f = np.array(shares)
-    if all_at_once * n < _LEAST_EQUAL:
+    if all_at_once * n < _MIN_EQUAL:
         return 0.0
     h = _solved(shares, all_at_once)
     chance = (f - h) / (1 - h)
-    if chance.max() > _TOO_COARSE:
+    if chance.max() > _MAX_CHANCE:
         return 0.0
     noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
-    return h if h > _LEAST_SHARE + _SIGMAS * noise else 0.0
+    return h if h > _MIN_SHARE + _SIGMAS * noise else 0.0
 
 
 def _solved(shares: list[float], all_at_once: float) -> float:
@@ -271,67 +276,47 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     Returns
     -------
     list of Finding
-        At most one; ``changes`` only where the rate was given by hand, for then it may be the sensor's and not the log's.
+        At most one. ``factors`` holds more than the random walk only where the rate was given by the user, because it may
+        then be the sensor's and not the log's.
     """
     found = repeats(stream)
     if found is None:
         return []
-    k, rate = found.times, stream.grid.rate
-    if found.shortest == found.longest:
-        pattern = f"each sample is there {found.shortest} times"
-    else:
-        pattern = f"samples are there {k:.3g} times on average, {found.shortest} to {found.longest} times each"
-    whole = len(found.channels) == len(stream.channels)
-    on = f" on {', '.join(found.channels)}" if not whole else ", on all axes at once" if len(found.channels) > 1 else ""
-    given = stream.grid.source == "given"
-    lost = not found.regular
+    k, rate, given = found.times, stream.grid.rate, stream.grid.source == "given"
     # Some samples count more often: N² of the rows is Σw²/n of that of a sensor at their rate, Σw²/(n·k) of a slower one.
-    as_rows, as_slower = math.sqrt(found.squares), math.sqrt(found.squares / k)
-    right = f"from some {max(8, math.ceil(4 * k))} samples on " + (
-        "right" if as_slower < _SHOWS else f"{100 * (as_slower - 1):.2g} % too large, for some samples count more often"
-    )
-    effect = (
-        f"if {rate:.6g} Hz is right for the rows, σ at one sample is {1 / k:.2g} × that of white noise, and {right}"
-    )
-    changes: tuple[tuple[str, float], ...] = ()
-    if lost:
-        effect = (
-            f"if a sensor of {rate:.6g} Hz lost samples and the last one was put in their place, or rows came twice: random"
-            f" walk {100 * (as_rows - 1):.2g} % larger than the sensor's own, at all averaging times; if the sensor gives"
-            f" {rate / k:.4g} Hz unevenly: {100 * (as_slower - 1):.2g} %"
-        )
-        changes = (("random_walk", as_rows),)
-    elif as_slower > _SHOWS:
-        changes = (("random_walk", as_slower),)
-    if given and not lost:
-        effect += (
-            f"; if it is the sensor's own rate, times are stretched by {k:.3g}: random walk {as_rows:.3g} ×,"
-            f" quantization {k:.3g} ×, rate random walk {1 / math.sqrt(k):.2g} ×, ramp {1 / k:.2g} × the sensor's own"
-        )
-        changes = (
+    at_log_rate, at_sensor_rate = math.sqrt(found.squares), math.sqrt(found.squares / k)
+    factors: tuple[tuple[str, float], ...] = ()
+    if not found.regular:
+        factors = (("random_walk", at_log_rate),)
+    elif given:
+        factors = (
             ("quantization", k),
-            ("random_walk", as_rows),
+            ("random_walk", at_log_rate),
             ("rate_random_walk", 1 / math.sqrt(k)),
             ("rate_ramp", 1 / k),
         )
+    elif at_sensor_rate > _MIN_FACTOR:
+        factors = (("random_walk", at_sensor_rate),)
     return [
         Finding(
-            code="repeated_samples",
+            details=RepeatedSamples(
+                pattern="held" if found.regular else "irregular",
+                copies=round(found.share * stream.grid.n),
+                share=found.share,
+                times=k,
+                shortest=found.shortest,
+                longest=found.longest,
+                log_rate=rate,
+                sensor_rate=rate / k,
+                rate_given=given,
+                sigma_one_sample=1 / k,
+                right_from=max(_RIGHT_FROM, math.ceil(_RIGHT_FROM_TIMES * k)),
+                walk_at_log_rate=at_log_rate,
+                walk_at_sensor_rate=at_sensor_rate,
+            ),
             severity="warning",
-            channel=found.channels[0] if len(stream.channels) == 1 else None,
-            message=(
-                f"{pattern}{on}: {100 * found.share:.3g} % are copies, "
-                + ("at irregular places" if lost else f"the sensor gives {rate / k:.4g} Hz")
-            ),
+            channels=found.channels,
             size=k,
-            effect=effect,
-            changes=changes,
-            remedy=(
-                f"keep one of each group of equal samples and give --rate {rate / k:.4g}"
-                if found.shortest == found.longest
-                else "leave lost samples empty in the log, or their rows out: what is missing is never filled in here"
-                if lost
-                else "log at the sensor's rate, on its data-ready signal; else trust long averaging times alone"
-            ),
+            factors=factors,
         )
     ]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.kinds.values import CoarseResolution, QuantizationMismatch
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import affected, block_rms, present, rounding_dust, sample_of, white_level
+from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed
 
@@ -28,17 +29,25 @@ __all__ = [
 # Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
 _LOOKED_AT = 16384
 
-# A lattice is believed if no value is further from its point than this many steps; chance gives a half of that range
+# A common step is believed if no value is further from its multiple than this many steps. Chance gives a half of that range
 # to every value, so that 30 values all within it are worth 0.3^30.
-_OFF, _BY_CHANCE = 0.15, 30
+_MAX_OFF, _MIN_VALUES = 0.15, 30
 
-# Rounding by q adds q²/12 to a sample of white noise; that 0.5 % of N shows, and 5 % is more than the usual interval of it.
-_SHOWS, _MATTERS = 1.005, 1.05
+# Factor of the random walk from which on rounding is reported, and from which on it is a warning: the usual interval is 5 %.
+_REPORT_FACTOR, _WARN_FACTOR = 1.005, 1.05
 
-# Below 0.5 steps of noise, rounding errors are no longer white nor independent of the signal: how much they add depends on
-# where between two steps the mean lies (at 0.3, sd of the excess is as large as its mean). Rounded, 0.5 steps show 0.577
-# whatever the mean; 0.2 steps show anything up to 0.5.
-_BLURRED = 0.54
+# Noise seen, in steps, below which rounding errors are no longer white nor independent of the signal. How much they add then
+# depends on where between two steps the mean lies: at 0.3, the standard deviation of the excess is as large as its mean.
+# Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5.
+_MIN_NOISE_STEPS = 0.54
+
+# Noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most.
+_MAX_NOISE_STEPS = 3.0
+
+_MAX_FACTOR = 2.0  # beyond it, what rounding adds is not known
+
+# Largest ratio of a fitted quantization noise to S/√12, the paper's bound below eq. (13). Fits are right to some percent.
+_TOLERANCE = 1.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +108,7 @@ def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | Non
     gaps = np.diff(values)
     least = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
     gaps = gaps[gaps > least]
-    if len(gaps) == 0 or (len(gaps) < _BY_CHANCE and 2 * (len(gaps) + 1) > len(x)):
+    if len(gaps) == 0 or (len(gaps) < _MIN_VALUES and 2 * (len(gaps) + 1) > len(x)):
         return None
     # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
     step = float(gaps.min())
@@ -111,7 +120,7 @@ def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | Non
     centred = counts - counts.mean()
     slope = float(centred @ levels / (centred @ centred))
     off = levels - levels.mean() - slope * centred
-    return slope if np.abs(off).max() <= _OFF * slope else None
+    return slope if np.abs(off).max() <= _MAX_OFF * slope else None
 
 
 @channel_fact
@@ -161,11 +170,9 @@ def quantization_step(stream: Stream, channel: str) -> float | None:
     return None if found is None else found.step * stream.grid.tau0
 
 
-# The paper's bound, below eq. (13): Qz ≤ S/√12. Fits are right to some percent.
-_LARGER = 1.2
-
-
-def quantization_mismatch(stream: Stream, channel: str, quantization: float, *, low: float = 0.0) -> list[Finding]:
+def quantization_mismatch(
+    stream: Stream, channel: str, quantization: float, *, low: float = 0.0, tolerance: float = _TOLERANCE
+) -> list[Finding]:
     """A finding if a fitted quantization noise is larger than the step of the log can make.
 
     Parameters
@@ -176,6 +183,8 @@ def quantization_mismatch(stream: Stream, channel: str, quantization: float, *, 
         Fitted Q. [unit of the stream, times s]
     low : float
         Lower end of its interval. Default: the value alone counts.
+    tolerance : float
+        Ratio to S/√12 from which on it is reported.
 
     Returns
     -------
@@ -185,31 +194,27 @@ def quantization_mismatch(stream: Stream, channel: str, quantization: float, *, 
     step = quantization_step(stream, channel)
     if step is None:
         return []
-    most = step / math.sqrt(12)
-    if (low or quantization) <= _LARGER * most:
+    limit = step / math.sqrt(12)
+    if (low or quantization) <= tolerance * limit:
         return []
     return [
         Finding(
-            code="quantization_mismatch",
+            details=QuantizationMismatch(quantization=quantization, step=step, limit=limit, unit=stream.unit),
             severity="info",
-            channel=channel,
-            message=(
-                f"Q = {quantization:.3g} {stream.unit}·s is {quantization / most:.3g} times what the step of the log,"
-                f" S = {step:.3g} {stream.unit}·s, can make (S/√12)"
-            ),
-            size=quantization / most,
-            effect="what was fitted as quantization is mostly something else of slope -1, such as white noise of the angle",
-            remedy="do not change the log's resolution to cure it",
+            channels=(channel,),
+            size=quantization / limit,
         )
     ]
 
 
 def too_coarse(finding: Finding) -> bool:
-    """Whether a finding says that the step is so coarse that no coefficient can be trusted."""
-    return finding.code == "coarse_resolution" and finding.severity == "warning" and not finding.changes
+    """Whether the step is so coarse that no coefficient can be trusted."""
+    return isinstance(finding.details, CoarseResolution) and finding.details.rounding == "unknown"
 
 
-def coarse_resolution(stream: Stream) -> list[Finding]:
+def coarse_resolution(
+    stream: Stream, *, report_factor: float = _REPORT_FACTOR, warn_factor: float = _WARN_FACTOR
+) -> list[Finding]:
     """Channels whose step is so coarse against their noise that rounding shows in a coefficient.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
@@ -218,71 +223,51 @@ def coarse_resolution(stream: Stream) -> list[Finding]:
     Parameters
     ----------
     stream : Stream
+    report_factor, warn_factor : float
+        Factor of the random walk from which on a channel is reported, and from which on the finding is a warning.
 
     Returns
     -------
     list of Finding
-        One a channel; ``changes`` holds the random walk's factor where it can be known.
+        One per channel; ``factors`` holds the random walk's where it can be known.
     """
-    return [finding for channel in stream.channels for finding in _coarse(stream, channel)]
+    findings = (_coarse(stream, channel, report_factor, warn_factor) for channel in stream.channels)
+    return [finding for finding in findings if finding is not None]
 
 
-def _coarse(stream: Stream, channel: str) -> list[Finding]:
+def _coarse(stream: Stream, channel: str, report_factor: float, warn_factor: float) -> Finding | None:
     found = resolution(stream, channel)
-    # At 3 steps of white noise rounding makes 0.5 % of N; channels that are not white may bear less or more.
-    if found is None or found.ratio > 3:
-        return []
+    if found is None or found.ratio > _MAX_NOISE_STEPS:
+        return None
     sample = present(sample_of(stream, channel, most=_LOOKED_AT))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
-        return []  # a line without noise has a step too, but no value twice
+        return None  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0
-    said = f"the step is {found.step:.4g} {found.unit}, the noise of a sample {found.ratio:.2g} steps"
+    rounding: Literal["quantization", "white", "unknown"]
+    severity: Severity
+    added: float | None
+    factors: tuple[tuple[str, float], ...] = ()
     if stream.samples.transforms[stream.channels.index(channel)].kind != "rate":
-        step = found.step * tau0
-        return [
-            Finding(
-                code="coarse_resolution",
-                severity="info",
-                channel=channel,
-                message=said,
-                size=found.ratio,
-                unit="steps",
-                effect=f"quantization noise up to S/√12 = {step / math.sqrt(12):.3g} {found.unit}·s",
-                remedy="none is needed while quantization is among the terms that are fitted",
-            )
-        ]
-    added = found.step**2 * tau0 / 12
-    level, _ = white_level(sample_of(stream, channel, most=1 << 18), tau0)
-    factor = math.sqrt(level / (level - added)) if level > added else math.inf
-    remedy = "choose a finer range or more bits for the log; record again if this coefficient matters"
-    if found.ratio < _BLURRED or factor > 2:
-        return [
-            Finding(
-                code="coarse_resolution",
-                severity="warning",
-                channel=channel,
-                message=said,
-                size=found.ratio,
-                unit="steps",
-                effect="rounding is no white noise here: neither random walk nor bias instability can be trusted",
-                remedy=remedy,
-            )
-        ]
-    if factor < _SHOWS:
-        return []
-    return [
-        Finding(
-            code="coarse_resolution",
-            severity="warning" if factor > _MATTERS else "info",
-            channel=channel,
-            message=said,
-            size=found.ratio,
-            unit="steps",
-            effect=(f"rounding adds white noise of {math.sqrt(added):.3g} {found.unit}·√s: {affected(factor)}"),
-            changes=(("random_walk", factor),),
-            remedy=remedy if factor > _MATTERS else "none is needed",
-        )
-    ]
+        rounding, severity, added = "quantization", "info", found.step * tau0 / math.sqrt(12)
+    else:
+        square = found.step**2 * tau0 / 12
+        level, _ = white_level(sample_of(stream, channel, most=1 << 18), tau0)
+        factor = math.sqrt(level / (level - square)) if level > square else math.inf
+        if found.ratio < _MIN_NOISE_STEPS or factor > _MAX_FACTOR:
+            rounding, severity, added = "unknown", "warning", None
+        elif factor < report_factor:
+            return None
+        else:
+            rounding, severity, added = "white", "warning" if factor > warn_factor else "info", math.sqrt(square)
+            factors = (("random_walk", factor),)
+    return Finding(
+        details=CoarseResolution(step=found.step, noise=found.noise, unit=found.unit, rounding=rounding, added=added),
+        severity=severity,
+        channels=(channel,),
+        size=found.ratio,
+        unit="steps",
+        factors=factors,
+    )
 
 
 def _rounding(stream: Stream, channel: str) -> float:

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.samples.common import affected, growing_step, one_for_all, place, when
+from sigmatau.findings.kinds.values import Saturation
+from sigmatau.quality.samples.common import growing_step, longest_spans, mask_of_runs, merged_axes
+from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import Resolution, resolution
 from sigmatau.quality.samples.stuck_samples import stuck_runs, zero_runs
 from sigmatau.record.streams import Stream
@@ -19,61 +21,64 @@ __all__ = ["saturation"]
 # In the tail of any noise about a slowly moving level an outer value is rarer than the next one inwards. So of T visits
 # to the outermost level and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
 _LEVELS = 4
-_FALSE = 1e-8
+_FALSE_ALARM = 1e-8  # probability that noise visits an end so often
 
-# Coarser channels have no tail: all their values are extremes.
-_TOO_COARSE = 0.5
+# Least noise, in steps. Coarser channels have no tail: all their values are extremes.
+_MIN_NOISE_STEPS = 0.5
+
+# Clipped samples are spread over the record if each tenth of it has so large a part of the mean number in a tenth, and they
+# are no larger a part of all.
+_MIN_PART_OF_MEAN, _MAX_SHARE = 0.3, 0.9
 
 _NORMAL = NormalDist()
 
 
-def saturation(stream: Stream) -> list[Finding]:
-    """Channels that lie at their largest or smallest value more often than a tail of noise does.
+def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Finding]:
+    """Channels that are at their largest or smallest value more often than a tail of noise is.
 
     Parameters
     ----------
     stream : Stream
+    false_alarm : float
+        Probability that noise visits an end so often.
 
     Returns
     -------
     list of Finding
-        At most one a channel; ``changes`` holds what clipping does to white noise, where the clipped samples are spread
-        over the whole record.
+        At most one, of all axes concerned; ``factors`` holds what clipping does to white noise, where the clipped samples
+        are spread over the whole record.
     """
     findings = []
     for channel in stream.channels:
         x = stream.column(channel)
-        first, size = zero_runs(stream, channel, x)
-        for a, m in zip(first.tolist(), size.tolist(), strict=True):  # a sensor that is not there has no range
-            x = x.copy() if a == first[0] else x
-            x[a : a + m] = np.nan
-        low, high = float(np.min(x)), float(np.max(x))
-        if math.isnan(low):
-            low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
+        zeros = zero_runs(stream, channel, x)
+        if len(zeros[0]):  # a sensor that is not connected has no range
+            x = np.where(mask_of_runs(len(x), *zeros), np.nan, x)
+        low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
         if not low < high:
             continue
         ends = [np.flatnonzero(x == low), np.flatnonzero(x == high)]
-        if max(map(len, ends)) < _LEVELS:
+        if max(map(len, ends)) < _LEVELS or growing_step(x) > 0:
             continue
         found = resolution(stream, channel)
-        if growing_step(x) > 0:
-            continue
         step = 0.0 if found is None else found.step
-        # Of few values, and of noise that is seldom seen, the outermost is no end of a range.
-        judged = found is None or (found.ratio >= _TOO_COARSE and high - low >= _LEVELS * step)
+        # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
+        judged = found is None or (found.ratio >= _MIN_NOISE_STEPS and high - low >= _LEVELS * step)
         runs, lengths = stuck_runs(stream, channel, x)
         clipped = []
         for end, at, sign in ((low, ends[0], -1.0), (high, ends[1], 1.0)):
-            if (judged and _too_often(x, at, end, sign, step)) or np.any(x[runs] == end):
-                clipped.append(at)
-            else:
-                clipped.append(at[:0])
+            often = judged and _too_often(x, at, end, sign, step, false_alarm)
+            clipped.append(at if often or np.any(x[runs] == end) else at[:0])
         if any(map(len, clipped)):
-            findings.append(_finding(stream, channel, x, clipped, (low, high), found, int(lengths.max(initial=0))))
-    return one_for_all(findings, stream)
+            longest = int(lengths.max(initial=0)) * stream.grid.tau0
+            finding = _finding(stream, channel, x, clipped, (low, high), found, longest)
+            findings.append((max((factor for _, factor in finding.factors), default=0.0), finding))
+    return merged_axes(findings)
 
 
-def _too_often(x: NDArray[np.float64], at: NDArray[np.int64], end: float, sign: float, step: float) -> bool:
+def _too_often(
+    x: NDArray[np.float64], at: NDArray[np.int64], end: float, sign: float, step: float, false_alarm: float
+) -> bool:
     visits = [_visits(at)]
     if step > 0:
         edge = end - sign * (_LEVELS - 0.5) * step
@@ -87,7 +92,7 @@ def _too_often(x: NDArray[np.float64], at: NDArray[np.int64], end: float, sign: 
     distance = part * math.log(part * _LEVELS)
     if part < 1:
         distance += (1 - part) * math.log((1 - part) / (1 - 1 / _LEVELS))
-    return total * distance > -math.log(_FALSE)
+    return total * distance > -math.log(false_alarm)
 
 
 def _visits(at: NDArray[np.int64]) -> int:
@@ -116,36 +121,35 @@ def _finding(
     clipped: list[NDArray[np.int64]],
     ends: tuple[float, float],
     found: Resolution | None,
-    longest: int,
+    longest: float,
 ) -> Finding:
     n = int(np.count_nonzero(np.isfinite(x)))
     low, high = (len(at) / n for at in clipped)
     at = np.sort(np.concatenate(clipped))
     share = len(at) / n
-    values = " and ".join(f"{end:.6g}" for end, where in zip(ends, clipped, strict=True) if len(where))
     tenths = np.bincount(at * 10 // len(x), minlength=10)
-    everywhere = bool(np.all(tenths > 0.3 * tenths.mean())) and share < 0.9
-    changes: tuple[tuple[str, float], ...] = ()
-    if everywhere:
+    spread = bool(np.all(tenths > _MIN_PART_OF_MEAN * tenths.mean())) and share < _MAX_SHARE
+    factors: tuple[tuple[str, float], ...] = ()
+    if spread:
         factor = 1.0
         for _ in range(3 if found else 1):  # the step is known in parts of the clipped noise
             factor = _clipped_sd(low, high, half=factor / found.ratio / 2 if found else 0.0)
-        changes = (("random_walk", factor),)
-        effect = f"{affected(factor)} if the noise is white, and the mean is biased"
-    else:
-        stay = f", up to {longest * stream.grid.tau0:.3g} s on end" if longest else ""
-        effect = f"noise and level are unknown there{stay}; all terms may be wrong"
+        factors = (("random_walk", factor),)
     return Finding(
-        code="saturation",
-        severity="warning",
-        channel=channel,
-        message=(
-            f"{len(at)} samples ({100 * share:.2g} %) lie at the end of the range, {values} {stream.unit}, the first at"
-            f" {when(int(at[0]), stream)}"
+        details=Saturation(
+            strongest=channel,
+            samples=len(at),
+            share=share,
+            low=ends[0] if len(clipped[0]) else None,
+            high=ends[1] if len(clipped[1]) else None,
+            unit=stream.unit,
+            start=int(at[0]) * stream.grid.tau0,
+            longest=longest,
+            spread=spread,
         ),
-        where=place(int(at[0]), stream),
+        severity="warning",
+        channels=(channel,),
+        spans=longest_spans(stream, *runs_of_places(at)),
         size=share,
-        effect=effect,
-        changes=changes,
-        remedy="choose a wider range and record again, or analyse a window without these samples",
+        factors=factors,
     )

@@ -13,25 +13,63 @@ from sigmatau.quality.samples.common import block_rms, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed
 
-__all__ = ["STRETCH", "Filled", "StraightParts", "filled", "straight_parts"]
+__all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "Tolerance", "filled", "straight_parts", "tolerance"]
 
-# Rounding of a second difference by double precision, against the samples; and what counts as none against the usual one:
-# single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
+# Rounding of a second difference by double precision, as a part of the samples; and the part of the usual second difference
+# that counts as 0: single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
 _EPS = 16 * float(np.finfo(float).eps)
 _NOTHING = 1e-3
 
-# A line is a stretch, and no single sample filled in, from so many samples on; and is improbable if noise makes one so long
-# in one of so many records.
-STRETCH, _FALSE = 16, 1e-4
+MIN_STRETCH = 16
+"""Samples of a line from which on it is an outage, and not single samples that were filled in."""
 
-# So many samples must be on lines beyond those that chance puts there: the share, times chance, and standard errors of it.
-_LEAST_SHARE, _TIMES, _SIGMAS = 0.004, 3.0, 6.0
+_FALSE_ALARM = 1e-4  # probability that a record of noise alone has an outage that is reported
 
-_LEAST, _LOOKED_AT = 64, 1 << 16
-_MOST_SHARE = 0.9  # beyond it there is no noise to hold the lines against
-_TOO_COARSE = 0.15
+# Single samples are reported from this part of the record on, beyond so many times chance and so many standard errors of it.
+_MIN_SHARE, _TIMES_CHANCE, _SIGMAS = 0.004, 3.0, 6.0
+
+_MIN_DIFFERENCES, _LOOKED_AT = 64, 1 << 16
+_MAX_SHARE = 0.9  # beyond it too little noise is left to compare lines with
+
+TOO_COARSE = 0.15
+"""Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """Which second differences of a channel are 0.
+
+    Attributes
+    ----------
+    rounding : float
+        Rounding of a second difference by double precision. [unit of the stream]
+    largest : float
+        Second differences up to this are 0. [unit of the stream]
+    scale : float
+        Root mean square of those that are not 0 to rounding. [unit of the stream]
+    chance : float
+        Part of all that noise makes 0; 1 if there is no noise.
+    """
+
+    rounding: float
+    largest: float
+    scale: float
+    chance: float
+
+
+def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolerance | None:
+    """The second differences that are 0 in some samples of a channel; None if there are too few."""
+    second = np.diff(some, n=2)
+    if np.count_nonzero(np.isfinite(second)) < _MIN_DIFFERENCES:
+        return None
+    rounding = _EPS * float(np.abs(some[np.isfinite(some)]).max())
+    scale = block_rms(second[np.abs(second) > rounding])
+    found = resolution(stream, channel)
+    # Four numbers rounded by up to q/2 each leave 2q.
+    largest = rounding + _NOTHING * scale + 2.01 * (0.0 if found is None else found.step)
+    chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
+    return Tolerance(rounding=rounding, largest=largest, scale=scale, chance=chance)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -54,15 +92,13 @@ class StraightParts:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Filled(Printed):
+class Filled:
     """Samples that were filled in with straight lines where others were lost.
 
     Attributes
     ----------
     first, lengths : ndarray of int, shape (n_runs,)
         First sample and length of each run of them.
-    n : int
-        Samples of the channel.
     singles : float
         Part of the samples that is in shorter runs, less what chance puts on lines.
     random_walk : float
@@ -73,67 +109,51 @@ class Filled(Printed):
 
     first: NDArray[np.int64]
     lengths: NDArray[np.int64]
-    n: int
     singles: float
     random_walk: float
     short: float
 
     @property
-    def stretches(self) -> NDArray[np.int64]:
-        """Which of the runs are outages rather than single samples."""
-        return np.flatnonzero(self.lengths >= STRETCH)
-
-    def mask(self) -> NDArray[np.bool_]:
-        """True where a sample was filled in, shape (n,)."""
-        edges = np.zeros(self.n + 1, dtype=np.int8)
-        np.add.at(edges, self.first, 1)
-        np.add.at(edges, self.first + self.lengths, -1)
-        return np.cumsum(edges[:-1]) > 0
+    def outages(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """First samples and lengths of the runs that are outages and not single samples."""
+        long = self.lengths >= MIN_STRETCH
+        return self.first[long], self.lengths[long]
 
 
 def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
     some = sample_of(stream, channel, most=_LOOKED_AT)
-    second = np.diff(some, n=2)
-    second = second[np.isfinite(second)]
-    if len(second) < _LEAST:
-        return None
-    largest = float(np.abs(some[np.isfinite(some)]).max())
-    moving = second[np.abs(second) > _EPS * largest]
-    scale = block_rms(moving)
-    if not scale > 0:
-        return None
-    found = resolution(stream, channel)
-    # Four numbers rounded by up to q/2 each leave 2q.
-    tolerance = _EPS * largest + _NOTHING * scale + 2.01 * (0.0 if found is None else found.step)
-    chance = 2 * tolerance / (math.sqrt(2 * math.pi) * scale)
-    if chance > _TOO_COARSE:
+    zero = tolerance(stream, channel, some)
+    if zero is None or zero.chance > TOO_COARSE:
         return None
     places = [np.empty(0, dtype=np.int64)]
     beyond = 0
     for start, x in pieces(stream, channel, overlap=2):
         size = np.abs(np.diff(x, n=2))
-        near = np.flatnonzero(size <= 3 * tolerance)
-        on = size[near] <= tolerance
+        near = np.flatnonzero(size <= 3 * zero.largest)
+        on = size[near] <= zero.largest
         beyond += len(near) - int(np.count_nonzero(on))
         places.append(near[on] + start + 1)
-    # Noise has nearly the same density a little beyond; what comes and goes has more near zero than its mean tells.
-    chance = max(chance, beyond / (2 * max(stream.grid.n, 1)))
+    # Noise has nearly the same density a little beyond; noise that comes and goes has more near zero than its mean tells.
+    chance = max(zero.chance, beyond / (2 * max(stream.grid.n, 1)))
     # Counts to which a slow bias was added have no common step, but changes of nearly zero as often as lines; of white noise
     # changes are √3 times as often near zero as second differences, which are so much larger.
-    equal = float(np.count_nonzero(np.abs(np.diff(some)) <= tolerance)) / len(second)
+    second = np.diff(some, n=2)
+    second = second[np.isfinite(second)]
+    equal = float(np.count_nonzero(np.abs(np.diff(some)) <= zero.largest)) / len(second)
     chance = max(chance, equal / math.sqrt(3))
-    return StraightParts(at=np.concatenate(places), chance=chance, smooth=block_rms(np.diff(moving)) / scale)
+    moving = second[np.abs(second) > zero.rounding]
+    return StraightParts(at=np.concatenate(places), chance=chance, smooth=block_rms(np.diff(moving)) / zero.scale)
 
 
 @channel_fact
 def filled(stream: Stream, channel: str) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 
-    Stretches of a line are told from L samples on with n·p^L < 1e-4, p the share of samples on lines: of white noise, and
-    more where the changes of second differences are small. Single samples are told where more than 0.4 % are on lines
-    beyond three times what chance makes, and the samples between them change as noise does: of a record interpolated
-    from another rate all samples are on lines.
+    A line is reported from L samples on, where n·p^L < 1e-4 and p is the share of samples on lines: for white noise, and
+    from more samples on where the changes of second differences are small. Single samples are reported where more than
+    0.4 % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
+    interpolated from another rate all samples are on lines.
 
     Parameters
     ----------
@@ -150,19 +170,19 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     first, lengths = runs_of_places(parts.at)
     n = stream.grid.n
     share = len(parts.at) / n
-    if share > _MOST_SHARE:
+    if share > _MAX_SHARE:
         return None
-    longest = math.log(n / _FALSE) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
-    long = lengths >= max(STRETCH, longest)
-    single = lengths < STRETCH
+    longest = math.log(n / _FALSE_ALARM) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
+    long = lengths >= max(MIN_STRETCH, longest)
+    single = lengths < MIN_STRETCH
     chance = parts.chance
-    needed = _LEAST_SHARE + _TIMES * chance + _SIGMAS * math.sqrt(chance / n)
+    needed = _MIN_SHARE + _TIMES_CHANCE * chance + _SIGMAS * math.sqrt(chance / n)
     if float(lengths[single].sum()) < needed * n:
         single[:] = False
     if not (long | single).any():
         return None
     x = stream.column(channel)
-    # What is all equal is stuck, and no line.
+    # Samples that are all equal are stuck, and not on a line.
     moves = np.cumsum(np.concatenate(([False, False], x[1:] != x[:-1])))
     level = moves[first + lengths] == moves[first]
     long &= ~level
@@ -178,7 +198,6 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     return Filled(
         first=first[kept],
         lengths=lengths[kept],
-        n=n,
         singles=part * true,
         random_walk=1 + (random_walk - 1) * true,
         short=1 + (short - 1) * true,
@@ -186,11 +205,11 @@ def filled(stream: Stream, channel: str) -> Filled | None:
 
 
 def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
-    """Whether neighbouring changes away from the lines are no parts of one line.
+    """Whether neighbouring changes away from the lines are not parts of one line.
 
-    Those of interpolation to less than 2.5 times the rate, whose samples are not all on lines, have a correlation of +0.2;
-    of white noise −1/2, behind a filter up to 1. There the lengths between lines tell: lines between samples of a lower
-    rate leave an even number of samples, or one.
+    Interpolation to less than 2.5 times the rate, where not all samples are on lines, makes a correlation of +0.2; white
+    noise of −1/2, noise behind a filter up to 1. The number of samples between lines then decides: lines between samples of
+    a lower rate leave an even number of them, or one.
     """
     between = np.ones(len(x), dtype=bool)
     between[straight] = False
@@ -199,7 +218,7 @@ def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
     a, b = change[:-1][far], change[1:][far]
     known = np.isfinite(a) & np.isfinite(b)
     a, b = a[known], b[known]
-    if len(a) < _LEAST:
+    if len(a) < _MIN_DIFFERENCES:
         return False
     if float(a @ b) < -0.1 * float(a @ a):
         return True

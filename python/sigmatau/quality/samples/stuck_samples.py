@@ -1,58 +1,72 @@
-"""Runs of equal samples: a sensor that sticks, and one that is not there."""
+"""Runs of equal samples: stuck sensors, and dropouts, where a log holds the number 0."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.values import AddedWalk, Dropout, StuckSamples
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import (
-    affected,
-    axes_text,
     change_of_white,
     growing_step,
-    length,
-    place,
+    longest_spans,
+    mask_of_runs,
+    merged_axes,
     present,
-    when,
 )
-from sigmatau.quality.samples.level_walk import added_by_stretches, own_walk, parts_without, walk_effect
-from sigmatau.quality.samples.masking import leave_out_option, masked
+from sigmatau.quality.samples.level_walk import added_by_stretches, own_walk, parts_without
+from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal
 from sigmatau.quality.samples.resolution import resolution
-from sigmatau.quality.samples.straight_lines import STRETCH, filled
+from sigmatau.quality.samples.straight_lines import MIN_STRETCH, filled
 from sigmatau.record.streams import Stream
 
-__all__ = ["dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_runs"]
+__all__ = [
+    "WARN_DURATION",
+    "WARN_SHARE",
+    "added_walk",
+    "dropouts",
+    "stuck_runs",
+    "stuck_samples",
+    "without_runs",
+    "zero_rate",
+    "zero_runs",
+]
 
-# A run is improbable if noise makes one so long in one of so many records.
-_FALSE = 1e-4
+Runs = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""First samples and lengths."""
 
-# Fewer equal samples are no run, whatever the noise: logs of real sensors have triples for reasons of their own.
-_LEAST_RUN = 5
+# Probability that a record of noise alone has a run that is reported.
+_FALSE_ALARM = 1e-4
 
-# Rounded noise of 0.15 steps, which may rest for ever, shows 0 to 0.5 steps as its mean lies in a step or between two.
-_SEEN = 0.6
+# Shortest run of equal samples that is reported: logs of real sensors have triples without a fault.
+_MIN_RUN = 5
 
-# From so long or so large a part of the record on, a coefficient or the time base suffers.
-_LONG_S, _SHARE = 1.0, 1e-3
+# Least noise seen, in steps, for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
+# 0.5 steps, depending on where its mean lies between two steps.
+_MIN_NOISE_STEPS = 0.6
 
-# So large a part of the visits to zero must be runs: a sensor whose range ends at zero is there for single samples too, and
-# so is one whose numbers are coarse.
-_IN_RUNS = 0.95
+WARN_DURATION, WARN_SHARE = 1.0, 1e-3
+"""Length of a run [s] and part of a record from which on a finding is a warning."""
+
+_WARN_CHANGE = 0.02  # of the random walk, from which on it is one too
+
+# Least part of the visits to zero that are runs. Single samples of a sensor whose range ends at zero, or whose numbers are
+# coarse, are zero too.
+_MIN_SHARE_IN_RUNS = 0.95
 
 
-def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First samples and lengths of the runs of equal samples that noise does not make.
+def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> Runs:
+    """First samples and lengths of the runs of equal samples that are longer than the noise can explain.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
-    into the very middle of a step: the largest there can be. Where less than 0.6 steps of noise are seen nothing is said:
-    then the mean may be near the border of a step, and noise that shows there rests for ever in the middle of one.
+    into the middle of a step, the largest there can be. No run is reported where less than 0.6 steps of noise are seen:
+    then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
 
     Parameters
     ----------
@@ -61,7 +75,7 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
     x : ndarray
         The channel.
     """
-    first, lengths = runs_of_equal(x, least=_LEAST_RUN)
+    first, lengths = runs_of_equal(x, least=_MIN_RUN)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
     found = resolution(stream, channel)
@@ -69,14 +83,14 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
     def limit(times: float) -> float:
         stay = 0.0
         if found is not None:
-            if found.ratio < _SEEN:
+            if found.ratio < _MIN_NOISE_STEPS:
                 return math.inf
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
             variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
-        longest = math.log(len(x) / _FALSE) / -math.log(max(stay, 1e-12))
+        longest = math.log(len(x) / _FALSE_ALARM) / -math.log(max(stay, 1e-12))
         # Irregular repetition has runs of twice its mean, and rarely more.
-        return max(_LEAST_RUN, longest) * (1 if times <= 1 else 2 * times)
+        return max(_MIN_RUN, longest) * (1 if times <= 1 else 2 * times)
 
     kept = lengths > limit(1.0)
     if kept.any():
@@ -86,77 +100,83 @@ def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[ND
     return first[kept], lengths[kept]
 
 
-def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First samples and lengths of the runs in which a channel has nothing but the number 0: it was not connected.
+def zero_rate(stream: Stream, channel: str) -> float | None:
+    """The rate that the number 0 of the log stands for; None for accumulated values, whose rate is 0 where they stick."""
+    transform = stream.samples.transforms[stream.channels.index(channel)]
+    if transform.kind == "accumulated":
+        return None
+    factor = transform.scale * transform.factor / (stream.grid.tau0 if transform.kind != "rate" else 1.0)
+    return -transform.offset * factor if transform.offset else 0.0
 
-    None of a sensor whose range ends at 0, or whose numbers are coarse, which is there for single samples too, and none of
-    accumulated values, whose changes are 0 where they stick.
+
+def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> Runs:
+    """First samples and lengths of the runs in which the log holds only the number 0: the sensor was not connected.
+
+    None for a sensor whose range ends at 0, or whose numbers are coarse: single samples are 0 there too.
     """
     first, lengths = stuck_runs(stream, channel, x)
-    transform = stream.samples.transforms[stream.channels.index(channel)]
-    if len(first) == 0 or transform.kind == "accumulated":
-        return first[:0], lengths[:0]
-    factor = transform.scale * transform.factor / (stream.grid.tau0 if transform.kind != "rate" else 1.0)
-    zero = -transform.offset * factor if transform.offset else 0.0
-    here = x[first] == zero
-    if not here.any():
-        return first[:0], lengths[:0]
-    at = np.flatnonzero(x == zero)
-    alone = np.count_nonzero(np.diff(at) > 1) + 1 - np.count_nonzero(here)
-    if alone > (1 - _IN_RUNS) * (alone + np.count_nonzero(here)):
-        here[:] = False
+    zero = zero_rate(stream, channel)
+    here = np.zeros(len(first), dtype=bool) if zero is None else x[first] == zero
+    count = int(np.count_nonzero(here))
+    if count:
+        visits = int(np.count_nonzero(np.diff(np.flatnonzero(x == zero)) > 1)) + 1
+        if visits - count > (1 - _MIN_SHARE_IN_RUNS) * visits:
+            here[:] = False
     return first[here], lengths[here]
 
 
 @stream_fact
 def without_runs(stream: Stream) -> Stream:
-    """The stream with the runs that noise does not make, equal samples and straight lines, taken for missing."""
-    mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
-    for k, channel in enumerate(stream.channels):
-        x = stream.column(channel)
-        for start, size in zip(*(found.tolist() for found in stuck_runs(stream, channel, x)), strict=True):
-            mask[start : start + size, k] = True
+    """The stream with runs of equal samples and of straight lines that noise cannot explain taken for missing."""
+    masks = []
+    for channel in stream.channels:
+        mask = mask_of_runs(stream.grid.n, *stuck_runs(stream, channel, stream.column(channel)))
         lines = filled(stream, channel)
         if lines is not None:
-            for at in lines.stretches.tolist():
-                mask[lines.first[at] : lines.first[at] + lines.lengths[at], k] = True
-    return masked(stream, mask)
+            mask |= mask_of_runs(stream.grid.n, *lines.outages)
+        masks.append(mask)
+    return masked(stream, np.stack(masks, axis=1))
 
 
-def dropouts(stream: Stream) -> list[Finding]:
-    """Runs in which a channel has nothing but the number 0: the sensor, or the link to it, was not there.
+def dropouts(stream: Stream, *, warn_duration: float = WARN_DURATION, warn_share: float = WARN_SHARE) -> list[Finding]:
+    """Runs in which the log holds only the number 0: the sensor, or the link to it, was not there.
 
     Parameters
     ----------
     stream : Stream
+    warn_duration, warn_share : float
+        Length of a run [s] and part of the record from which on the finding is a warning.
 
     Returns
     -------
     list of Finding
-        At most one a channel, or one for several axes; none for a channel that never changes.
+        At most one, of all axes concerned; none for a channel that never changes.
     """
     findings = []
     for channel in stream.channels:
         x = stream.column(channel)
-        first, lengths = zero_runs(stream, channel, x)
-        if len(first):
-            added, finding = _stuck(stream, channel, x, first, lengths, zero=True)
-            findings.append((added, replace(finding, code="dropout")))
-    return _one_for_all(findings)
+        runs = zero_runs(stream, channel, x)
+        if len(runs[0]):
+            findings.append(_held(Dropout, stream, channel, x, runs, (warn_duration, warn_share)))
+    return merged_axes(findings)
 
 
-def stuck_samples(stream: Stream) -> list[Finding]:
+def stuck_samples(
+    stream: Stream, *, warn_duration: float = WARN_DURATION, warn_share: float = WARN_SHARE
+) -> list[Finding]:
     """Runs of equal samples that are improbably long for the step and the noise of a channel.
 
     Parameters
     ----------
     stream : Stream
+    warn_duration, warn_share : float
+        See `dropouts`.
 
     Returns
     -------
     list of Finding
-        At most one a channel, or one for several axes; none for a channel that never changes, for runs at an end of the
-        range, see `saturation`, and for runs of the number 0, see `dropouts`.
+        At most one, of all axes concerned; none for a channel that never changes, for runs at an end of the range, see
+        `saturation`, and for runs of the number 0, see `dropouts`.
     """
     findings = []
     for channel in stream.channels:
@@ -164,72 +184,63 @@ def stuck_samples(stream: Stream) -> list[Finding]:
         first, lengths = stuck_runs(stream, channel, x)
         if not len(first):
             continue
-        # At an end of the range it is the range that is too small: `saturation` says so.
-        gone = zero_runs(stream, channel, x)[0]
-        kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, gone)
+        zeros = zero_runs(stream, channel, x)[0]
+        kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, zeros)
         if kept.any():
-            findings.append(_stuck(stream, channel, x, first[kept], lengths[kept]))
-    return _one_for_all(findings)
+            runs = first[kept], lengths[kept]
+            findings.append(_held(StuckSamples, stream, channel, x, runs, (warn_duration, warn_share)))
+    return merged_axes(findings)
 
 
-def _one_for_all(findings: list[tuple[float, Finding]]) -> list[Finding]:
-    """One finding for several axes: the one of the axis on which the level held is farthest from its own speaks for all."""
-    if len(findings) < 2:
-        return [finding for _, finding in findings]
-    _, worst = max(findings, key=lambda one: one[0])
-    channels = axes_text([finding.channel for _, finding in findings if finding.channel])
-    matters = any(finding.severity == "warning" for _, finding in findings)
-    told = f"{channels}; most on {worst.channel}: {worst.message}"
-    return [replace(worst, channel=None, message=told, severity="warning" if matters else "info")]
+def added_walk(stream: Stream, channel: str, runs: Runs) -> AddedWalk:
+    """The rate random walk that stretches of levels other than the sensor's own add to a channel."""
+    (first, lengths), x, tau0 = runs, stream.column(channel), stream.grid.tau0
+    added = added_by_stretches(x, tau0, first, lengths)
+    own, resolved = own_walk(x, tau0, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
+    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
+    return AddedWalk(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        coefficient=math.sqrt(added),
+        factor=factor if math.isfinite(factor) else None,
+        resolved=resolved and math.isfinite(factor),
+    )
 
 
-def _stuck(
+def _held(
+    kind: type[Dropout | StuckSamples],
     stream: Stream,
     channel: str,
     x: NDArray[np.float64],
-    first: NDArray[np.int64],
-    lengths: NDArray[np.int64],
-    *,
-    zero: bool = False,
+    runs: Runs,
+    warn: tuple[float, float],
 ) -> tuple[float, Finding]:
-    """The finding, and what the levels held add to K²."""
-    tau0 = stream.grid.tau0
-    longest = int(np.argmax(lengths))
-    bad = np.zeros(len(x), dtype=bool)
-    for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
-        bad[start + (not zero) : start + size] = True  # the first that is held is the sensor's own
-    share = float(bad.mean())
+    """The finding of a channel, and K that the levels held add."""
+    (first, lengths), tau0 = runs, stream.grid.tau0
+    own = 0 if kind is Dropout else 1  # the first sample that is held is the sensor's own
+    bad = mask_of_runs(len(x), first + own, lengths - own)
     factor, tau = change_of_white(x, bad, tau0, beyond=int(lengths.max()))
-    equal = "0" if zero else "equal"
-    start, size = int(first[longest]), int(lengths[longest])
-    kind = "dropouts" if zero else "stuck"
-    runs = [(a, a + m) for a, m in zip(first.tolist(), lengths.tolist(), strict=True)]
-    many = (
-        f"{len(first)} runs of samples that are {equal}, the longest {size}"
-        if len(first) > 1
-        else f"{size} samples are {equal}"
-    )
-    first, lengths = first[lengths >= STRETCH], lengths[lengths >= STRETCH]
-    walk, added = "", 0.0
-    factors: tuple[tuple[str, float], ...] = ()
-    if len(first):
-        added = added_by_stretches(x, tau0, first, lengths)
-        own, rules = own_walk(x, tau0, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
-        walk, factors = walk_effect(stream, added, own, rules=rules)
-    held = f"; the level held there is {walk}" if walk else ""
-    matters = share > _SHARE or size * tau0 >= _LONG_S or abs(factor - 1) > 0.02
-    return added, Finding(
-        code="stuck_samples",
-        severity="warning" if matters else "info",
-        channel=channel,
-        message=(
-            f"{many} ({length(size, stream)}) from {when(start, stream)} on, which its"
-            f" noise does not make; {100 * share:.2g} % of the record is {'lost so' if zero else 'stuck'}"
+    share, longest = float(bad.mean()), int(np.argmax(lengths))
+    duration = int(lengths[longest]) * tau0
+    long = lengths >= MIN_STRETCH
+    walk = added_walk(stream, channel, (first[long], lengths[long])) if long.any() else None
+    matters = share > warn[1] or duration >= warn[0] or abs(factor - 1) > _WARN_CHANGE
+    return walk.coefficient if walk is not None else 0.0, Finding(
+        details=kind(
+            strongest=channel,
+            samples=int(bad.sum()),
+            share=share,
+            runs=len(first),
+            start=int(first[longest]) * tau0,
+            longest=duration,
+            tau=tau,
+            walk=walk,
         ),
-        where=place(start, stream),
-        size=size * tau0,
+        severity="warning" if matters else "info",
+        channels=(channel,),
+        spans=longest_spans(stream, first, lengths),
+        size=duration,
         unit="s",
-        effect=f"{affected(factor)} (at τ = {tau:.3g} s, where the runs count most){held}",
-        changes=(("random_walk", factor), *factors),
-        remedy=(f"{leave_out_option(stream, runs, kind=kind)} takes these samples for missing"),
+        factors=(("random_walk", factor), *(walk.factors if walk is not None else ())),
     )

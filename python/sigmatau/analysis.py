@@ -29,14 +29,15 @@ from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.kinds.fit import CoarseValues, ConstantChannel, NoMap
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.tables import fit_table, read_off_table
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import avar
-from sigmatau.quality import curve_checks as curve_findings
-from sigmatau.quality.angle_noise import angle_noise, untold
+from sigmatau.quality import curve_checks
+from sigmatau.quality.angle_noise import angle_noise, undetermined
 from sigmatau.quality.causes import one_cause
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.quality.restated import past_filter
@@ -69,8 +70,6 @@ SCHEMA = 1
 _AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
 
 _LEFT_OUT = ("out_of_range", "constant_channel", "too_few_samples")  # findings of channels that have no curve
-
-_TOO_COARSE = "the step of the numbers is too coarse against the noise: what rounding adds is not known"
 
 _LOOKED_AT_BOUNDED = 1 << 20  # samples, of a record that does not fit in memory
 
@@ -279,18 +278,17 @@ def analyze(
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
             found, for_fit = _strided(stream, taus)
             fitted_on |= for_fit
-            why = "" if long == "strided" else f"{stream.grid.n} samples do not fit in memory: "
-            findings += curve_findings.strided(found, stream.name, why)
+            findings += curve_checks.strided(found, stream.name, out_of_memory=long != "strided")
         else:
             found, none_left = _curves(stream, taus, overlap, counting, threads)
             findings += none_left
         for channel, curve in found.items():
-            if not curve_findings.LEAST < curve.avar.max() < curve_findings.LARGEST and curve.avar.max() > 0:
-                findings.append(curve_findings.beyond(curve))
-            elif curve.adev.max() > curve_findings.rounding(stream, channel):
+            if not curve_checks.LEAST < curve.avar.max() < curve_checks.LARGEST and curve.avar.max() > 0:
+                findings.append(curve_checks.out_of_range(curve))
+            elif curve.adev.max() > curve_checks.rounding(stream, channel):
                 curves[channel] = curve
             else:
-                findings.append(curve_findings.constant(stream, channel))
+                findings.append(curve_checks.constant_channel(stream, channel))
     if not curves:
         reasons = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _LEFT_OUT)
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
@@ -309,9 +307,9 @@ def analyze(
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             if channel in doubtful:  # a finding says so, and what the curve says of its fit is no other fault
-                fits[channel] = fits[channel].doubted(_TOO_COARSE)
+                fits[channel] = fits[channel].doubted(CoarseValues())
             else:
-                findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
+                findings += curve_checks.fit_findings(fits[channel], missing=_lost(record, channel))
             if said := angle_noise(record, fits[channel], threads=threads):
                 findings.append(said)
         findings = with_fits(record, fits, findings, looked_at=looked_at)
@@ -324,7 +322,8 @@ def analyze(
         try:
             maps[channel] = dynamic_allan(record, channel, threads=threads)
         except RecordTooShortError as error:
-            findings.append(Finding(code="no_map", severity="info", channel=channel, message=f"no map: {error}"))
+            no_map = NoMap(samples=error.got, needed=error.need)
+            findings.append(Finding(details=no_map, severity="info", channels=(channel,)))
     return Analysis(
         source=record.provenance,
         findings=by_severity(findings),
@@ -356,17 +355,17 @@ def of_curves(
     fits: dict[str, NoiseFit] = {}
     for channel, curve in curves.items():
         if not curve.adev.max() > 0:
-            message = f"every one of {curve.n} samples is the same"
-            said.append(Finding(code="constant_channel", severity="error", channel=channel, message=message))
+            constant = ConstantChannel(samples=curve.n)
+            said.append(Finding(details=constant, severity="error", channels=(channel,)))
             continue
         kept[channel] = curve
         if method == "gls":
             fits[channel] = fit(curve)
             kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            said += curve_findings.of_fit(fits[channel])
-        said += filter(None, [untold(curve)])
+            said += curve_checks.fit_findings(fits[channel])
+        said += filter(None, [undetermined(curve)])
     if kept:
-        said += curve_findings.strided(kept, None)
+        said += curve_checks.strided(kept)
     if not kept:
         raise DataError("no channel is left to analyse: every one of them never changes")
     return Analysis(
@@ -391,8 +390,8 @@ def _curves(
     for channel in stream.channels:
         try:
             found.update(allan(Record(streams=(stream.only(channel),)), **options))
-        except RecordTooShortError as error:
-            said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=str(error)))
+        except RecordTooShortError:
+            said.append(curve_checks.too_few_samples(stream, channel))
     return found, said
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
@@ -22,10 +23,6 @@ __all__ = ["fit"]
 
 _PER_OCTAVE = 8
 _LEAST_IN_A_ROW = 1e-3
-_ALONE = (
-    "no two samples in a row are there: quantization noise cannot be told from a random walk, and is part of what is"
-    " stated as one"
-)
 _LEAST_PAIRS = 0.5
 """Times the cluster size, where samples are missing; a third of a whole record has one pair for each sample of it."""
 
@@ -84,14 +81,13 @@ def fit(
         raise OptionError(
             f"`terms` must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
-    alone = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _all_alone(curve.gaps)
-    if alone:
+    isolated = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _isolated(curve.gaps)
+    if isolated:
         wanted.discard("quantization")
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:
-        times = f"{len(chosen)} averaging times up to a third of the record's {curve.n} samples"
-        return no_fit(curve, level, f"{times}; at least {LEAST_TIMES} are needed")
+        return no_fit(curve, level, TooFewTimes(times=len(chosen), needed=LEAST_TIMES, samples=curve.n))
     first = None
     if tau_min is not None:
         first = int(np.searchsorted(curve.tau[chosen], tau_min * (1 - 1e-9)))
@@ -100,7 +96,7 @@ def fit(
             raise OptionError(f"`tau_min` may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
-        return no_fit(curve, level, "a variance is 0: no noise makes that")
+        return no_fit(curve, level, ZeroVariance())
     data = Data(
         n=n,
         m=tuple(int(m) for m in curve.m[chosen]),
@@ -118,14 +114,13 @@ def fit(
             return descriptive(curve, data, nearest, scale, level)
         try:
             result = stated(curve, data, found, scale, level)
-            return replace(result, reason="; ".join(filter(None, [result.reason, _ALONE]))) if alone else result
+            return replace(result, reasons=(*result.reasons, IsolatedSamples())) if isolated else result
         except (FloatingPointError, np.linalg.LinAlgError):
             # Trial values far from the fit may have no covariance, to rounding.
-            why = "the model fits, but values beside it have no covariance: too few averaging times for its terms"
-            return descriptive(curve, data, found, scale, level, reason=why)
+            return descriptive(curve, data, found, scale, level, reason=NoCovariance())
 
 
-def _all_alone(gaps: Gaps) -> bool:
+def _isolated(gaps: Gaps) -> bool:
     """Whether next to no sample has the one before it: quantization noise is then white, and no other than a random walk."""
     there = gaps.there
     return int(np.count_nonzero(there[1:] & there[:-1])) < _LEAST_IN_A_ROW * int(np.count_nonzero(there))

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.wording.fit import reasons_text
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.noise import terms
@@ -145,10 +147,11 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         several is there, those too. [SI]
     verdict : {"adequate", "descriptive", "too_short"}
         Whether the model describes the curve from tau_min to tau_max; if not, values have no intervals.
-    reason : str
-        Why tau_min is where it is, why the model is not adequate, why there is no fit.
+    reasons : tuple of Reason
+        Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
+        `sigmatau.findings.kinds.fit`. `reason` has them in words.
     unclear : tuple of str
-        Terms of which at least one is there, though none was observed with the others given.
+        Terms of which at least one is present, although none was observed with the others given.
     tau_min, tau_max : float or None
         Averaging times used. [s]
     p_value : float or None
@@ -172,7 +175,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     sinusoid: tuple[Sinusoid, ...] = ()
     model: Mapping[str, float]
     verdict: Verdict
-    reason: str = ""
+    reasons: tuple[Reason, ...] = ()
     unclear: tuple[str, ...] = ()
     tau_min: float | None = None
     tau_max: float | None = None
@@ -193,6 +196,11 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
 
     def __len__(self) -> int:
         return len(self.terms)
+
+    @property
+    def reason(self) -> str:
+        """The reasons in words; empty if there is none."""
+        return reasons_text(self.reasons)
 
     @property
     def observed(self) -> dict[str, float]:
@@ -271,13 +279,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
         return text
 
-    def doubted(self, reason: str) -> NoiseFit:
-        """The same values without intervals or limits, because of a fault of the samples that no covariance knows.
+    def doubted(self, reason: Reason) -> NoiseFit:
+        """The same values without intervals or limits, because of a fault of the samples that the covariance ignores.
 
         Parameters
         ----------
-        reason : str
-            What makes them doubtful, in words.
+        reason : Reason
+            What makes them doubtful.
         """
 
         def bare(value: Interval) -> Interval:
@@ -295,7 +303,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
             sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
             verdict="descriptive" if self.verdict == "adequate" else self.verdict,
-            reason=reason if self.verdict == "adequate" else "; ".join(filter(None, [self.reason, reason])),
+            reasons=(reason,) if self.verdict == "adequate" else (*self.reasons, reason),
             unclear=(),
             covariance=((), np.empty((0, 0))),
         )

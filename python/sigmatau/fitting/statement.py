@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.findings.kinds.fit import Misfit, Reason
 from sigmatau.fitting import sixth_term
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
@@ -17,7 +18,6 @@ from sigmatau.fitting.inference import Evidence, detectable, evidence
 from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
 from sigmatau.fitting.tau_min import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
 from sigmatau.noise.terms import coefficient_unit
-from sigmatau.results import seconds, two_digits
 
 __all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
 
@@ -93,7 +93,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         sinusoid=lines,
         model=model,
         verdict="adequate",
-        reason=best.reason(data),
+        reasons=best.reasons(data),
         unclear=tuple(unclear),
         tau_min=data.m[best.first] * tau0,
         tau_max=data.m[-1] * tau0,
@@ -105,12 +105,17 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
 
 
 def descriptive(
-    curve: DeviationCurve, data: Data, nearest: Attempt | None, scale: float, level: float, *, reason: str = ""
+    curve: DeviationCurve,
+    data: Data,
+    nearest: Attempt | None,
+    scale: float,
+    level: float,
+    *,
+    reason: Reason | None = None,
 ) -> NoiseFit:
     """Coefficients that follow the curve to a few per cent, where no model fits it within its errors."""
     first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else data.first or 0
     parts, avar = data.parts().from_index(first), data.avar[first:]
-    sizes = parts.m.astype(float)
     columns = np.column_stack([parts.design, 0.5 * parts.squares])
     allowed = [*data.candidates, *([len(LINEAR)] if data.with_ramp else [])]
     theta, errors = _followed(parts, columns, avar, allowed)
@@ -119,16 +124,11 @@ def descriptive(
         theta, errors = _followed(parts, columns, avar, [p for p in allowed if p != QUANTIZATION])
     expected = columns @ theta
     worst = int(np.argmax(np.abs(np.log(avar / expected)) / errors))
-    ratio = math.sqrt(avar[worst] / expected[worst])
-    misfit = (
-        ""
-        if nearest is None
-        else f" (at best p {_p_text(nearest.p_value)}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
-    )
-    where = f"σ({seconds(sizes[worst] * curve.tau0)} s) is {two_digits(abs(100 * (ratio - 1)))} %"
-    reason = reason or (
-        f"neither five terms nor six make this curve{misfit}; {where} {'above' if ratio > 1 else 'below'} them."
-        " Look for a line, a filter, a disturbance"
+    reason = reason or Misfit(
+        p_value=None if nearest is None else nearest.p_value,
+        tau_min=data.m[first] * curve.tau0,
+        tau=float(parts.m[worst]) * curve.tau0,
+        ratio=math.sqrt(avar[worst] / expected[worst]),
     )
     needed = {}
     for p, name in enumerate((*LINEAR, "rate_ramp")):
@@ -155,7 +155,7 @@ def descriptive(
         terms=terms,
         model=needed,
         verdict="descriptive",
-        reason=reason,
+        reasons=(reason,),
         tau_min=data.m[first] * curve.tau0,
         tau_max=data.m[-1] * curve.tau0,
         level=level,
@@ -175,12 +175,8 @@ def _followed(parts: Components, columns: Floats, avar: Floats, allowed: list[in
     return theta, errors
 
 
-def _p_text(p: float) -> str:
-    return f"= {p:.1g}" if p > _TINY_P else f"< {_TINY_P:g}"
-
-
-def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:
-    """A record with which nothing can be done."""
+def no_fit(curve: DeviationCurve, level: float, reason: Reason) -> NoiseFit:
+    """The result for a curve that cannot be fitted."""
     return NoiseFit(
         channel=curve.channel,
         quantity=curve.quantity,
@@ -190,7 +186,7 @@ def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:
         terms={},
         model={},
         verdict="too_short",
-        reason=reason,
+        reasons=(reason,),
         level=level,
         gaps=curve.gaps,
     )

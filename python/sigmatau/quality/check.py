@@ -13,6 +13,7 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.drift import temperature, warm_up
 from sigmatau.quality.drift.stationarity import non_stationary
@@ -29,7 +30,6 @@ from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import duration_text
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Spectrum
 
@@ -87,7 +87,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
             continue
         found += _of_stream(usable, stated.get(stream.name))
         if usable.grid.n < stream.grid.n:
-            found.append(_in_part(stream, usable))
+            found.append(_checked_in_part(stream, usable))
     return tuple(found)
 
 
@@ -209,16 +209,9 @@ def _beginning(stream: Stream, samples: int) -> Stream:
     return stream if stream.grid.n <= samples else stream.cut(0, samples)
 
 
-def _in_part(stream: Stream, part: Stream) -> Finding:
-    return Finding(
-        code="checked_in_part",
-        severity="info",
-        channel=stream.name,
-        message=f"the record is long: its first {duration_text(part.grid.duration)} are checked for faults,"
-        f" {part.grid.n} of {stream.grid.n} samples",
-        effect="what is wrong with the rest is not told",
-        remedy="check another part by --window",
-    )
+def _checked_in_part(stream: Stream, part: Stream) -> Finding:
+    details = CheckedInPart(checked=part.grid.n, samples=stream.grid.n, duration=part.grid.duration)
+    return Finding(details=details, severity="info", channels=(stream.name,))
 
 
 def _usable(stream: Stream) -> Stream | None:

@@ -11,11 +11,12 @@ from typing import Any
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import allan
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import CheckedWithoutFit
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
-from sigmatau.quality import curve_checks as curve_findings
+from sigmatau.quality import curve_checks
 from sigmatau.quality.causes import one_cause
 from sigmatau.quality.check import Bandwidth, check, check_fits, with_fits
 from sigmatau.quality.selection.exclusion import from_the_start
@@ -69,7 +70,7 @@ def inspect(
     left: list[Finding] = []
     if leave_out is not None:
         record, left = leave_out_of(record, leave_out)
-    nothing = [finding for stream in record.streams for finding in curve_findings.lifeless(stream)]
+    nothing = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
     checked = [*left, *nothing, *check(record, bandwidth=bandwidth)]
     return replace(found, record=record, checks=tuple(_against_fits(record, checked)))
 
@@ -79,28 +80,15 @@ def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:
     streams = [stream for stream in record.streams if stream.quantity != "temperature"]
     number = sum(stream.grid.n * len(stream.channels) for stream in streams)
     if number > FITTED or not all(memory.fits(stream, None) for stream in streams):
-        return [*found, _not_fitted(number)]
+        return [*found, Finding(details=CheckedWithoutFit(samples=number), severity="info")]
     fits: dict[str, NoiseFit] = {}
     for stream in streams:
         for channel in stream.channels:
             with contextlib.suppress(DataError):  # too short, or too much is missing: then there is nothing to judge by
                 curve = allan(Record(streams=(stream.only(channel),)))[channel]
-                if curve_findings.LEAST < curve.avar.max() < curve_findings.LARGEST and curve.adev.max() > (
-                    curve_findings.rounding(stream, channel)
+                if curve_checks.LEAST < curve.avar.max() < curve_checks.LARGEST and curve.adev.max() > (
+                    curve_checks.rounding(stream, channel)
                 ):
                     fits[channel] = fit(curve)
     told = [*with_fits(record, fits, found), *check_fits(record, fits, found=found)]
     return one_cause(told, list(fits), max((stream.grid.duration for stream in streams), default=0.0))
-
-
-def _not_fitted(number: int) -> Finding:
-    return Finding(
-        code="checked_without_fit",
-        severity="info",
-        message=(
-            f"{number} samples are too many to fit in passing: warm-up, temperature and noise that changes have not been"
-            " looked for"
-        ),
-        effect="what they do to the coefficients is not told",
-        remedy="sigmatau analyze looks for them too",
-    )

@@ -133,7 +133,7 @@ def check_fits(
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
                 said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
-        # A level that is not the sensor's, at either end, is no drift of it.
+        # Samples at either end that are not the sensor's are not a drift.
         calm = quiet(stream) if faulty else stream
         of_calm = of_stream if calm is stream else {}
         said += warm_up(calm, of_calm)
@@ -141,7 +141,7 @@ def check_fits(
             said += temperature(calm, thermometer, of_calm)
         still = undisturbed(stream) if disturbed else stream
         if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
-            # Bad samples here and there are told by themselves: is the rest uneven, too?
+            # Single bad samples are reported by another check: only channels that are uneven without them count.
             clean = without_faults(still)
             said += [finding for finding in non_stationary(clean, of_stream) if finding.channel in uneven]
     return tuple(said)

@@ -77,12 +77,11 @@ def _non_stationary(finding: Finding, details: NonStationary) -> Words:
     one, change = details.segments, details.change
     if one is not None:
         texts.append(
-            f"Allan deviations of segments differ by a factor of {one.ratio:.3g} at τ = {seconds(one.tau)} s"
-            + (f", largest from {clock(one.largest_at)} on" if change is None else "")
+            f"Allan deviations of segments differ by a factor of {one.ratio:.3g}"
+            + ("" if change else f" at τ = {seconds(one.tau)} s, largest from {clock(one.largest_at)} on")
         )
     if change is not None:
-        changes = "changes" if one is None else "also changes"
-        texts.append(f"short-time noise {changes} at {clock(change.time)}, by a factor of {change.ratio:.3g}")
+        texts.append(f"short-time noise changes at {clock(change.time)}, by a factor of {change.ratio:.3g}")
     return Words(
         "; ".join(texts),
         "Find what changed (--stability MAP.png shows it), or select an even part with --window",
@@ -91,7 +90,7 @@ def _non_stationary(finding: Finding, details: NonStationary) -> Words:
 
 def _rounded_up(time: float) -> int:
     """Seconds, rounded up to two digits."""
-    step = 10 ** max(math.floor(math.log10(time)) - 1, 0)
+    step: int = 10 ** max(math.floor(math.log10(time)) - 1, 0)
     return math.ceil(time / step) * step
 
 

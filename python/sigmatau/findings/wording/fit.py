@@ -87,7 +87,7 @@ def _sinusoid_fitted(finding: Finding, details: kinds.SinusoidFitted) -> Words:
 def _out_of_range(finding: Finding, details: kinds.OutOfRange) -> Words:
     size = "large" if details.largest > 1 else "small"
     return Words(
-        f"not analysed: deviations up to {details.largest:.3g} {details.rate_unit} are too {size}",
+        f"deviations up to {details.largest:.3g} {details.rate_unit} are too {size}; not analysed",
         "Check unit and scale",
     )
 
@@ -96,11 +96,11 @@ def _constant_channel(finding: Finding, details: kinds.ConstantChannel) -> Words
     what = f"all {details.samples} samples are equal"
     if details.value is not None:
         what = f"{details.samples} samples of {details.value:.6g} {details.rate_unit} differ by no more than rounding"
-    return Words(f"not analysed: {what}", "Check the wiring, the resolution and the column")
+    return Words(f"{what}; not analysed", "Check the wiring, the resolution and the column")
 
 
 def _too_few_samples(finding: Finding, details: kinds.TooFewSamples) -> Words:
-    return Words(f"not analysed: {details.missing} of {details.samples} samples are missing")
+    return Words(f"{details.missing} of {details.samples} samples are missing; not analysed")
 
 
 def _strided(finding: Finding, details: kinds.Strided) -> Words:

@@ -135,7 +135,7 @@ def test_what_a_record_does_not_determine_is_named():
     last = text.splitlines()[-1]
     assert (
         last
-        == f"  a record of 2 h does not determine a rate random walk of {value} deg/h/√h: the error is more than half of it"
+        == f"  a record of 2 h does not determine a rate random walk of {value} deg/h/√h: its standard error exceeds 50 %"
     )
 
 

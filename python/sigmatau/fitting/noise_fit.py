@@ -150,13 +150,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
         `sigmatau.findings.kinds.fit`. `reason` has them in words.
     unclear : tuple of str
-        Terms of which at least one is present, although none was observed with the others given.
+        Terms that are not significant beside each other, although at least one of them is present.
     tau_min, tau_max : float or None
         Averaging times used. [s]
     p_value : float or None
         P-value of the goodness of fit.
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of the observed coefficients, and of those that cannot be told from each other. [SI]
+        Names and covariance of the observed coefficients and of those in `unclear`. [SI]
     level : float
         Of the intervals and limits.
     method : str
@@ -317,7 +317,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"
 
     def notes(self) -> list[str]:
-        """Gauss-Markov processes and sinusoids in words, and terms that cannot be told apart."""
+        """Gauss-Markov processes and sinusoids in words, and terms that the record does not distinguish."""
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
         texts = []
         for process in self.gauss_markov:

@@ -51,7 +51,7 @@ class Plan(Printed):
     value : float or None
         A given value. [unit]
     half_in, most_in : float or None
-        Length of the records of which 50 % and 90 % show that value; None if there is none. [s]
+        Length of a record that shows that value with a probability of 50 % and of 90 %; None if there is none. [s]
     error : float or None
         Relative standard error of the value in a record of that duration.
     level : float

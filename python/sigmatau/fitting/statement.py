@@ -81,7 +81,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         if ramp.value is not None:
             model["rate_ramp"] = ramp.value
     processes, lines = _extra_terms(curve, best, selected, scale, level)
-    # Including terms that cannot be told from each other: their sum is known better than each of them.
+    # Including terms that the record does not distinguish: their sum is known better than each of them.
     in_model = [p for p in linear if selected[p] > 0]
     return NoiseFit(
         channel=curve.channel,

@@ -14,7 +14,7 @@ References
 
 from __future__ import annotations
 
-from itertools import combinations
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from sigmatau.estimators.allan import DeviationCurve, allan
 from sigmatau.estimators.deviation import deviation
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import AngleNoiseUndetermined, FlickerAngleNoise, WhiteAngleNoise
+from sigmatau.fitting.gls import non_negative
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.record import Record
 
@@ -114,27 +115,19 @@ def _decomposed(
     weight = np.sqrt(np.tile(n / size / 2, 2)) / np.concatenate([plain, modified])
     terms = np.concatenate([of_plain, of_modified]) * weight[:, np.newaxis]
     target = np.concatenate([plain, modified]) * weight
-    misfit, parts = _non_negative(terms, target, (_Q, _N, _FLICKER))
-    without_flicker, _ = _non_negative(terms, target, (_Q, _N))
+    misfit, parts = _fitted(terms, target, [_Q, _N, _FLICKER])
+    without_flicker, _ = _fitted(terms, target, [_Q, _N])
     found = (of_plain * parts).T
     return misfit, found / found.sum(axis=0), without_flicker
 
 
-def _non_negative(
-    terms: NDArray[np.float64], target: NDArray[np.float64], allowed: tuple[int, ...]
+def _fitted(
+    terms: NDArray[np.float64], target: NDArray[np.float64], columns: Sequence[int]
 ) -> tuple[float, NDArray[np.float64]]:
-    """Least squares over all subsets of the terms without negative coefficients: smallest misfit, and the coefficients."""
-    best, parts = float("inf"), np.zeros(terms.shape[1])
-    for count in range(1, len(allowed) + 1):
-        for chosen in combinations(allowed, count):
-            columns = list(chosen)
-            scale = np.linalg.norm(terms[:, columns], axis=0)
-            found = np.linalg.lstsq(terms[:, columns] / scale, target, rcond=None)[0]
-            misfit = float(np.sum((terms[:, columns] / scale @ found - target) ** 2))
-            if (found >= 0).all() and misfit < best:
-                best, parts = misfit, np.zeros(terms.shape[1])
-                parts[columns] = found / scale
-    return best, parts
+    """Misfit and coefficients of the non-negative least squares fit of some of the terms."""
+    found = np.zeros(terms.shape[1])
+    found[columns] = non_negative(terms[:, columns], target)
+    return float(np.sum((terms @ found - target) ** 2)), found
 
 
 def undetermined(curve: DeviationCurve) -> Finding | None:

@@ -46,6 +46,8 @@ def reasons_text(reasons: Sequence[kinds.Reason]) -> str:
 
 
 def _off(ratio: float) -> str:
+    if ratio > 3:
+        return f"{two_digits(ratio)} times"
     return f"{two_digits(100 * abs(ratio - 1))} % {'below' if ratio < 1 else 'above'}"
 
 

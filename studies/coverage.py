@@ -10,7 +10,7 @@ import numpy as np
 
 import sigmatau as st
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.planning import detectable
+from sigmatau.fitting.planning import smallest_detectable
 from sigmatau.noise.terms import BIAS_LEVEL
 from studies.mixtures import ABSENT, SHORT, Mixture
 from studies.runner import run
@@ -43,7 +43,7 @@ PROFILE = {0.0: 1.6, 0.5: 1.75, 1.0: 2.2, 1.5: 2.7, 2.0: 3.4, 3.0: 4.4, 5.0: 6.6
 def sought(seed: int, name: str, times: float) -> list[dict[str, Any]]:
     """What a fit states about every noise term of a share of the records of a cell."""
     term, others = SOUGHT[name]
-    value = times * detectable(others, term, n=_N, tau0=1.0, power=0.5)
+    value = times * smallest_detectable(others, term, n=_N, tau0=1.0, power=0.5)
     return _stated(seed, Mixture(_N, 1.0, {**others, term: value}), RECORDS // PARTS)
 
 
@@ -113,7 +113,7 @@ def _holds(stated: list[Any], value: float) -> bool:
 def _coverage(results: dict[str, Any], failures: list[str]) -> list[str]:
     lines, pooled = [], []
     for name, (term, others) in SOUGHT.items():
-        least = detectable(others, term, n=_N, tau0=1.0, power=0.5)
+        least = smallest_detectable(others, term, n=_N, tau0=1.0, power=0.5)
         for times in TIMES:
             records = [r for r in _all(results, f"{name} x{times:g}") if r["verdict"] == "adequate"]
             value = times * least
@@ -210,10 +210,10 @@ _HEAD = """# Do the intervals hold?
 
 Made by `make study` (studies/coverage.py): {records} simulated records of {n} samples a cell, seeds from the cells'
 names, all five terms and the averaging times found by `sigmatau.fit` each time. "Times" is the true coefficient over
-the one that is found in half of the records, as `sigmatau.fitting.planning.detectable` gives it beforehand from the other
-terms alone; "found" says how often it was. An interval is [low, high] if the term was observed and [0, limit] if not:
-"covered" counts all records, "covered, found" those that showed it. "Half width" is the median of (high − low)/2 in
-per cent of the coefficient. "Others covered": the intervals of the terms beside it.
+the one that is found in half of the records, as `sigmatau.fitting.planning.smallest_detectable` gives it
+beforehand from the other terms alone; "found" says how often it was. An interval is [low, high] if the term was
+observed and [0, limit] if not: "covered" counts all records, "covered, found" those that showed it. "Half width" is
+the median of (high − low)/2 in per cent of the coefficient. "Others covered": the intervals of the terms beside it.
 
 | term | times | found [%] | covered [%] | covered, found [%] | half width [%] | others covered [%] |
 |---|---|---|---|---|---|---|"""

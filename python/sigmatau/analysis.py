@@ -1,4 +1,4 @@
-"""analyze(): the whole way from a record to its coefficients, walked once."""
+"""Analysis of a record: curves, fits and findings of all channels."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.kinds.fit import CoarseValues, ConstantChannel, NoMap
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.tables import fit_table, read_off_table
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import avar
-from sigmatau.quality import curve_checks as curve_findings
-from sigmatau.quality.angle_noise import angle_noise, untold
+from sigmatau.quality import curve_checks
+from sigmatau.quality.angle_noise import angle_noise, undetermined
 from sigmatau.quality.causes import one_cause
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits, with_fits
 from sigmatau.quality.facts import facts_kept
@@ -65,36 +66,39 @@ SCHEMA = 1
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
 
-# Quantization noise rules if it makes so much of the variance at so many samples; with nothing beside it there is nothing
-# to gain.
-_AT, _RULES, _LEAST_BESIDE = 8, 0.9, 2
+# Eighths of an octave are used if quantization noise dominates and at least one other term is observed.
+_QUANTIZATION_SIZE = 8  # cluster size at which its share is computed [samples]
+_QUANTIZATION_SHARE = 0.9  # smallest share of the Allan variance
+_LEAST_TERMS = 2
 
-_LEFT_OUT = ("out_of_range", "constant_channel", "too_few_samples")  # findings of channels that have no curve
+_WITHOUT_CURVE = (
+    "out_of_range",
+    "constant_channel",
+    "too_few_samples",
+)  # codes of findings of channels without a curve
 
-_TOO_COARSE = "the step of the numbers is too coarse against the noise: what rounding adds is not known"
-
-_LOOKED_AT_BOUNDED = 1 << 20  # samples, of a record that does not fit in memory
+_LOOKED_AT_BOUNDED = 1 << 20  # samples that are checked of a record that does not fit in memory
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Analysis(Printed):
-    """What a record shows.
+    """Result of `analyze`.
 
     Attributes
     ----------
     source : Provenance
     findings : tuple of Finding
-        What is wrong with the record, or should be known, before a number is trusted.
+        Faults of the record and other facts that affect the results.
     curves : Curves
-        Allan deviation by channel; channels that could not be analysed are absent and have a finding.
+        Allan deviation by channel; a channel that cannot be analysed is absent and has a finding.
     fits : mapping of str to NoiseFit
         Coefficients with intervals, by channel; empty if they were only read off.
     read_off : mapping of str to ReadOff
         Coefficients by the paper's method, by channel.
     grids : mapping of str to str
-        Samples, rate and length of each channel, in words.
+        Samples, rate and length by stream, in words.
     stability : mapping of str to DynamicAllan
-        How the Allan deviation changes over the record, by channel; empty if it was not asked for.
+        Dynamic Allan deviation by channel; empty if it was not requested.
     """
 
     source: Provenance
@@ -132,18 +136,18 @@ class Analysis(Printed):
         return NoiseModel.from_result(self.to_dict())
 
     def plot(self) -> Figure:
-        """Draw the curves of all channels with their bands and what was fitted or read; one panel a stream."""
+        """Draw the curves of all channels with their intervals and fits, with one panel for each stream."""
         from sigmatau.plot.curves import draw_analysis
 
         return draw_analysis(self.curves, self.read_off, self.fits)
 
     def plot_stability(self) -> Figure:
-        """Draw how the deviation of each channel changes over the record; it must have been asked for.
+        """Draw the dynamic Allan deviation of each channel, which must have been requested.
 
         Raises
         ------
         OptionError
-            If it was not.
+            If it was not requested.
         """
         if not self.stability:
             raise OptionError(
@@ -154,14 +158,14 @@ class Analysis(Printed):
         return draw_all(self.stability)
 
     def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
-        """Write what was fitted for another program; see `sigmatau.export`.
+        """Write the fitted model for another program; see `sigmatau.export`.
 
         The sampling rate is that of the record if `choices` has none.
         """
         return export(self.to_source(), to=to, path=path, choices=choices)
 
     def to_source(self) -> Source:
-        """What an export takes of it: the model, the sampling rates, and what was found of a filter."""
+        """The input of an export: the model, the sampling rates and the filters."""
         return Source.of_result(self.to_dict())
 
     def summary(self) -> str:
@@ -193,7 +197,7 @@ def analyze(
     stability: bool = False,
     threads: int | None = None,
 ) -> Analysis:
-    """Analyse a static record: Allan curves of every channel, and the coefficients with their intervals.
+    """Analyse a static record: Allan deviation and noise coefficients with intervals of every channel.
 
     Parameters
     ----------
@@ -202,25 +206,26 @@ def analyze(
     taus, overlap, counting, threads
         See `sigmatau.allan`.
     method : {"gls", "read-off"}
-        Fit the coefficients (`sigmatau.fit`) beside reading them off, or read off only. A fit is always made with
-        overlapping clusters on half octaves, whatever the curve has; on eighths of an octave where quantization noise
-        rules the short times, because the terms under it are then found with up to a third less variance.
+        Fit the coefficients (`sigmatau.fit`) and read them off, or read off only. A fit always uses overlapping clusters on
+        half octaves, for any grid of the curve, or on eighths of an octave if quantization noise dominates the short times:
+        the variance of the other terms is then smaller by up to a third.
     tau_min : float, optional
-        Shortest averaging time of the fits: beyond a filter or a line, as findings advise. Default: found by the misfit. [s]
+        Shortest averaging time of the fits, for example beyond a filter. Default: found from the goodness of fit. [s]
     long : {"auto", "exact", "strided"}
-        Clusters of more than 4096 samples: every pair, or in bounded memory those that begin at every 64th sample or
-        less often, see `sigmatau.Accumulator`. "auto" takes every pair if memory is enough, and says so if it is not.
+        For clusters of more than 4096 samples: use every pair ("exact"), or in bounded memory those that begin at every 64th
+        sample or less often ("strided"), see `sigmatau.Accumulator`. "auto" is exact if the memory suffices; otherwise it is
+        strided, with a finding.
     window : str, optional
-        Which part of the record: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
+        Part of the record to analyse: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
     leave_out : str or sequence of str, optional
-        Stretches to take for missing, ``"720s:722s,1080s:1083s"`` from the beginning of the record (of all of it, if there
-        is a window too), see `sigmatau.quality.selection.exclusion.leave_out`.
+        Stretches to treat as missing, ``"720s:722s,1080s:1083s"`` from the beginning of the whole record, see
+        `sigmatau.quality.selection.exclusion.leave_out`.
     spikes : {"keep", "mask"}
-        Take single samples that no noise makes for missing.
+        Whether spikes are kept or treated as missing.
     bandwidth : mapping, optional
         The sensors' own bandwidth, see `sigmatau.check`.
     stability : bool
-        Dynamic Allan deviation of every channel too, see `sigmatau.dynamic_allan`.
+        Whether to compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.
 
     Returns
     -------
@@ -229,14 +234,14 @@ def analyze(
     Raises
     ------
     DataError
-        If the record is too short, no channel is left, or samples are missing where `long` is "strided".
+        If the record is too short, if no channel can be analysed, or if samples are missing and `long` is "strided".
     OptionError
-        For times or grids that cannot be.
+        For invalid options.
 
     Notes
     -----
-    A channel that never changes is left out with a finding; the others are analysed. Where samples are missing, the curve is
-    that of clusters at least half full; the fit and what is read off take account of it.
+    A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
+    clusters that are at least half complete; the fit and the coefficients read off account for that.
     """
     if method not in ("gls", "read-off"):
         raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")
@@ -272,7 +277,7 @@ def analyze(
     found: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}
     for stream in record.streams:
-        if stream.quantity == "temperature":  # it says why the sensors drift; its own noise is nobody's question
+        if stream.quantity == "temperature":  # used for the drift of the sensors; its noise is not analysed
             continue
         if stream.mask is not None and long == "strided":
             refuse_missing(stream, "bounded memory, `long` 'strided',", instead="take `long` 'exact'")
@@ -281,20 +286,19 @@ def analyze(
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
             found, for_fit = _strided(stream, taus)
             fitted_on |= for_fit
-            why = "" if long == "strided" else f"{stream.grid.n} samples do not fit in memory: "
-            findings += curve_findings.strided(found, stream.name, why)
+            findings += curve_checks.strided(found, stream.name, out_of_memory=long != "strided")
         else:
             found, none_left = _curves(stream, taus, overlap, counting, threads)
             findings += none_left
         for channel, curve in found.items():
-            if not curve_findings.LEAST < curve.avar.max() < curve_findings.LARGEST and curve.avar.max() > 0:
-                findings.append(curve_findings.beyond(curve))
-            elif curve.adev.max() > curve_findings.rounding(stream, channel):
+            if not curve_checks.LEAST < curve.avar.max() < curve_checks.LARGEST and curve.avar.max() > 0:
+                findings.append(curve_checks.out_of_range(curve))
+            elif curve.adev.max() > curve_checks.rounding(stream, channel):
                 curves[channel] = curve
             else:
-                findings.append(curve_findings.constant(stream, channel))
+                findings.append(curve_checks.constant_channel(stream, channel))
     if not curves:
-        reasons = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _LEFT_OUT)
+        reasons = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _WITHOUT_CURVE)
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
     if method == "gls":
@@ -310,12 +314,12 @@ def analyze(
                 fits[channel] = past_filter(record.stream_of(channel), fits[channel], findings, again)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            if channel in doubtful:  # a finding says so, and what the curve says of its fit is no other fault
-                fits[channel] = fits[channel].doubted(_TOO_COARSE)
+            if channel in doubtful:  # has a finding already; the state of its fit is not another fault
+                fits[channel] = fits[channel].doubted(CoarseValues())
             else:
-                findings += curve_findings.of_fit(fits[channel], missing=_lost(record, channel))
-            if said := angle_noise(record, fits[channel], threads=threads):
-                findings.append(said)
+                findings += curve_checks.fit_findings(fits[channel], missing=_lost(record, channel))
+            if short_times := angle_noise(record, fits[channel], threads=threads):
+                findings.append(short_times)
         findings = with_fits(record, fits, findings, looked_at=looked_at)
         findings += check_fits(record, fits, looked_at=looked_at, found=findings)
         if window is not None:
@@ -326,7 +330,8 @@ def analyze(
         try:
             maps[channel] = dynamic_allan(record, channel, threads=threads)
         except RecordTooShortError as error:
-            findings.append(Finding(code="no_map", severity="info", channel=channel, message=f"no map: {error}"))
+            no_map = NoMap(samples=error.got, needed=error.need)
+            findings.append(Finding(details=no_map, severity="info", channels=(channel,)))
     return Analysis(
         source=record.provenance,
         findings=by_severity(findings),
@@ -346,34 +351,34 @@ def of_curves(
     grids: Mapping[str, str] | None = None,
     method: Method = "gls",
 ) -> Analysis:
-    """Fit and read off overlapped curves that are there already, such as those of an `Accumulator`.
+    """Analyse existing overlapped curves, such as those of an `Accumulator`.
 
     Raises
     ------
     DataError
-        If no curve is above 0.
+        If all curves are 0.
     """
-    said = list(findings)
+    found = list(findings)
     kept: dict[str, DeviationCurve] = {}
     fits: dict[str, NoiseFit] = {}
     for channel, curve in curves.items():
         if not curve.adev.max() > 0:
-            message = f"every one of {curve.n} samples is the same"
-            said.append(Finding(code="constant_channel", severity="error", channel=channel, message=message))
+            constant = ConstantChannel(samples=curve.n)
+            found.append(Finding(details=constant, severity="error", channels=(channel,)))
             continue
         kept[channel] = curve
         if method == "gls":
             fits[channel] = fit(curve)
             kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            said += curve_findings.of_fit(fits[channel])
-        said += filter(None, [untold(curve)])
+            found += curve_checks.fit_findings(fits[channel])
+        found += filter(None, [undetermined(curve)])
     if kept:
-        said += curve_findings.strided(kept, None)
+        found += curve_checks.strided(kept)
     if not kept:
-        raise DataError("no channel is left to analyse: every one of them never changes")
+        raise DataError("no channel is left to analyse: all channels are constant")
     return Analysis(
         source=source,
-        findings=by_severity(said),
+        findings=by_severity(found),
         curves=Curves(kept),
         fits=fits,
         read_off={channel: read_off(curve) for channel, curve in kept.items()},
@@ -384,18 +389,18 @@ def of_curves(
 def _curves(
     stream: Stream, taus: TauGrid | ArrayLike, overlap: Overlap, counting: Counting, threads: int | None
 ) -> tuple[Mapping[str, DeviationCurve], list[Finding]]:
-    """The curves, and what is to be said of channels with so many missing samples that there is none."""
+    """The curves, and findings of channels without a curve because too many samples are missing."""
     options: dict[str, Any] = {"taus": taus, "overlap": overlap, "counting": counting, "threads": threads}
     if stream.mask is None:
         return allan(Record(streams=(stream,)), **options), []
     found: dict[str, DeviationCurve] = {}
-    said = []
+    without_curve = []
     for channel in stream.channels:
         try:
             found.update(allan(Record(streams=(stream.only(channel),)), **options))
-        except RecordTooShortError as error:
-            said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=str(error)))
-    return found, said
+        except RecordTooShortError:
+            without_curve.append(curve_checks.too_few_samples(stream, channel))
+    return found, without_curve
 
 
 def _in_bounded_memory(stream: Stream, long: Long, threads: int | None) -> bool:
@@ -403,13 +408,13 @@ def _in_bounded_memory(stream: Stream, long: Long, threads: int | None) -> bool:
 
 
 def _lost(record: Record, channel: str) -> float:
-    """The share of the samples of a channel that is missing."""
+    """Share of missing samples of a channel."""
     stream = record.stream_of(channel)
     return 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
 
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
-    """The curves asked for and those to fit, from one pass over the samples."""
+    """The requested curves and those for the fit, from one pass over the samples."""
     if isinstance(taus, str) and taus == "all":
         raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
     n, tau0 = stream.grid.n, stream.grid.tau0
@@ -421,7 +426,7 @@ def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, Devia
 
 
 def _refuse_time(tau_min: float, method: Method) -> None:
-    """Refuse what is no shortest averaging time, or where nothing is fitted."""
+    """Check the shortest averaging time of a fit."""
     if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
         raise OptionError(f"`tau_min` must be a positive number of seconds, not {tau_min!r}", option="tau_min")
     if method != "gls":
@@ -429,16 +434,16 @@ def _refuse_time(tau_min: float, method: Method) -> None:
 
 
 def _fit(record: Record, curve: DeviationCurve, threads: int | None, *, tau_min: float | None) -> NoiseFit:
-    """On half octaves with overlap, whatever the curve has; on eighths where quantization rules."""
+    """Fit on half octaves with overlap, or on eighths of an octave if quantization noise dominates."""
     half = cluster_sizes("half", n=curve.n - (curve.counting == "paper"), tau0=curve.tau0)
     if curve.overlap != "full" or not np.array_equal(half, curve.m):
         curve = channel_curve(record, curve.channel, taus="half", counting=curve.counting, threads=threads)
     fitted = fit(curve, tau_min=tau_min)
     noise = fitted.observed.get("quantization")
-    if noise is None or len(fitted.observed) < _LEAST_BESIDE:
+    if noise is None or len(fitted.observed) < _LEAST_TERMS:
         return fitted
-    share = avar("quantization", noise, m=_AT, tau0=curve.tau0) / fitted.avar(m=_AT)
-    if float(share[0]) < _RULES:
+    share = avar("quantization", noise, m=_QUANTIZATION_SIZE, tau0=curve.tau0) / fitted.avar(m=_QUANTIZATION_SIZE)
+    if float(share[0]) < _QUANTIZATION_SHARE:
         return fitted
     eighths = channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads)
     return fit(eighths, tau_min=tau_min)

@@ -216,17 +216,28 @@ class TestCommand:
         assert run.returncode == 0, err
         assert "150000 samples" in out
 
-    def test_lost_lines_and_wrong_rate_are_said(self, log, tmp_path, capsys):
+    def test_lost_lines_and_wrong_rate_are_said(self, log, tmp_path):
         lines = log.read_bytes().splitlines(keepends=True)
         lines[500] = b"#\x00,oops,1\n"
         lines[501] = b"x,y,z\n"
         bad = tmp_path / "bad.csv"
         bad.write_bytes(b"".join(lines))
-        argv = ["watch", str(bad), "--rate", "99", "--idle", "0.3", "--every", "0.1"]
+        argv = [
+            "watch",
+            str(bad),
+            "--rate",
+            "99",
+            "--idle",
+            "0.3",
+            "--every",
+            "0.1",
+            "--json",
+            str(tmp_path / "r.json"),
+        ]
         assert main(argv) == 0
-        err = capsys.readouterr().err
-        assert "1 line left out that could not be read: 'x'" in err
-        assert "100 Hz by the stamps so far, 99 Hz is used" in err
+        found = {one["code"]: one for one in json.loads((tmp_path / "r.json").read_text())["findings"]}
+        assert found["lines_lost"]["details"] == {"lines": 1, "last": "x"}
+        assert found["rate_mismatch"]["severity"] == "warning"
 
     @pytest.mark.parametrize(
         ("argv", "code", "words"),

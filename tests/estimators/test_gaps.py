@@ -13,6 +13,7 @@ from sigmatau._native import kernels
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.allan import cluster_sizes
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.findings.kinds.fit import IsolatedSamples
 from sigmatau.fitting.components import LINEAR, components, pairs_of_terms
 from sigmatau.fitting.heavy_loss import white_covariance
 from sigmatau.fitting.masked_components import components_with_gaps
@@ -344,4 +345,4 @@ class TestMuchMissing:
         # 20 000 samples: 0.5 %.
         assert fitted.observed["random_walk"] == pytest.approx(0.05, rel=0.02)
         assert "quantization" not in fitted.observed
-        assert "no two samples in a row" in fitted.reason
+        assert fitted.reasons[-1] == IsolatedSamples()

@@ -1,3 +1,77 @@
-"""Examples of findings for `test_words`."""
+"""Examples of findings for `test_words`, with every reason of a fit."""
 
-EXAMPLES = []
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import (
+    AngleNoiseUndetermined,
+    CheckedInPart,
+    CheckedWithoutFit,
+    CoarseValues,
+    ConstantChannel,
+    FilterTakenForProcess,
+    FlickerAngleNoise,
+    IsolatedSamples,
+    Misfit,
+    NoAdequateModel,
+    NoCovariance,
+    NoMap,
+    OutOfRange,
+    ShortTimesDeviate,
+    ShortTimesLeftOut,
+    SinusoidFitted,
+    Strided,
+    TooFewSamples,
+    TooFewTimes,
+    TooShort,
+    WhiteAngleNoise,
+    ZeroVariance,
+)
+
+
+def of_gyro(details, severity="warning", **more):
+    return Finding(details=details, severity=severity, channels=("gyro_x",), **more)
+
+
+FEW = TooFewTimes(times=7, needed=8, samples=60000)
+FILTER = FilterTakenForProcess(corner=1.79, correlation_time=0.089, tau_min=0.02)
+
+EXAMPLES = [
+    of_gyro(TooShort(reasons=(FEW,))),
+    of_gyro(TooShort(reasons=(FEW,), missing=0.9996), size=0.9996),
+    of_gyro(TooShort(reasons=(ZeroVariance(),))),
+    *(
+        of_gyro(NoAdequateModel(reasons=(reason,)))
+        for reason in (
+            Misfit(p_value=2e-5, tau_min=2.56, tau=41.0, ratio=1.39),
+            Misfit(p_value=1e-40, tau_min=0.02, tau=0.02, ratio=0.68),
+            Misfit(p_value=None, tau_min=0.02, tau=15.36, ratio=9.4),
+            NoCovariance(),
+            CoarseValues(),
+            FILTER,
+        )
+    ),
+    *(
+        of_gyro(ShortTimesLeftOut(tau_min=0.32, reasons=reasons), "info")
+        for reasons in (
+            (),
+            (ShortTimesDeviate(cluster_size=1, ratio=0.41),),
+            (ShortTimesDeviate(cluster_size=4, ratio=1.27),),
+            (IsolatedSamples(),),
+            (FILTER,),
+        )
+    ),
+    of_gyro(SinusoidFitted(frequency=0.0213), "info", size=4.85e-4, unit="rad/s"),
+    of_gyro(OutOfRange(largest=3.1e130, rate_unit="rad/s"), "error"),
+    of_gyro(OutOfRange(largest=2e-83, rate_unit="rad/s"), "error"),
+    of_gyro(ConstantChannel(samples=60000, value=3.0, rate_unit="rad/s"), "error"),
+    of_gyro(ConstantChannel(samples=60000), "error"),
+    of_gyro(TooFewSamples(missing=59998, samples=60000), "error"),
+    of_gyro(Strided(tau=122.88, samples=8_000_000_000, out_of_memory=True), "info"),
+    Finding(details=Strided(tau=122.88, samples=60000), severity="info"),
+    of_gyro(NoMap(samples=30, needed=160), "info"),
+    of_gyro(WhiteAngleNoise(quantity="angular_rate", share=0.82, tau=0.64), "info"),
+    of_gyro(FlickerAngleNoise(quantity="angular_rate", share=0.99, tau=1.28, quantization_fitted=True)),
+    of_gyro(FlickerAngleNoise(quantity="acceleration", share=0.4, tau=0.08, quantization_fitted=False)),
+    of_gyro(AngleNoiseUndetermined(quantity="signal"), "info"),
+    of_gyro(CheckedInPart(checked=16_777_216, samples=100_000_000, duration=131072.0), "info"),
+    Finding(details=CheckedWithoutFit(samples=12_000_000), severity="info"),
+]

@@ -12,6 +12,7 @@ from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve, cluster_sizes
+from sigmatau.findings.kinds.fit import Misfit, TooFewTimes
 from sigmatau.fitting.components import LINEAR
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.units import to_si
@@ -191,6 +192,7 @@ class TestRecords:
             fitted = fit(allan(Record.from_arrays(rate=100, gyro_x=y))["gyro_x"])
             assert fitted.verdict == "adequate"
             assert 0.02 < fitted.tau_min <= 1.28
+            assert fitted.reasons[0].ratio < 1
             assert "low-pass" in fitted.reason
             assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.05)
 
@@ -255,7 +257,8 @@ class TestWhatItSays:
         fitted = fit(allan(Record.from_arrays(rate=1, gyro_x=np.random.default_rng(1).standard_normal(30)))["gyro_x"])
         assert fitted.verdict == "too_short"
         assert len(fitted) == 0
-        assert "6 averaging times up to a third of the record's 30 samples; at least 8 are needed" in repr(fitted)
+        assert fitted.reasons == (TooFewTimes(times=6, needed=8, samples=30),)
+        assert fitted.reason in repr(fitted)
         assert fitted.to_dict()["terms"] == {"gauss_markov": [], "sinusoid": []}
 
     def test_no_adequate_model(self):
@@ -265,7 +268,8 @@ class TestWhatItSays:
         y = rng.standard_normal(2**17) * 1e-3 + 1e-3 * np.sin(2 * np.pi * 0.05 * t) + 1e-3 * np.sin(2 * np.pi * 0.3 * t)
         fitted = fit(allan(Record.from_arrays(rate=100, gyro_x=y))["gyro_x"])
         assert fitted.verdict == "descriptive"
-        assert "neither five terms nor six" in fitted.reason
+        assert isinstance(fitted.reasons[0], Misfit)
+        assert fitted.reasons[0].p_value < 0.002
         assert all(t.low is None and t.high is None for t in fitted.values())
         assert fitted.observed == {}
         assert all(t.observed is None for t in fitted.values())
@@ -302,7 +306,7 @@ class TestWhatItSays:
     def test_the_shortest_time_may_be_given(self):
         fitted = fit(exact(MIXTURES[0]), tau_min=0.1)
         assert fitted.tau_min == 0.12
-        assert fitted.reason == ""
+        assert fitted.reasons == ()
 
     def test_level(self):
         curve = exact(MIXTURES[0])

@@ -7,7 +7,7 @@ from scipy.special import ndtr
 
 from sigmatau.fitting.components import components
 from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.inference import _feldman_cousins, detectable, evidence, skewed_tails
+from sigmatau.fitting.inference import _feldman_cousins, detectable_theta, evidence, skewed_tails
 
 
 @pytest.mark.parametrize("skewness", [-2.0, -0.3, 1e-6, 0.05, 1.0, 3.0])
@@ -66,7 +66,9 @@ def test_more_data_detect_less():
     for n in (2**12, 2**14, 2**16):
         sizes = tuple(sorted({s << j for s in (1, 3) for j in range(17) if s << j <= n // 3}))
         parts = components(n, sizes)
-        half, most = (detectable(Gls(parts, parts.design @ theta), 3, theta, level=0.95, power=p) for p in (0.5, 0.9))
+        half, most = (
+            detectable_theta(Gls(parts, parts.design @ theta), 3, theta, level=0.95, power=p) for p in (0.5, 0.9)
+        )
         assert half < most
         least.append(half)
     assert least[0] > least[1] > least[2]

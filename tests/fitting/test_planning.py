@@ -14,7 +14,7 @@ from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import skewed_tails
-from sigmatau.fitting.planning import detectable, needed_samples, plan, relative_error
+from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
 from sigmatau.fitting.statement import half_octaves
 from sigmatau.fitting.tau_min import LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
@@ -29,11 +29,11 @@ class TestThePapersHundredHours:
     """Section IV: 2 h are not enough for the CIMU's bias instability, which takes about 100 h."""
 
     def test_two_hours_do_not_show_it(self):
-        assert detectable(CIMU, "bias_instability", n=2 * 3600 * 200, tau0=0.005) > 2 * IN_RUN_BIAS
+        assert smallest_detectable(CIMU, "bias_instability", n=2 * 3600 * 200, tau0=0.005) > 2 * IN_RUN_BIAS
 
     def test_a_hundred_hours_show_and_determine_it(self):
         n = 100 * 3600 * 200
-        assert detectable(CIMU, "bias_instability", n=n, tau0=0.005, power=0.9) < IN_RUN_BIAS
+        assert smallest_detectable(CIMU, "bias_instability", n=n, tau0=0.005, power=0.9) < IN_RUN_BIAS
         assert relative_error(CIMU, "bias_instability", IN_RUN_BIAS, n=n, tau0=0.005) < 0.2
 
     def test_how_long_it_takes(self):
@@ -55,7 +55,7 @@ class TestThePapersHundredHours:
 def test_half_of_the_records_show_it(term, others):
     """A hundred records; studies/coverage.py has a thousand of each of more cases."""
     n, count = 2**13, 100
-    value = detectable(others, term, n=n, tau0=1.0)
+    value = smallest_detectable(others, term, n=n, tau0=1.0)
     model = NoiseModel(channels={"gyro_x": {**others, term: value}})
     rng = np.random.default_rng(seed_of(f"plan {term}"))
     found = [
@@ -68,19 +68,22 @@ def test_half_of_the_records_show_it(term, others):
 
 def test_laws():
     others = {"random_walk": 1e-4, "bias_instability": 1e-6}
-    at = {n: detectable(others, "rate_random_walk", n=n, tau0=0.01) for n in (10_000, 100_000, 1_000_000)}
+    at = {n: smallest_detectable(others, "rate_random_walk", n=n, tau0=0.01) for n in (10_000, 100_000, 1_000_000)}
     assert at[10_000] > at[100_000] > at[1_000_000]
-    tenfold = detectable({k: 10 * v for k, v in others.items()}, "rate_random_walk", n=100_000, tau0=0.01)
+    tenfold = smallest_detectable({k: 10 * v for k, v in others.items()}, "rate_random_walk", n=100_000, tau0=0.01)
     assert tenfold == pytest.approx(10 * at[100_000], rel=1e-2)
     # The term's own value does not count.
-    assert detectable({**others, "rate_random_walk": 1.0}, "rate_random_walk", n=100_000, tau0=0.01) == at[100_000]
+    assert (
+        smallest_detectable({**others, "rate_random_walk": 1.0}, "rate_random_walk", n=100_000, tau0=0.01)
+        == at[100_000]
+    )
     n = needed_samples(others, "rate_random_walk", at[100_000], tau0=0.01)
     assert n == pytest.approx(100_000, rel=0.15)
 
 
 def test_a_filter_hides_what_shows_at_short_times():
     others = {"random_walk": 1e-4}
-    free, filtered = (detectable(others, "quantization", n=100_000, tau0=0.01, tau_min=t) for t in (0.0, 0.32))
+    free, filtered = (smallest_detectable(others, "quantization", n=100_000, tau0=0.01, tau_min=t) for t in (0.0, 0.32))
     assert filtered > 10 * free
     n = needed_samples(others, "quantization", filtered, tau0=0.01, tau_min=0.32)
     assert n == pytest.approx(100_000, rel=0.15)
@@ -89,7 +92,7 @@ def test_a_filter_hides_what_shows_at_short_times():
 def test_ramp():
     """Beside white noise alone: some six standard errors N√(12/T³), because a weak walk could make as much."""
     n, tau0 = 2**16, 0.01
-    least = detectable({"random_walk": 1e-4}, "rate_ramp", n=n, tau0=tau0)
+    least = smallest_detectable({"random_walk": 1e-4}, "rate_ramp", n=n, tau0=tau0)
     sigma = 1e-4 * math.sqrt(12 / (n * tau0) ** 3)
     assert 5 < least / sigma < 8
 
@@ -132,7 +135,7 @@ def test_what_a_record_does_not_determine_is_named():
     last = text.splitlines()[-1]
     assert (
         last
-        == f"  a record of 2 h does not determine a rate random walk of {value} deg/h/√h: the error is more than half of it"
+        == f"  a record of 2 h does not determine a rate random walk of {value} deg/h/√h: its standard error exceeds 50 %"
     )
 
 
@@ -152,7 +155,7 @@ def test_what_cannot_be_planned(arguments, message):
     complete = {"others": {"random_walk": 1.0}, "term": "bias_instability", "n": 10_000, "tau0": 1.0, **arguments}
     others, term = complete.pop("others"), complete.pop("term")
     with pytest.raises(OptionError, match=message):
-        detectable(others, term, **complete)
+        smallest_detectable(others, term, **complete)
 
 
 class TestGaussMarkov:
@@ -163,8 +166,8 @@ class TestGaussMarkov:
     @pytest.mark.parametrize("term", ["bias_instability", "rate_random_walk"])
     def test_half_of_the_records_show_it(self, term):
         n, count, level = 2**13, 150, 0.95
-        value = detectable(self.model, term, n=n, tau0=1.0)
-        assert value > 1.2 * detectable(self.model.terms, term, n=n, tau0=1.0)
+        value = smallest_detectable(self.model, term, n=n, tau0=1.0)
+        assert value > 1.2 * smallest_detectable(self.model.terms, term, n=n, tau0=1.0)
         made = NoiseModel(channels={"gyro_x": replace(self.model, terms={"random_walk": 1.0, term: value})})
         rng = np.random.default_rng(seed_of(f"plan beside Gauss-Markov {term}"))
         sizes = half_octaves(1, n // LONGEST_SHARE)
@@ -183,16 +186,16 @@ class TestGaussMarkov:
         # A fifth at most, because its variance is free in the fit; a slow one has the shape of a rate random walk, free too.
         weak = replace(self.model, gauss_markov=(GaussMarkov(sigma=1e-9, time=1e7),))
         for term in ("quantization", "bias_instability"):
-            alone = detectable({"random_walk": 1.0}, term, n=10_000, tau0=1.0)
-            assert alone <= 1.001 * detectable(weak, term, n=10_000, tau0=1.0) <= 1.2 * alone
+            alone = smallest_detectable({"random_walk": 1.0}, term, n=10_000, tau0=1.0)
+            assert alone <= 1.001 * smallest_detectable(weak, term, n=10_000, tau0=1.0) <= 1.2 * alone
         alone = relative_error({"random_walk": 1.0}, "bias_instability", 0.3, n=10_000, tau0=1.0)
         assert alone <= 1.001 * relative_error(weak, "bias_instability", 0.3, n=10_000, tau0=1.0) <= 1.2 * alone
 
     def test_seconds_are_not_samples(self):
         fast = replace(self.model, terms={"random_walk": 0.1}, gauss_markov=(GaussMarkov(sigma=0.2, time=0.2),))
         # A hundredth of the time: rates are the same, N goes with the root of the time, K with its inverse.
-        expected = detectable(self.model, "rate_random_walk", n=10_000, tau0=1.0) * 10
-        assert detectable(fast, "rate_random_walk", n=10_000, tau0=0.01) == pytest.approx(expected, rel=1e-6)
+        expected = smallest_detectable(self.model, "rate_random_walk", n=10_000, tau0=1.0) * 10
+        assert smallest_detectable(fast, "rate_random_walk", n=10_000, tau0=0.01) == pytest.approx(expected, rel=1e-6)
 
     @pytest.mark.parametrize(
         ("more", "word"),
@@ -204,7 +207,7 @@ class TestGaussMarkov:
     )
     def test_what_is_not_counted_is_refused(self, more, word):
         with pytest.raises(OptionError, match=word):
-            detectable(replace(self.model, **more), "bias_instability", n=10_000, tau0=1.0)
+            smallest_detectable(replace(self.model, **more), "bias_instability", n=10_000, tau0=1.0)
 
     def test_the_command_counts_it_and_names_what_it_does_not(self, tmp_path, capsys):
         path = tmp_path / "m.toml"
@@ -217,7 +220,9 @@ class TestGaussMarkov:
         assert "gyro_x: its sinusoid is left out of account" in err
         (found,) = json.loads(out)
         assert found["gauss_markov"] == [{"sigma": 0.2, "time_s": 20.0}]
-        assert found["found_in_half"] == pytest.approx(detectable(self.model, "rate_random_walk", n=10_800, tau0=1.0))
+        assert found["found_in_half"] == pytest.approx(
+            smallest_detectable(self.model, "rate_random_walk", n=10_800, tau0=1.0)
+        )
         assert main(argv) == 0
         assert "Gauss-Markov 4.125e+04 deg/h over 20 s" in capsys.readouterr().out
 

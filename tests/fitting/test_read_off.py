@@ -173,7 +173,7 @@ def test_no_region():
     assert len(found) == 0
     with pytest.raises(KeyError, match="read: none"):
         found["random_walk"]
-    assert "no region of any term" in repr(found)
+    assert "no term has a region" in repr(found)
 
 
 def test_rules_can_be_changed():

@@ -35,7 +35,8 @@ def test_flicker_is_called_so(channel):
         assert codes(analysis) == ["flicker_angle_noise"]
         (finding,) = [f for f in analysis.findings if f.code == "flicker_angle_noise"]
         assert finding.severity == "warning"
-        assert ("angle" if channel == "gyro_x" else "velocity") + " noise, not quantization" in finding.message
+        assert finding.details.quantity == ("angular_rate" if channel == "gyro_x" else "acceleration")
+        assert finding.details.share > 0.9
 
 
 def test_quantization_is_white():
@@ -61,7 +62,7 @@ def test_the_longest_ruled_time_is_taken():
     analysis = analyze(simulate(model, duration=2000, rate=100, rng=seed("longest")))
     (finding,) = [f for f in analysis.findings if f.code == "white_angle_noise"]
     # Q²·3/τ² and N²/τ meet at τ = 3Q²/N² = 0.33 s; the last size before is 32 samples.
-    assert "τ = 0.32 s" in finding.message
+    assert finding.details.tau == pytest.approx(0.32)
 
 
 @pytest.mark.parametrize(("n", "walk"), [(3000, 0.0), (3000, 0.2), (10_000, 0.02), (10_000, 1.0), (30_000, 1.0)])

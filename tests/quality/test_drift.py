@@ -1,6 +1,7 @@
 """Warm-up and temperature: covariance of block means, the regression's law, planted drifts and what they do to a fit."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -177,12 +178,14 @@ class TestWarmUp:
         assert (finding.code, finding.severity, finding.channel) == ("warm_up", "warning", "gyro_x")
         # The rate random walk moves by 4e-6·√500 = 9e-5 in a time constant: 1.5 % of the drift; some of it is ramp.
         assert finding.size == pytest.approx(6e-3, rel=0.1)
-        time = float(finding.message.split("constant of ")[1].split(" min")[0]) * 60
-        assert time == pytest.approx(500, rel=0.15)  # its own error is some 5 % where a ramp stands beside it
-        assert finding.remedy.startswith("--window 2")
+        # The error of the time constant is some 5 % beside a ramp.
+        assert finding.details.time_constant == pytest.approx(500, rel=0.15)
+        assert finding.details.settled == 5 * finding.details.time_constant
+        assert finding.spans == ((0.0, finding.details.settled),)
+        assert "--window 2" in finding.action
         # What the estimator really does: the fit of the same noise with the drift and without it.
         before, after = of_planted["gyro_x"], of_clean["gyro_x"]
-        changes = dict(finding.changes)
+        changes = dict(finding.factors)
         assert changes["rate_random_walk"] > 2
         true = before.model["rate_random_walk"] / after.model["rate_random_walk"]
         # K is known to some 20 % here; the residue of the drift after the regression is a small part of that.
@@ -215,7 +218,8 @@ class TestWarmUp:
         drift = 6e-3 * (1 - np.exp(-SECONDS / 300))
         _, planted = sensor("advice", drift=drift)
         (finding,) = warm_up(planted, fits_of(planted))
-        start = float(finding.remedy.split()[1].removesuffix("s:"))
+        start = float(re.search(r"--window (\d+)s:", finding.action)[1])
+        assert finding.details.settled <= start <= 1.1 * finding.details.settled
         rest = planted.cut(round(start * RATE), planted.grid.n)
         assert warm_up(rest, fits_of(rest)) == []
 
@@ -240,11 +244,12 @@ class TestWarmUp:
         assert (finding.code, finding.severity) == ("late_drift", "warning")
         assert finding.size == pytest.approx(6e-3, rel=0.1)
         # Five time constants before the end, each known to some 5 %.
-        begins = float(finding.where.split()[2])
+        ((begins, ends),) = finding.spans
+        assert ends == 7200
         assert begins == pytest.approx(7200 - 2000, abs=3 * 0.05 * 2000)
-        assert finding.remedy.startswith(f"--window :{begins:.0f}s")
+        assert f"--window :{begins:.0f}s" in finding.action
         true = of_planted["gyro_x"].model["rate_random_walk"] / of_clean["gyro_x"].model["rate_random_walk"]
-        assert dict(finding.changes)["rate_random_walk"] == pytest.approx(true, rel=0.15)
+        assert dict(finding.factors)["rate_random_walk"] == pytest.approx(true, rel=0.15)
 
     @pytest.mark.parametrize("fault", ["lost at the start", "lost at the end", "an early spike"])
     def test_none_is_invented_by_bad_samples(self, fault):
@@ -268,17 +273,15 @@ class TestWarmUp:
         found = {f.code: f for f in analysis.findings if f.severity == "warning"}
         assert set(found) == {"not_static", "warm_up"}
         step, settled = found["not_static"], found["warm_up"]
-        assert step.message.startswith("beside this drift, the level changes")
-        assert float(step.where.split()[2]) == pytest.approx(1500, abs=4)  # windows of 2 s show it
+        assert step.spans[0][0] == pytest.approx(1500, abs=4)  # windows of 2 s show it
         # Medians of six half windows of 2 s or more: 2e-3·1.25/√(600) = 1e-4 is the error.
         assert step.size == pytest.approx(2e-3, abs=3e-4)
-        error = float(settled.message.split("± ")[1].split()[0]) * math.radians(1) / 3600
-        assert settled.size == pytest.approx(6e-3, abs=3 * error)
+        assert settled.size == pytest.approx(6e-3, abs=3 * settled.details.error)
         # The effect is that of both, on the K that is printed, against a bound of the noise alone.
         clean = fit(allan(Record.from_arrays(rate=50.0, gyro_x=noise))["gyro_x"])["rate_random_walk"]
         printed = analysis.fits["gyro_x"]["rate_random_walk"].value
-        assert dict(settled.changes)["rate_random_walk"] == pytest.approx(printed / clean.upper_limit, rel=0.15)
-        assert "with the changes of level" in settled.effect
+        assert dict(settled.factors)["rate_random_walk"] == pytest.approx(printed / clean.upper_limit, rel=0.15)
+        assert settled.details.with_steps
 
     @pytest.mark.parametrize("height", [1e30, 1.0])
     def test_one_bad_sample_near_the_beginning_is_none(self, height):
@@ -330,9 +333,9 @@ class TestTemperature:
         (finding,) = temperature(planted, degrees, of_planted)
         assert (finding.code, finding.severity, finding.unit) == ("temperature_drift", "warning", "rad/s/K")
         assert finding.size == pytest.approx(PER_KELVIN, rel=0.05)
-        assert 95 <= int(finding.message.split("makes ")[1].split("%")[0]) <= 100
+        assert 0.95 <= finding.details.share <= 1
         before, after = of_planted["gyro_x"], of_clean["gyro_x"]
-        changes = dict(finding.changes)
+        changes = dict(finding.factors)
         true = before.model["rate_random_walk"] / after.model["rate_random_walk"]
         assert changes["rate_random_walk"] == pytest.approx(true, rel=0.15)
 
@@ -355,8 +358,9 @@ class TestTemperature:
             alone = fits_of(Record.from_arrays(rate=20.0, gyro_x=noise).streams[0])["gyro_x"]["rate_random_walk"]
             for found in temperature(stream, thermometer(25 + walk, rate=20.0), fits):
                 warned += found.severity == "warning"
-                assert alone.observed or "rate random walk" in found.effect
-                assert all(factor > 1.05 for _, factor in found.changes)
+                told = {*found.details.undetermined, *dict(found.factors)}
+                assert alone.observed or "rate_random_walk" in told
+                assert all(factor > 1.05 for _, factor in found.factors)
         assert stated >= 4
         assert warned >= stated - 1  # a tenth of them is beside noise that hides it
 
@@ -376,8 +380,7 @@ class TestTemperature:
         drift = 6e-4 * 2 * np.sin(2 * np.pi * SECONDS / 1500)
         _, planted = sensor("interval of it", drift=drift)
         (finding,) = temperature(planted, thermometer(self.cycles()), {})
-        low, high = finding.message.split("[")[1].split("]")[0].split(", ")
-        assert float(low) < math.degrees(6e-4) * 3600 < float(high)
+        assert finding.details.low < 6e-4 < finding.details.high
 
     @pytest.mark.parametrize("noise", [0.0, 0.05, 0.2, 0.4])
     @pytest.mark.parametrize("kind", ["cycle", "less than three steps", "warming"])

@@ -295,7 +295,7 @@ class TestAwkward:
         log = tmp_path / "log.csv"
         np.savetxt(log, sensor("short map", {"random_walk": N}, n=100), header="gyro_x [rad/s]", comments="")
         assert main(["analyze", str(log), "--rate", "100", "--stability", str(tmp_path / "s.png")]) == 0
-        assert "no map" in capsys.readouterr().err
+        assert "no stability map" in capsys.readouterr().err
         assert not (tmp_path / "s.png").exists()
 
 

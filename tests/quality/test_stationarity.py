@@ -76,12 +76,13 @@ def test_a_change_of_noise_is_found_with_its_time_and_size():
     assert (finding.code, finding.severity, finding.channel) == ("non_stationary", "warning", "gyro_x")
     # Segments and the cusum both know 1.5; each segment's deviation at short τ has an error of 0.6 %.
     assert finding.size == pytest.approx(1.5, rel=0.1)
-    when = float(finding.where.removeprefix("t = ").removesuffix(" s"))
+    ((when, _),) = finding.spans
     # The change is located to the block of a thousandth of the record, but for a few where the noise does not tell.
     assert when == pytest.approx(3600, abs=72)
-    assert "1.5 times" in finding.message
-    assert "means over the record" in finding.effect
-    assert "--window" in finding.remedy
+    assert finding.details.change.time == when
+    assert finding.details.change.ratio == pytest.approx(1.5, rel=0.02)
+    assert finding.details.segments.ratio == pytest.approx(1.5, rel=0.1)
+    assert finding.details.segments.largest_at >= 3600 > finding.details.segments.smallest_at
 
 
 def test_the_coefficient_is_a_mean_over_the_record():
@@ -109,9 +110,10 @@ def test_a_slow_change_shows_at_long_times_alone():
     stream = Record.from_arrays(rate=10.0, gyro_x=x).streams[0]
     (finding,) = non_stationary(stream, fits_of(stream))
     assert finding.severity == "warning"
-    assert "eight segments differ" in finding.message
-    assert "squared first differences" not in finding.message
-    assert float(finding.where.split()[2]) >= 3600
+    assert finding.details.change is None
+    ((start, stop),) = finding.spans
+    assert start == finding.details.segments.largest_at >= 3600
+    assert stop == start + 900
 
 
 def test_gaps():

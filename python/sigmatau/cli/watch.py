@@ -19,6 +19,7 @@ from sigmatau.cli.options import check_output, key_numbers, key_values, say
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.live import LinesLost
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
 from sigmatau.record.record import MIN_SAMPLES, Provenance
@@ -196,11 +197,8 @@ class _Watched:
     def findings(self) -> list[Finding]:
         found = []
         if self.live.lost:
-            lines = "1 line" if self.live.lost == 1 else f"{self.live.lost} lines"
-            last = "" if self.live.lost == 1 else ", the last"
-            message = f"{lines} left out that could not be read{last}: {self.live.lost_example!r}"
-            effect = "samples behind are taken to follow at once"
-            found.append(Finding(code="lines_lost", severity="warning", message=message, effect=effect))
+            lost = LinesLost(lines=self.live.lost, last=self.live.lost_example)
+            found.append(Finding(details=lost, severity="warning"))
         if self.live.leaps:
             found.append(
                 Finding(

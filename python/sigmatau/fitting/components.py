@@ -1,17 +1,16 @@
-"""What the expected Allan variances, their covariance and their skewness are made of, term by term.
+"""Components of the expected Allan variances, their covariance and their skewness, by term.
 
-Everything here depends on the record's length, the cluster sizes and the shapes of the terms, not on any datum: it is
-computed once and shared by all axes, all steps of a fit and all files of a run. Units are samples: the sample interval is
-1, and a squared coefficient θ is that for this interval.
+The components depend on the record's length, the cluster sizes and the shapes of the terms, not on the data: they are
+computed once and shared by all axes, all steps of a fit and all files of a run. Times are in samples: the sample interval is
+1, and a squared coefficient θ is for this interval.
 
 The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p, q), exact for finite records
-(`sigmatau.noise.uncertainty.avar_covariance`). For the third cumulant of a weighted sum of Allan variances the record
-is taken as
-if the discrete cosine transform made its modes independent, which is exact for white noise plus a random walk: with the
+(`sigmatau.noise.uncertainty.avar_covariance`). The third cumulant of a weighted sum of Allan variances is computed as if the
+modes of the discrete cosine transform were independent, which is exact for white noise plus a random walk: with the
 spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
 2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
 
-Where samples are missing, `sigmatau.fitting.masked_components` makes of these what the gaps leave.
+`sigmatau.fitting.masked_components` has the components with missing samples.
 """
 
 from __future__ import annotations
@@ -32,22 +31,20 @@ __all__ = ["LINEAR", "Components", "components", "pairs_of_terms", "power_of_int
 Floats = NDArray[np.float64]
 
 LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Terms whose squared coefficients the Allan variance is linear in; the ramp is none: it is no noise."""
+"""Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise."""
 
 _POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_random_walk": 3}
 
-# Modes taken one by one, and how many stand for all others.
-_LOW_MODES = 512
-_HIGH_MODES = 400
+_LOW_MODES = 512  # the lowest modes, which are all used
+_HIGH_MODES = 400  # modes that represent all higher ones
 
-_LEAST_EIGENVALUE = 1e-8
+_LEAST_EIGENVALUE = 1e-8  # of the correlations of a covariance with gaps
 
-_LEAST_LEFT = 1e-3
-"""Of a variance, once a ramp was removed."""
+_LEAST_REMAINDER = 1e-3  # share of a variance that is left after the removal of a ramp
 
 
 def power_of_interval(name: str) -> int:
-    """θ in samples is θ in SI times tau0^(p − 2); p by term, 2 for all that are given by a variance."""
+    """The power p by term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
     return _POWERS.get(name, 2)
 
 
@@ -58,7 +55,7 @@ class Components:
     Attributes
     ----------
     names : tuple of str
-        The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if there is one.
+        The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if one is fitted.
     n : int
     m : ndarray of int, shape (n_tau,)
     design : ndarray, shape (n_tau, n_terms)
@@ -66,20 +63,20 @@ class Components:
     noise : ndarray, shape (n_terms·(n_terms+1)/2, n_tau, n_tau)
         Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together.
     slopes : ndarray, shape (n_terms, n_tau, n_tau)
-        Covariance, for θ = 1, of the ramps as the mean second differences show them.
+        Covariance, for θ = 1, of the ramps estimated from the mean second differences.
     spectra : ndarray, shape (n_terms, n_modes)
         Power of a mode for θ = 1, over n.
     gains : ndarray, shape (n_tau, n_modes)
     modes : ndarray, shape (n_modes,)
-        How many modes each stands for.
+        Number of modes that each represents.
     squares : ndarray, shape (n_tau,)
-        Mean square of the distance of the two clusters of a pair, m² without gaps: of a ramp of 1, twice the variance.
+        Mean square of the distance of the two clusters of a pair, m² without gaps: twice the variance of a ramp of 1.
     ramp_weights : ndarray or None, shape (n_tau,)
-        Weights of the ramp that was removed, if one was.
+        Weights of the ramp that was removed, if any.
     gaps : Gaps or None
-        What is missing.
+        Missing samples.
     powers : ndarray or None, shape (n_terms, n_tau, n_modes)
-        With gaps, where a term's share of a mode depends on the averaging time: gain times power, for θ = 1.
+        With gaps, gain times power for θ = 1: the share of a mode then depends on the averaging time.
     """
 
     names: tuple[str, ...]
@@ -97,7 +94,7 @@ class Components:
     powers: Floats | None = None
 
     def from_index(self, first: int) -> Self:
-        """The same without the shortest `first` averaging times."""
+        """The components without the `first` shortest averaging times."""
         return replace(
             self,
             m=self.m[first:],
@@ -112,25 +109,25 @@ class Components:
     def without_ramp(self, weights: Floats) -> Self:
         """The components of Allan variances from which a ramp was removed, see `remove_ramp`.
 
-        The ramp is Σ weights·ramp(m), so that its own variance v and its covariance c with every ramp(m) are known, and
-        with them what is left on average.
+        The ramp is Σ weights·ramp(m). Its variance v and its covariance c with every ramp(m) are known, and hence the
+        expected variances after its removal.
         """
         c = np.einsum("pij,j->ip", self.slopes, weights)
         v = np.einsum("i,ip->p", weights, c)
         return replace(self, design=self.design - self.squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
 
     def covariance(self, theta: Floats) -> Floats:
-        """Of the Allan variances, if θ is true.
+        """Covariance of the Allan variances, if θ is true.
 
-        Without a ramp, a second difference is m²(β − 1) times the ramp's error and a remainder, with β = c/v; the
-        remainder is taken as independent of the ramp's error, which it is on average over the record.
+        After the removal of a ramp, a second difference is m²(β − 1) times the ramp's error plus a remainder, with β = c/v;
+        the remainder is taken as independent of the ramp's error, which holds on average over the record.
         """
         first, second = _pairs(len(theta))
-        # Not @, which may start threads for this little.
+        # Not @, which may start threads for such a small product.
         flat = np.einsum("k,kj->j", theta[first] * theta[second], self.noise.reshape(len(first), -1))
         total = np.asarray(flat.reshape(len(self.m), len(self.m)))
         if self.gaps is not None:
-            total = _made_positive(total)
+            total = _positive_definite(total)
         if self.ramp_weights is None:
             return total
         slopes = np.einsum("p,pij->ij", theta, self.slopes)
@@ -145,14 +142,14 @@ class Components:
             both = np.outer(share, share)
             ends = np.outer(beta if sign < 0 else beta - 1, beta if sign < 0 else beta - 1)
             total = total + sign * both * v * (0.5 * v * ends + remainder)
-        return total if self.gaps is None else _covariance_or(total, without)
+        return total if self.gaps is None else _covariance_with(total, without)
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
-        """Allan variances as they would be without a `ramp`: z − ramp·m² in place of z, squared and averaged."""
+        """Allan variances without a `ramp`: means of the squares of z − ramp·m² in place of z."""
         return avar - ramp * self.squares * (ramps - 0.5 * ramp)
 
     def degrees_of_freedom(self, theta: Floats, *, ramp: float) -> Floats:
-        """2·AVAR²/Var of every Allan variance, for θ and a ramp per sample."""
+        """Degrees of freedom of every Allan variance, 2·AVAR²/Var, for θ and a ramp per sample."""
         drift = 0.5 * ramp * ramp * self.squares
         diagonals = np.diagonal(self.noise, axis1=1, axis2=2)
         variances = sum(
@@ -163,7 +160,7 @@ class Components:
         return np.asarray(2 * (self.design @ theta + drift) ** 2 / variances)
 
     def skewness(self, weights: Floats, theta: Floats) -> tuple[float, float]:
-        """Skewness and variance of Σ weights·AVAR by independent modes."""
+        """Skewness and variance of Σ weights·AVAR, computed from independent modes."""
         if self.powers is None:
             parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
         else:
@@ -187,7 +184,7 @@ def components(
     correlation_time: float | None = None,
     frequency: float | None = None,
 ) -> Components:
-    """The four linear terms and at most one more.
+    """The components of the four noise terms and at most one more.
 
     Parameters
     ----------
@@ -196,9 +193,9 @@ def components(
     m : tuple of int
         Cluster sizes, increasing, at most n/2.
     correlation_time : float, optional
-        Of a Gauss-Markov process, given by its variance. [samples]
+        Of a Gauss-Markov process; its θ is the variance. [samples]
     frequency : float, optional
-        Of a sinusoid of random phase, given by its squared amplitude. [cycles per sample]
+        Of a sinusoid of random phase; its θ is the squared amplitude. [cycles per sample]
     """
     if frequency is not None:
         return with_sinusoid(components(n, m), frequency)
@@ -235,12 +232,11 @@ def components(
 
 
 def with_sinusoid(linear: Components, frequency: float) -> Components:
-    """Beside the linear terms, a sinusoid of random phase, given by its squared amplitude; frequency in cycles per sample.
+    """The noise terms and a sinusoid of random phase, whose θ is the squared amplitude; frequency in cycles per sample.
 
-    A line is no noise; it shows in the covariance only through the noise at its frequency.
-
-    The squared amplitude that a record of n samples shows has the variance 8A²S(f)/n, S two-sided, and every Allan
-    variance moves with it.
+    A sinusoid is not a noise: it enters the covariance only through the noise at its frequency. The squared amplitude
+    measured in a record of n samples has the variance 8A²S(f)/n, with S two-sided, and every Allan variance is proportional
+    to it.
     """
     column = kernels.sinusoid_avar(1.0, frequency, linear.m, 1.0)
     sine = math.sin(math.pi * frequency)
@@ -264,11 +260,10 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
     )
 
 
-def _made_positive(matrix: Floats) -> Floats:
-    """A matrix that should be a covariance; if it is none, with the least eigenvalues of its correlations raised.
+def _positive_definite(matrix: Floats) -> Floats:
+    """The matrix, with the smallest eigenvalues of its correlations raised if it is not positive definite.
 
-    With gaps, what terms have in common at two averaging times is not known well enough where one of them rules alone that
-    is hardly there.
+    With gaps, the covariance of a term at two averaging times is approximate, which matters if one term dominates.
     """
     root = np.sqrt(np.diag(matrix))
     correlation = matrix / np.outer(root, root)
@@ -282,15 +277,15 @@ def _made_positive(matrix: Floats) -> Floats:
     return matrix
 
 
-def _covariance_or(matrix: Floats, other: Floats) -> Floats:
-    """A matrix that should be a covariance; if it is none, one with its variances and the correlations of another.
+def _covariance_with(matrix: Floats, other: Floats) -> Floats:
+    """The matrix, or its variances with the correlations of another matrix if it is not positive definite.
 
-    With gaps, what a ramp takes along is not known well enough for trial values far from the fit.
+    With gaps, the effect of the removal of a ramp is approximate, which matters for trial values far from the fit.
     """
     try:
         np.linalg.cholesky(matrix / np.sqrt(np.outer(np.diag(other), np.diag(other))))
     except np.linalg.LinAlgError:
-        share = np.sqrt(np.clip(np.diag(matrix) / np.diag(other), _LEAST_LEFT, None))
+        share = np.sqrt(np.clip(np.diag(matrix) / np.diag(other), _LEAST_REMAINDER, None))
         return np.asarray(other * np.outer(share, share))
     return matrix
 
@@ -301,7 +296,7 @@ def pairs_of_terms(terms: int) -> list[tuple[int, int]]:
 
 
 def _modes(n: int) -> tuple[Floats, Floats]:
-    """Angles π k/n of modes of the discrete cosine transform, and how many modes each stands for."""
+    """Angles π k/n of modes of the discrete cosine transform, and the number of modes that each represents."""
     low = np.arange(1, min(_LOW_MODES, n - 1) + 1)
     high = np.round(np.geomspace(_LOW_MODES + 1, n - 1, _HIGH_MODES)) if n - 1 > _LOW_MODES else np.empty(0)
     k = np.unique(np.concatenate([low, high]))

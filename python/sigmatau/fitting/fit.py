@@ -1,4 +1,4 @@
-"""From a curve to a fit; see `fit`."""
+"""Fit of the noise terms to a curve; see `fit`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
@@ -20,14 +21,10 @@ from sigmatau.noise.terms import TERMS
 
 __all__ = ["fit"]
 
-_PER_OCTAVE = 8
-_LEAST_IN_A_ROW = 1e-3
-_ALONE = (
-    "no two samples in a row are there: quantization noise cannot be told from a random walk, and is part of what is"
-    " stated as one"
-)
+_PER_OCTAVE = 8  # averaging times, at most
+_LEAST_CONSECUTIVE = 1e-3  # share of the samples with a predecessor, below which all samples count as isolated
 _LEAST_PAIRS = 0.5
-"""Times the cluster size, where samples are missing; a third of a whole record has one pair for each sample of it."""
+"""Smallest number of pairs over the cluster size, with missing samples; it is 1 for a third of a complete record."""
 
 
 def fit(
@@ -39,25 +36,24 @@ def fit(
 ) -> NoiseFit:
     """Fit the five noise terms to an overlapped Allan deviation curve.
 
-    Generalised least squares with the exact covariance of the variances; the ramp, tested with all noise terms given, is
-    taken out of them if it is there; averaging times are left out from the shortest on until the misfit is what chance
-    would make; a Gauss-Markov process or a sinusoid is tried where the five terms do not fit; then come test, interval or
-    limit of each term, all others given, and the coefficients of those that were found.
+    Generalised least squares with the exact covariance of the Allan variances. The ramp is tested for given noise and
+    removed if it is significant. Short averaging times are left out until the goodness of fit is acceptable. A Gauss-Markov
+    process or a sinusoid is tried if the five terms do not fit. Each term is then tested with all others free and gets an
+    interval or an upper limit; the coefficients are those of the terms that were found.
 
     Parameters
     ----------
     curve : DeviationCurve
-        Where samples are missing, as `sigmatau.allan` makes it: it knows which, and with them what each term is expected
-        to show, see `sigmatau.estimators.gaps`; the covariance is then an approximation. On half octaves, or up to
-        eight averaging times an octave; of more, half octaves are used if they are among them, or else eight an octave.
+        Made by `sigmatau.allan` if samples are missing: the expected variances then account for the gaps, see
+        `sigmatau.estimators.gaps`, and the covariance is an approximation. On half octaves, or on up to eight averaging
+        times per octave; of more, half octaves are used if the curve has them, otherwise eight per octave.
     terms : iterable of str, optional
-        Terms that may be there, keys of `sigmatau.noise.terms.TERMS`. Default: all five. A term left out is taken to be
-        absent; what it does to the curve is then laid upon the others.
+        Terms to fit, keys of `sigmatau.noise.terms.TERMS`. Default: all five. A term that is left out is assumed to be
+        absent; if it is not, the others are wrong.
     tau_min : float, optional
-        Shortest averaging time to use. Default: found by the misfit. [s]
+        Shortest averaging time to use. Default: found from the goodness of fit. [s]
     level : float
-        Probability of the intervals and limits; a term counts as observed if chance alone makes as much in fewer than
-        1 − level of all records.
+        Confidence level of the intervals and limits; a term is observed if its p-value is below 1 − level.
 
     Returns
     -------
@@ -66,8 +62,8 @@ def fit(
     Raises
     ------
     OptionError
-        For a curve whose clusters do not overlap: its covariance is not known here; for a level outside 0.5 … 0.999; for
-        an unknown term, or no noise term; for a tau_min that leaves fewer than eight averaging times.
+        For a curve without overlapping clusters, for a level outside 0.5 … 0.999, for an unknown term or no noise term, for
+        a `tau_min` that leaves fewer than eight averaging times.
 
     References
     ----------
@@ -84,14 +80,13 @@ def fit(
         raise OptionError(
             f"`terms` must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
-    alone = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _all_alone(curve.gaps)
-    if alone:
+    isolated = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _isolated(curve.gaps)
+    if isolated:
         wanted.discard("quantization")
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:
-        times = f"{len(chosen)} averaging times up to a third of the record's {curve.n} samples"
-        return no_fit(curve, level, f"{times}; at least {LEAST_TIMES} are needed")
+        return no_fit(curve, level, TooFewTimes(times=len(chosen), needed=LEAST_TIMES, samples=curve.n))
     first = None
     if tau_min is not None:
         first = int(np.searchsorted(curve.tau[chosen], tau_min * (1 - 1e-9)))
@@ -100,7 +95,7 @@ def fit(
             raise OptionError(f"`tau_min` may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
-        return no_fit(curve, level, "a variance is 0: no noise makes that")
+        return no_fit(curve, level, ZeroVariance())
     data = Data(
         n=n,
         m=tuple(int(m) for m in curve.m[chosen]),
@@ -111,30 +106,29 @@ def fit(
         first=first,
         gaps=curve.gaps,
     )
-    # A division by nothing is a failed attempt like any other, and not a warning.
+    # A division by zero makes an attempt fail; it is not a warning.
     with np.errstate(divide="raise", invalid="raise"):
         found, nearest = best_attempt(data, level=level)
         if found is None:
             return descriptive(curve, data, nearest, scale, level)
         try:
             result = stated(curve, data, found, scale, level)
-            return replace(result, reason="; ".join(filter(None, [result.reason, _ALONE]))) if alone else result
+            return replace(result, reasons=(*result.reasons, IsolatedSamples())) if isolated else result
         except (FloatingPointError, np.linalg.LinAlgError):
-            # Trial values far from the fit may have no covariance, to rounding.
-            why = "the model fits, but values beside it have no covariance: too few averaging times for its terms"
-            return descriptive(curve, data, found, scale, level, reason=why)
+            # Trial values far from the fit may have no positive definite covariance, because of rounding.
+            return descriptive(curve, data, found, scale, level, reason=NoCovariance())
 
 
-def _all_alone(gaps: Gaps) -> bool:
-    """Whether next to no sample has the one before it: quantization noise is then white, and no other than a random walk."""
+def _isolated(gaps: Gaps) -> bool:
+    """Whether hardly any sample has a predecessor: quantization noise is then white, as a random walk is."""
     there = gaps.there
-    return int(np.count_nonzero(there[1:] & there[:-1])) < _LEAST_IN_A_ROW * int(np.count_nonzero(there))
+    return int(np.count_nonzero(there[1:] & there[:-1])) < _LEAST_CONSECUTIVE * int(np.count_nonzero(there))
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
-    """Indices of at most eight cluster sizes an octave, up to a third of the record; of more, half octaves if there.
+    """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if possible.
 
-    Where samples are missing, up to the size from which on too few pairs are left.
+    With missing samples, the sizes end where too few pairs are left.
     """
     chosen: list[int] = []
     longest = n // LONGEST_SHARE
@@ -146,7 +140,7 @@ def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
         if not chosen or size >= usable[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):
             chosen.append(k)
     if len(chosen) < len(usable):
-        # More sizes tell nothing more, and half octaves share their work with all the other curves of that length.
+        # More sizes add no information, and the components on half octaves are shared with other curves of that length.
         chain = np.array(half_octaves(int(usable[0]), longest))
         if np.isin(chain, usable).all():
             return np.searchsorted(usable, chain)

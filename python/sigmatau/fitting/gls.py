@@ -1,9 +1,9 @@
 """Generalised least squares on Allan variances, with the weights of the model that is being fitted.
 
 The variances at different averaging times are correlated, up to 0.99 for neighbours, and their errors depend on the noise
-that is sought. Each step therefore takes the exact covariance for the last step's coefficients, and solves for
-non-negative squared coefficients; weights from the measured variances would bias the long times low, because a variance
-that happens to be small would count more.
+that is estimated. Each step therefore uses the exact covariance for the coefficients of the last step and solves for
+non-negative squared coefficients. Weights from the measured variances would bias the long times low, because a variance that
+is small by chance would have a large weight.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ __all__ = ["Gls", "Score", "non_negative", "relative_fit"]
 
 Floats = NDArray[np.float64]
 
-_STEPS = 40
-_DAMPED_FROM = 8
-_TOLERANCE = 1e-5
-_MOST_MENDED = 0.03
-_LEAST_EIGENVALUE = 1e-9
+_STEPS = 40  # of the iteration, at most
+_DAMPED_FROM = 8  # steps; later ones are averaged with the step before
+_TOLERANCE = 1e-5  # relative change of the expected variances at which the iteration ends
+_MOST_NEGATIVE = 0.03  # largest negative eigenvalue that is corrected, as a share of the largest positive one
+_LEAST_EIGENVALUE = 1e-9  # of correlations
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """The estimate of one squared coefficient against a trial value, all others fitted for that value.
+    """Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value.
 
     Attributes
     ----------
     z : float
-        (estimate − trial) / sigma; the estimate is free, also to be negative.
+        (estimate − trial) / sigma; the estimate is unconstrained and may be negative.
     sigma, skewness : float
-        Of the estimate, if the trial value is the true one.
+        Of the estimate, if the trial value is true.
     theta : ndarray
-        The trial value and the others, fitted.
+        The trial value, and the other coefficients fitted.
     weights : ndarray
         Of the Allan variances in the estimate.
     """
@@ -52,17 +52,17 @@ class Score:
 
 
 class Gls:
-    """Allan variances of a record and the components that may make them; squared coefficients θ in samples.
+    """Generalised least squares problem: Allan variances and their components; squared coefficients θ in samples.
 
     Parameters
     ----------
     parts : Components
     avar : ndarray, shape (n_tau,)
     candidates : sequence of int, optional
-        Indices of the terms that may be there. Default: all.
+        Indices of the terms that are fitted. Default: all.
     tangent : ndarray, shape (n_tau,), optional
-        How the variances change with the shape of a term that was found by a search: what errors of the shape may add to
-        the variances does not count as evidence of any term.
+        Derivative of the variances by the shape of a term that was found by a search. Errors of the shape are then not
+        evidence of any term.
     """
 
     __slots__ = ("avar", "candidates", "parts", "tangent")
@@ -84,7 +84,7 @@ class Gls:
         return self.parts.covariance(theta)
 
     def weights(self, theta: Floats) -> Factor:
-        """Raises FloatingPointError if θ gives no covariance."""
+        """Factor of the inverse covariance. Raises FloatingPointError if θ has no positive definite covariance."""
         return self._factor(self.covariance(theta))
 
     def _factor(self, covariance: Floats) -> Factor:
@@ -93,7 +93,7 @@ class Gls:
         except FloatingPointError:
             if self.parts.ramp_weights is None:
                 raise
-            return Factor(_mended(covariance))
+            return Factor(_positive_definite(covariance))
 
     def _squares(self, covariance: Floats, errors: Floats) -> float:
         """Misfit rᵀV⁻¹r."""
@@ -107,16 +107,16 @@ class Gls:
         fixed: tuple[int, float] | None = None,
         start: Floats | None = None,
     ) -> Floats:
-        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one has its value.
+        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one keeps its value.
 
-        Raises FloatingPointError where there is nothing to fit.
+        Raises FloatingPointError if the covariance is not positive definite.
         """
         design = self.parts.design
         terms = [p for p in (self.candidates if active is None else active) if fixed is None or p != fixed[0]]
         target = self.avar if fixed is None else self.avar - fixed[1] * design[:, fixed[0]]
         theta = np.zeros(len(self.parts.names))
         if start is None:
-            # Relative errors: every averaging time counts the same.
+            # Equal relative errors at all averaging times.
             theta[terms] = non_negative(design[:, terms] / self.avar[:, None], target / self.avar)
         else:
             theta[terms] = start[terms]
@@ -137,18 +137,17 @@ class Gls:
         return theta
 
     def p_value(self, theta: Floats) -> float:
-        """Probability of a larger misfit, if the model is right: the larger one for the variances and for their logarithms.
+        """P-value of the goodness of fit: the larger of those for the variances and for their logarithms.
 
-        A variance of a few degrees of freedom is so skewed that the χ² of the differences is far too large now and then,
-        where the noise of the longest times happened to be strong; that of the logarithms, where it happened to be weak. A
-        model that is wrong shows in both.
+        A variance with few degrees of freedom is skewed. The χ² of the differences is too large if the variances at the
+        longest times are large by chance; that of the logarithms, if they are small by chance. A wrong model shows in both.
         """
         from scipy.special import gammaincc, polygamma, psi
 
         expected = self.parts.design @ theta
         covariance = self.covariance(theta)
-        half = expected**2 / covariance.diagonal()  # of the degrees of freedom
-        # Of the logarithm of a χ² over its degrees of freedom; correlated as the variances are.
+        half = expected**2 / covariance.diagonal()  # half of the degrees of freedom
+        # Mean and standard deviation of the logarithm of χ² over its degrees of freedom; correlations of the variances.
         mean, sd = psi(half) - np.log(half), np.sqrt(polygamma(1, half))
         of_logarithms = covariance * np.outer(sd / expected * np.sqrt(half), sd / expected * np.sqrt(half))
         ratio = np.log(self.avar / expected) - mean
@@ -157,7 +156,7 @@ class Gls:
         return float(gammaincc(freedom / 2, misfit / 2))
 
     def covariance_of_theta(self, theta: Floats, active: Sequence[int]) -> Floats:
-        """Of unbounded estimates of the active terms, if θ is true."""
+        """Covariance of unconstrained estimates of the active terms, if θ is true."""
         terms = list(active)
         whitened = self.weights(theta).whiten(np.column_stack([self.parts.design[:, terms], self.tangent]))
         scale = np.linalg.norm(whitened, axis=0)
@@ -174,12 +173,12 @@ class Gls:
         whitened = weights.whiten(np.column_stack([self.avar, self.tangent, design[:, others], design[:, term]]))
         columns = whitened[:, 1:]
         q, r = np.linalg.qr(columns / np.linalg.norm(columns, axis=0))
-        # The last row of the pseudo-inverse: what of the term's column the others cannot make.
+        # The last row of the pseudo-inverse: the part of the term's column that is orthogonal to the others.
         row = q[:, -1] / (r[-1, -1] * np.linalg.norm(columns[:, -1]))
         sigma = float(np.linalg.norm(row))
         on_data = weights.unwhiten(row)
         skewness, variance = self.parts.skewness(on_data, theta)
-        # Independent modes overstate the degrees of freedom where the ends of the record matter.
+        # Independent modes overestimate the degrees of freedom where the ends of the record matter.
         correction = min(max(sigma / variance**0.5, 0.7), 1.5)
         return Score(
             z=(float(row @ whitened[:, 0]) - trial) / sigma,
@@ -191,37 +190,37 @@ class Gls:
 
 
 def relative_fit(columns: Floats, avar: Floats, errors: Floats) -> Floats:
-    """Non-negative θ that follow the curve, for independent relative errors."""
+    """Non-negative θ fitted to a curve with independent relative errors."""
     weights = 1 / (errors * avar)
     return non_negative(columns * weights[:, None], avar * weights)
 
 
-def _mended(covariance: Floats) -> Floats:
-    """A covariance from which a ramp was removed, which is not exact, with what it makes negative turned over.
+def _positive_definite(covariance: Floats) -> Floats:
+    """A covariance with the signs of slightly negative eigenvalues changed.
 
-    One direction, that of the ramp, may come out slightly negative where quantization noise leaves the others hardly any
-    variance. How far it is off is how well it is known, and that is what it counts for then. Raises FloatingPointError for
-    anything worse.
+    The covariance without the ramp is approximate: in the direction of the ramp it may be slightly negative if quantization
+    noise leaves the other directions hardly any variance. The size of the negative eigenvalue is the error of the
+    approximation and is taken as the variance. Raises FloatingPointError if the covariance is worse than that.
     """
     sd = np.sqrt(np.maximum(covariance.diagonal(), 0))
     if not sd.all():
         raise FloatingPointError("a variance is not positive")
     values, vectors = np.linalg.eigh(covariance / np.outer(sd, sd))
-    if values[0] < -_MOST_MENDED * values[-1]:
-        raise FloatingPointError("no covariance")
+    if values[0] < -_MOST_NEGATIVE * values[-1]:
+        raise FloatingPointError("the covariance is not positive definite")
     values = np.maximum(np.abs(values), _LEAST_EIGENVALUE)
     return np.asarray((vectors * values) @ vectors.T * np.outer(sd, sd))
 
 
 def non_negative(columns: Floats, target: Floats) -> Floats:
-    """Non-negative least squares, the columns brought to one length."""
+    """Non-negative least squares with normalised columns."""
     from scipy.linalg import lapack
 
     if columns.shape[1] == 0:
         return np.empty(0)
     scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     scaled = columns / scale
-    # Unbounded first: most fits need no bound.
+    # Unconstrained first: most solutions are positive.
     _, free, failed = lapack.dgels(scaled, target)
     if not failed and free[: len(scale)].min() > 0:
         return np.asarray(free[: len(scale)] / scale)

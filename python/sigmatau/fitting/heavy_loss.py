@@ -1,10 +1,11 @@
 """Covariance of the Allan variances of white noise where a large share of the samples is missing.
 
-Where only half of all clusters count, which pairs do is decided anew within a fraction of a cluster, and at each size for
-itself: neighbouring pairs, and variances at neighbouring sizes, have less in common than those of a whole record. The Allan
-variance is a quadratic form ½ Σ Q(j, j′) y(j) y(j′), with Q the mean of a(j) a(j′) over the pairs and a the weights ∓1/m of
-a pair on its samples; of white noise of variance 1 the covariance of two is ½ Σ Q(j, j′) Q′(j, j′). The sum goes over some
-thousand samples j and over distances that get wider in proportion: it is a sum of squares still, and so a covariance.
+If only half of all clusters are used, the set of pairs changes within a fraction of a cluster, and differs from one cluster
+size to the next: neighbouring pairs, and variances at neighbouring sizes, are less correlated than in a complete record. The
+Allan variance is a quadratic form ½ Σ Q(j, j′) y(j) y(j′), with Q the mean of a(j) a(j′) over the pairs and a the weights
+∓1/m of a pair on its samples. For white noise of variance 1 the covariance of two variances is ½ Σ Q(j, j′) Q′(j, j′). The
+sum is evaluated at a few thousand samples j and at distances that widen geometrically: it stays a sum of squares, and hence
+a covariance.
 """
 
 from __future__ import annotations
@@ -12,16 +13,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MUCH", "white_covariance"]
+__all__ = ["HEAVY_LOSS", "white_covariance"]
 
 Floats = NDArray[np.float64]
 
-MUCH = 0.25
-"""Share of the samples; with less missing, the covariance is as without gaps but for the number of pairs."""
+HEAVY_LOSS = 0.25
+"""Share of missing samples; below it, gaps change the covariance only by the number of pairs."""
 
-_SAMPLES = 6000
-_ALL_DISTANCES = 24
-_PER_OCTAVE = 12
+_SAMPLES = 6000  # rows of the sum, about
+_ALL_DISTANCES = 24  # up to here, every distance is used [samples]
+_PER_OCTAVE = 12  # ranges of longer distances
 
 
 def white_covariance(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
@@ -41,11 +42,11 @@ def white_covariance(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
     n = len(there)
     edges = _edges(min(2 * int(m.max()), n))
     width = np.diff(edges)
-    # An odd step, so that a period of the mask is seen at each of its samples.
+    # An odd step samples every phase of a periodic mask.
     step = max(n // _SAMPLES, 1) | 1
     rows = np.arange(0, n, step)
     rows = rows[there[rows]]
-    # Each row has a distance of its own from every range: all of them are seen.
+    # Each row takes another distance from every range, so that all distances are sampled.
     within = (np.arange(len(rows))[:, None] * 0.6180339887498949 + np.arange(len(width)) * 0.41421356) % 1
     far = edges[:-1] + np.floor(within * width).astype(np.int64)
     second = rows[:, None] + far
@@ -65,7 +66,7 @@ def _edges(longest: int) -> NDArray[np.int64]:
 
 
 def _form(there: NDArray[np.bool_], m: int, i: NDArray[np.int64], j: NDArray[np.int64]) -> Floats:
-    """Mean over the pairs of the product of their weights on samples i ≤ j, which are there."""
+    """Mean over the pairs of the product of their weights on samples i ≤ j, which are not missing."""
     counts = np.concatenate([[0], np.cumsum(there)])
     in_cluster = counts[m:] - counts[:-m]
     full = 2 * in_cluster >= m
@@ -84,6 +85,6 @@ def _form(there: NDArray[np.bool_], m: int, i: NDArray[np.int64], j: NDArray[np.
     found = total(both, j - m + 1, i + 1)
     both = np.where(r1 > 0, r2 * r2, 0.0)
     found += total(both, j - 2 * m + 1, i - m + 1)
-    # The earlier in the first cluster, the later in the second.
+    # Sample i in the first cluster, sample j in the second.
     found -= total(r1 * r2, np.maximum(i - m, j - 2 * m) + 1, np.minimum(i, j - m) + 1)
     return found / pairs

@@ -1,14 +1,15 @@
-"""Is a term there, between which values does it lie, and what would a record show: tests, intervals, limits.
+"""Tests, intervals and detection limits of single terms.
 
-All three come from one statistic: the free estimate of a squared coefficient θ minus a trial value, over the standard
-error that it has if the trial value is true, with every other term fitted anew for that value (`Gls.score` in
-`sigmatau.fitting.gls`). Its law is skewed where few independent stretches of the record carry the term, and is taken as
-Pearson's type III, the law of a χ², with the mean, variance and skewness that the model gives.
+All of them use one statistic: the unconstrained estimate of a squared coefficient θ minus a trial value, over its
+standard error if the trial value is true, with every other term fitted for that value (`Gls.score` in
+`sigmatau.fitting.gls`). Its distribution is skewed if few independent stretches of the record determine the term. It is
+approximated by Pearson's type III, the distribution of a χ², with the mean, variance and skewness of the model.
 
-A value belongs to the interval if the statistic is not in the tails of its law. How a probability 1 − level is shared
-between the tails follows G. J. Feldman and R. D. Cousins, Phys. Rev. D 57, 3873 (1998), :doi:`10.1103/PhysRevD.57.3873`:
-all of it in the upper tail for a value of 0, half of it in each for values well above their error. So the interval leaves
-out 0 exactly if the test says that the term is there, and covers with one probability whether it was found or not.
+A value belongs to the interval if the statistic is not in the tails of its distribution. The probability 1 − level is
+divided between the tails as in G. J. Feldman and R. D. Cousins, Phys. Rev. D 57, 3873 (1998),
+:doi:`10.1103/PhysRevD.57.3873`: all of it is in the upper tail for a value of 0, half of it in each tail for values well
+above their error. The interval therefore excludes 0 exactly if the test finds the term, and has the same coverage whether
+the term is found or not.
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from numpy.typing import NDArray
 
 from sigmatau.fitting.gls import Gls, Score
 
-__all__ = ["Evidence", "detectable", "evidence", "skewed_tails"]
+__all__ = ["Evidence", "detectable_theta", "evidence", "skewed_tails"]
 
 Floats = NDArray[np.float64]
 
-_SMALLEST = 1e-300
-_X_TOLERANCE = 1e-4  # of a coefficient, relative: below any digit that is printed
+_SMALLEST_PROBABILITY = 1e-300
+_TOLERANCE = 1e-4  # relative error of a coefficient, below the printed digits
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What the Allan variances say about one squared coefficient.
+    """Test and interval of one squared coefficient.
 
     Attributes
     ----------
     p_value : float
-        Probability of as large an estimate if the term is absent.
+        Probability of such an estimate or a larger one if the term is absent.
     low, high : float
-        Interval of θ; low is 0 if the term was not found.
+        Interval of θ; low is 0 if the term is not found.
     null : ndarray
         All θ, fitted without the term.
     """
@@ -52,7 +53,7 @@ class Evidence:
 
 
 def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
-    """Probabilities below and above z of Pearson's type III law with mean 0, variance 1 and a skewness."""
+    """Probabilities below and above z of Pearson's type III distribution with mean 0, variance 1 and a skewness."""
     from scipy.special import gammainc, gammaincc, ndtr
 
     if abs(skewness) < 1e-3:
@@ -76,7 +77,7 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
     term : int
         Its index.
     theta : ndarray
-        The fit with all terms, for a start.
+        The fit with all terms: the starting point.
     level : float
         Of the interval; the term is found if p < 1 − level.
     """
@@ -85,7 +86,7 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
         null = gls.score(term, 0.0)
         p_value = skewed_tails(null.z, null.skewness)[1]
     except FloatingPointError:
-        # Nothing else could have made the variances.
+        # The other terms alone cannot be fitted.
         null, p_value = gls.score(term, estimate), 0.0
     found = p_value < 1 - level
     last = [null.theta]
@@ -109,7 +110,7 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
         low = _crossing(above_low, 1e-4 * top, top) ** 2
     last[0] = theta if estimate > 0 else null.theta
     bottom = math.sqrt(estimate) if estimate > 0 else 0.1 * math.sqrt(null.sigma)
-    # An absent term may be limited below one standard error, if the others leave no room for it.
+    # The limit of an absent term may be below one standard error, if the other terms explain all of the variances.
     while below_high(bottom) < 0 and bottom > 1e-3 * math.sqrt(null.sigma):
         bottom /= 3
     top = math.sqrt(estimate + 2 * null.sigma)
@@ -121,10 +122,10 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
     return Evidence(p_value, min(low, estimate), max(high, estimate), null.theta)
 
 
-def detectable(gls: Gls, term: int, others: Floats, *, level: float, power: float) -> float:
-    """The θ of a term that a record with the other terms' θ shows with probability `power`; inf if none.
+def detectable_theta(gls: Gls, term: int, others: Floats, *, level: float, power: float) -> float:
+    """The smallest θ of a term that the test of `evidence` finds with probability `power`; inf if there is none.
 
-    No datum is needed: the Allan variances are those expected, and the test is that of `evidence`.
+    No data are needed: the Allan variances are those expected for the other terms' θ.
     """
 
     def excess(theta_of_term: float) -> float:
@@ -149,29 +150,29 @@ def detectable(gls: Gls, term: int, others: Floats, *, level: float, power: floa
 def _crossing(
     f: Callable[[float], float], low: float, high: float, *, absolute: float | None = None, as_log: bool = False
 ) -> float:
-    """Where an increasing f changes sign between `low` and `high`; the nearer end if it does not."""
+    """Root of an increasing f between `low` and `high`; the nearer end if f does not change sign."""
     from scipy.optimize import brentq
 
-    # An iterated f depends in its last digits on what was asked before: no point is asked twice.
+    # The last digits of an iterated f depend on earlier calls: no point is evaluated twice.
     once = functools.cache(f)
     if once(low) >= 0:
         x = low
     elif once(high) <= 0:
         x = high
     else:
-        x = float(brentq(once, low, high, xtol=absolute or _X_TOLERANCE * high, rtol=1e-4))
+        x = float(brentq(once, low, high, xtol=absolute or _TOLERANCE * high, rtol=1e-4))
     return math.exp(x) if as_log else x
 
 
 def _normal(probability: float) -> float:
-    """A probability as a normal deviate, so that a root is sought in something nearly linear."""
+    """A probability as a normal deviate, which is nearly linear in the root that is sought."""
     from scipy.special import ndtri
 
-    return float(ndtri(min(max(probability, _SMALLEST), 1 - 1e-16)))
+    return float(ndtri(min(max(probability, _SMALLEST_PROBABILITY), 1 - 1e-16)))
 
 
 def _critical(skewness: float, probability: float) -> float:
-    """Deviate that the skewed law exceeds with a probability."""
+    """Deviate that the skewed distribution exceeds with a probability."""
     from scipy.optimize import brentq
 
     return float(brentq(lambda z: skewed_tails(z, skewness)[1] - probability, -1.0, 100.0, xtol=1e-6))
@@ -185,9 +186,10 @@ def _upper_share(ratio: float, level: float) -> float:
 
 @functools.lru_cache(maxsize=16)
 def _feldman_cousins(level: float) -> tuple[Floats, Floats]:
-    """Upper tail of the acceptance interval [μ − b, μ + d] of a normal x about μ ≥ 0, by its ordering.
+    """Upper tail of the acceptance interval [μ − b, μ + d] of a normal x with mean μ ≥ 0, by the likelihood ratio.
 
-    Both ends have the same likelihood over the best one, that at max(x, 0): b = d, or (μ² + d²)/(2μ) if x < 0 is in it.
+    Both ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains
+    x < 0.
     """
     from scipy.optimize import brentq
     from scipy.special import ndtr

@@ -1,13 +1,12 @@
-"""Components of a record in which samples are missing.
+"""Components of a record with missing samples.
 
-The expected variances are exact for the mask (`sigmatau.estimators.gaps`). Of their covariance the exact sums would go
-over all pairs
-of pairs of clusters. Instead each process is taken to be as without gaps but for its size at each averaging time, which is
-that of its expected variance; quantization noise as two, of which one telescopes and the other, what the lost samples leave
-of it, is white. Where clusters are short, fewer pairs then make the variances larger as if the record were so much shorter.
-Where they are long, a gap changes from one size to the next which pairs there are, and the covariance is computed from the
-sums of a few hundred blocks of samples, which see the gaps (`sigmatau._native.kernels.masked_covariance`). Each matrix
-is the covariance of something that can be, so that their sum is positive definite whatever is missing.
+The expected variances are exact for the mask (`sigmatau.estimators.gaps`). Their exact covariance would be a sum over all
+pairs of pairs of clusters. Instead, each process has the correlations that it has without gaps, and at each averaging time
+the size of its expected variance. Quantization noise is treated as two processes: one telescopes, the other is white and
+comes from the missing samples. For short clusters, fewer pairs increase the covariance like a shorter record. For long
+clusters, a gap changes the set of pairs from one size to the next; their covariance is computed from the sums of a few
+hundred blocks of samples, which represent the gaps (`sigmatau._native.kernels.masked_covariance`). Each matrix is the
+covariance of a possible process, so that their sum is positive definite for every mask.
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.fitting.components import LINEAR, Components, components, pairs_of_terms, with_sinusoid
-from sigmatau.fitting.heavy_loss import MUCH, white_covariance
+from sigmatau.fitting.heavy_loss import HEAVY_LOSS, white_covariance
 
 __all__ = ["components_with_gaps"]
 
 Floats = NDArray[np.float64]
 
 _BLOCKS = 256
-"""Blocks of a record, at least, and fewer than twice as many."""
+"""Smallest number of blocks of a record; the number is less than twice that."""
 
 _LEAST_BLOCKS = 8
-"""Blocks of a cluster, at least, for blocks to see where it begins."""
+"""Smallest number of blocks of a cluster for the blocks to resolve its beginning."""
 
-_RIDGE = 1e-9
+_RIDGE = 1e-9  # added to a matrix, relative to its diagonal
 _QUANTIZATION, _WHITE = LINEAR.index("quantization"), LINEAR.index("random_walk")
 
 
@@ -46,9 +45,9 @@ def components_with_gaps(
     correlation_time: float | None = None,
     frequency: float | None = None,
 ) -> Components:
-    """The components of a record, see `sigmatau.fitting.components.components`; with no gaps, just those.
+    """The components of a record, see `sigmatau.fitting.components.components`, which has those without gaps.
 
-    Every cluster size must have a pair. A sinusoid is as it would be without gaps.
+    Every cluster size must have a pair. The component of a sinusoid ignores gaps.
     """
     if gaps is None:
         return components(n, m, correlation_time=correlation_time, frequency=frequency)
@@ -58,15 +57,15 @@ def components_with_gaps(
 
 
 def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> Components:
-    """What gaps leave of the components of a whole record.
+    """The components with gaps from those of a complete record.
 
     Parameters
     ----------
     full : Components
-        Without the ramp, if there is one, and without a sinusoid.
+        Without a ramp removed, and without a sinusoid.
     gaps : Gaps
     correlation_time : float or None
-        Of the Gauss-Markov process, if there is one. [samples]
+        Of the Gauss-Markov process. [samples]
     """
     e = gaps.expected(full.m)
     sizes = full.m.astype(float)
@@ -76,7 +75,7 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
         ratio = gaps.gauss_markov_ratio(correlation_time, full.m)
         scales = np.column_stack([scales, ratio])
         design = np.column_stack([design, ratio * full.design[:, -1]])
-    # By term, the processes that it is made of, and their sizes over those without gaps.
+    # By term, the processes of its model, and their sizes over those without gaps.
     left_white = np.maximum(e.avar[:, _QUANTIZATION] - e.telescoping * full.design[:, _QUANTIZATION], 0) * sizes
     terms = range(len(full.names))
     made_of = [[(p, scales[:, p])] for p in terms]
@@ -89,8 +88,8 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
     ]
     nearer = sizes / np.sqrt(e.square_distance)
     slopes = [np.outer(nearer, nearer) * sum(root * slopes[a] for a, root in roots[p]) for p in terms]
-    # Without gaps the mean difference is that of the two ends of the record. Lost samples and the ends of an outage leave
-    # their marks on it: at short times as much as they leave of white noise, at long times the blocks have it.
+    # Without gaps the mean difference is that of the two ends of the record. Missing samples change it: at short times by
+    # as much as for white noise; at long times the blocks include it.
     short = _first_long(full)
     more = np.zeros(len(sizes))
     more[:short] = np.maximum(gaps.white_slopes(full.m[:short]) - np.diag(slopes[_WHITE])[:short], 0)
@@ -110,10 +109,10 @@ def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> 
 def _of_processes(
     full: Components, gaps: Gaps, n_pairs: NDArray[np.int64], correlation_time: float | None
 ) -> tuple[dict[tuple[int, int], Floats], list[Floats]]:
-    """Γ of pairs of processes as large as those of a whole record, and the covariances of the ramps."""
+    """Γ of pairs of processes with the sizes of a complete record, and the covariances of the ramps."""
     shorter = np.sqrt((full.n + 1 - 2 * full.m) / n_pairs)
     fewer = np.outer(shorter, shorter)
-    alike = _of_white(full, gaps, fewer) if gaps.missing > MUCH * full.n else fewer
+    alike = _of_white(full, gaps, fewer) if gaps.missing > HEAVY_LOSS * full.n else fewer
     tensors = {
         (p, q): alike * full.noise[k] * (1.0 if p == q else 0.5)
         for k, (p, q) in enumerate(pairs_of_terms(len(full.names)))
@@ -126,7 +125,7 @@ def _of_processes(
     avar, noise, ramps = kernels.masked_covariance(
         gaps.there, full.m[first:], block=_block(full.n), correlation_times=times
     )
-    # In units of the variance that a whole record would have.
+    # In units of the variance of a complete record.
     size = [np.sqrt(full.design[first:, p + 1] / avar[p]) for p in range(len(avar))]
     scale = [np.outer(s, s) for s in size]
     for (a, b), found in zip(pairs_of_terms(len(avar)), noise, strict=True):
@@ -138,9 +137,9 @@ def _of_processes(
 
 
 def _of_white(full: Components, gaps: Gaps, fewer: Floats) -> Floats:
-    """Covariances over those of a whole record, where much is missing: at short times as white noise has it.
+    """Covariances over those of a complete record after a heavy loss: at short times those of white noise.
 
-    Beside the size of the variances, which comes in by itself.
+    The sizes of the variances are applied elsewhere.
     """
     short = _first_long(full)
     whole = pairs_of_terms(len(full.names)).index((_WHITE, _WHITE))
@@ -160,14 +159,14 @@ def _block(n: int) -> int:
 
 
 def _first_long(full: Components) -> int:
-    """Index of the first cluster size that blocks can tell something of."""
+    """Index of the first cluster size that the blocks resolve."""
     return int(np.searchsorted(full.m, _LEAST_BLOCKS * _block(full.n)))
 
 
 def _joined(whole: Floats, long: Floats) -> Floats:
-    """A covariance whose last rows and columns are replaced: what they share with the others goes with them.
+    """A covariance whose last rows and columns are replaced, with their covariance with the others adapted.
 
-    The last variables are taken to be linear functions of what they were, so that the result is a covariance again.
+    The last variables become linear functions of what they were, so that the result is a covariance again.
     """
     first = len(whole) - len(long)
     if first == 0:

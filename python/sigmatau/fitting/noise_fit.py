@@ -1,4 +1,4 @@
-"""The noise of one channel as a fit states it: coefficients with intervals, limits for what was not seen, and a verdict."""
+"""Result of a fit of one channel: coefficients with intervals, upper limits of terms not observed, and a verdict."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.wording.fit import reasons_text
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.noise import terms
@@ -20,14 +22,14 @@ from sigmatau.units import find
 
 __all__ = ["FittedTerm", "GaussMarkov", "Interval", "NoiseFit", "Sinusoid", "Verdict"]
 
-_MOST_EXACT = 100
+_MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
 Verdict = Literal["adequate", "descriptive", "too_short"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
-    """A value and, where the model is adequate, its interval. [unit]"""
+    """A value and, if the model is adequate, its interval. [unit]"""
 
     value: float
     low: float | None
@@ -49,17 +51,17 @@ class FittedTerm:
     unit : str
         SI.
     observed : bool or None
-        Whether the record shows the term; None if the verdict is ``"descriptive"``, which judges none.
+        Whether the term is significant; None if the verdict is ``"descriptive"``.
     value : float or None
-        The coefficient if it was observed, or describes the curve; a ramp has a sign. [unit]
+        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
     low, high : float or None
-        Its interval; None where the model is not adequate. [unit]
+        Its interval; None if the model is not adequate. [unit]
     upper_limit : float or None
-        If it was not observed, what it is below; of a ramp, in magnitude. [unit]
+        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
     level : float
-        Probability of the interval, or of the limit.
+        Confidence level of the interval or of the limit.
     p_value : float or None
-        Probability of as much without the term, all others given; None if it was not tested.
+        P-value of the term, all others free; None if it was not tested.
     shows_in, shows : float or None
         If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases. Computed
         when they are first asked for, by `outlook`.
@@ -138,7 +140,7 @@ class Sinusoid:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class NoiseFit(Mapping[str, FittedTerm], Printed):
-    """The five terms of one channel, fitted: a mapping from term to `FittedTerm`; none if the record is too short.
+    """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
 
     Attributes
     ----------
@@ -151,25 +153,25 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     gauss_markov : tuple of GaussMarkov
     sinusoid : tuple of Sinusoid
     model : mapping of str to float
-        The coefficients that together describe the curve: those observed and, where the record cannot tell which of
-        several is there, those too. [SI]
+        The coefficients that together describe the curve: the observed ones, and those of `unclear`. [SI]
     verdict : {"adequate", "descriptive", "too_short"}
-        Whether the model describes the curve from tau_min to tau_max; if not, values have no intervals.
-    reason : str
-        Why tau_min is where it is, why the model is not adequate, why there is no fit.
+        Whether the model fits the curve from tau_min to tau_max; if not, the values have no intervals.
+    reasons : tuple of Reason
+        Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
+        `sigmatau.findings.kinds.fit`. `reason` has them in words.
     unclear : tuple of str
-        Terms of which at least one is there, though none was observed with the others given.
+        Terms that are not significant beside each other, although at least one of them is present.
     tau_min, tau_max : float or None
         Averaging times used. [s]
     p_value : float or None
-        Probability of a larger misfit, if the model is right.
+        P-value of the goodness of fit.
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of the observed coefficients, and of those that cannot be told from each other. [SI]
+        Names and covariance of the observed coefficients and of those in `unclear`. [SI]
     level : float
         Of the intervals and limits.
     method : str
     gaps : Gaps or None
-        What is missing of the record; `avar` and `degrees_of_freedom` are for such records.
+        Missing samples of the record; `avar` and `degrees_of_freedom` take account of them.
     """
 
     channel: str
@@ -182,7 +184,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     sinusoid: tuple[Sinusoid, ...] = ()
     model: Mapping[str, float]
     verdict: Verdict
-    reason: str = ""
+    reasons: tuple[Reason, ...] = ()
     unclear: tuple[str, ...] = ()
     tau_min: float | None = None
     tau_max: float | None = None
@@ -205,12 +207,17 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         return len(self.terms)
 
     @property
+    def reason(self) -> str:
+        """The reasons in words; empty if there is none."""
+        return reasons_text(self.reasons)
+
+    @property
     def observed(self) -> dict[str, float]:
-        """Coefficients of the terms that were observed, by name; none if there is no adequate model. [SI]"""
+        """Coefficients of the observed terms, by name; empty if the model is not adequate. [SI]"""
         return {name: term.value for name, term in self.terms.items() if term.observed and term.value is not None}
 
     def avar(self, *, m: ArrayLike) -> NDArray[np.float64]:
-        """Allan variance that the fitted model is expected to show at cluster sizes `m` of this record. [(rate unit)²]"""
+        """Expected Allan variance of the fitted model at cluster sizes `m` of this record. [(rate unit)²]"""
         sizes = np.atleast_1d(np.asarray(m))
         total = np.zeros(sizes.shape)
         for name, value in self.model.items():
@@ -225,9 +232,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         return total
 
     def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
-        """Of the overlapped Allan variances at cluster sizes `m` for the fitted model; None if it has no noise.
+        """Degrees of freedom of overlapped Allan variances at cluster sizes `m` for the fitted model; None without noise.
 
-        Exact up to 100 sizes; of more, the rest is interpolated between 100.
+        Exact at up to 100 sizes; interpolated between 100 if there are more.
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         theta = {name: self.model.get(name, 0.0) ** 2 * self.tau0 ** (power_of_interval(name) - 2) for name in LINEAR}
@@ -269,25 +276,25 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         return result
 
     def why_not(self, term: str) -> str:
-        """For a term that was not observed: in what record, and which would show it."""
+        """Why a term was not observed, and how long a record would have to be to show it."""
         t = self[term]
         if t.p_value is None:
-            return "cannot be told: the short times that would show it are left out"
+            return "unknown: the short averaging times that would show it are left out"
         if t.p_value < 1 - t.level:
-            return "cannot be told from a rate ramp"
+            return "indistinguishable from a rate ramp"
         text = f"not seen in {duration_text(self.n * self.tau0)}"
         if t.shows_in is not None and t.shows is not None:
             factor = display_units(term, self.quantity, self.rate_unit)[0][1]
             text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
         return text
 
-    def doubted(self, reason: str) -> NoiseFit:
-        """The same values without intervals or limits, because of a fault of the samples that no covariance knows.
+    def doubted(self, reason: Reason) -> NoiseFit:
+        """The same values without intervals or limits, because of a fault of the samples that the covariance ignores.
 
         Parameters
         ----------
-        reason : str
-            What makes them doubtful, in words.
+        reason : Reason
+            What makes them doubtful.
         """
 
         def bare(value: Interval) -> Interval:
@@ -303,22 +310,22 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
             sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
             verdict="descriptive" if self.verdict == "adequate" else self.verdict,
-            reason=reason if self.verdict == "adequate" else "; ".join(filter(None, [self.reason, reason])),
+            reasons=(reason,) if self.verdict == "adequate" else (*self.reasons, reason),
             unclear=(),
             covariance=((), np.empty((0, 0))),
         )
 
-    def headline(self) -> str:
-        """Method, averaging times and verdict in a line."""
+    def headline(self, *, method: bool = True) -> str:
+        """Method (or, without it, verdict), averaging times and p-value in one line."""
         if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":
             return "no adequate model: values without intervals"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
-        return f"generalised least squares, {times}, p = {self.p_value:.2g}"
+        return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"
 
     def notes(self) -> list[str]:
-        """Gauss-Markov processes and sinusoids in words, and what the record cannot tell apart."""
+        """Gauss-Markov processes and sinusoids in words, and terms that the record does not distinguish."""
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
         texts = []
         for process in self.gauss_markov:
@@ -329,14 +336,14 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             texts.append(f"sinusoid of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
         if len(self.unclear) == 1:
             label = TERMS[self.unclear[0]].label(self.quantity)
-            texts.append(f"{label}: not seen beside the others, but the curve is not followed without it")
+            texts.append(f"{label}: not significant, but the model does not fit without it")
         elif self.unclear:
             either = " or ".join(TERMS[name].label(self.quantity) for name in self.unclear)
-            texts.append(f"{either}: at least one is there, the record cannot tell which")
+            texts.append(f"{either}: at least one is present, the record does not show which")
         return texts
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI, no NaN: the ``fit`` of the JSON form."""
+        """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
         return {
             "method": self.method,

@@ -1,4 +1,4 @@
-"""How long to record: what a record of a given length shows, from the other terms alone, before anything is recorded."""
+"""Planning of a record: the smallest coefficient that a record of a given length shows, and the length that one needs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.inference import detectable as least_theta
+from sigmatau.fitting.inference import detectable_theta
 from sigmatau.fitting.ramp import least_ramp
 from sigmatau.fitting.statement import coefficient, half_octaves
 from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE
@@ -22,42 +22,42 @@ from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, two_digits
 
-__all__ = ["LONGEST_RECORD", "Plan", "detectable", "needed_samples", "plan", "relative_error"]
+__all__ = ["LONGEST_RECORD", "Plan", "needed_samples", "plan", "relative_error", "smallest_detectable"]
 
 LONGEST_RECORD = 10**13
-"""Samples; longer ones are not looked at."""
+"""Longest record that is considered. [samples]"""
 
-_SHORTEST = 64
-_HALF, _MOST = 0.5, 0.9
-_KNOWN = 0.5
+_SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
+_HALF, _MOST = 0.5, 0.9  # probabilities that a coefficient is found
+_MOST_ERROR = 0.5  # relative standard error from which on a coefficient counts as not determined
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan(Printed):
-    """What a record shows of one term, and how long one must be to show a given value.
+    """The smallest coefficient of a term that a record shows, and the length of record that shows a given value.
 
     Attributes
     ----------
     channel, quantity, rate_unit, term, unit : str
-        The unit is that of the values, SI.
+        `unit` is that of the values, in SI.
     others : mapping of str to float
         The noise beside the term. [SI]
     tau0 : float
         Sample interval. [s]
     duration : float or None
-        Length of the record asked about. [s]
+        Length of the record. [s]
     half, most : float or None
-        The least value that is found in half, and in nine of ten, of such records; None if no value is. [unit]
+        Smallest value that is found in 50 % and in 90 % of such records; None if there is none. [unit]
     value : float or None
-        The value asked about. [unit]
+        A given value. [unit]
     half_in, most_in : float or None
-        Length of the records of which half, and nine of ten, show that value; None if none does. [s]
+        Length of a record that shows that value with a probability of 50 % and of 90 %; None if there is none. [s]
     error : float or None
         Relative standard error of the value in a record of that duration.
     level : float
-        Of the test.
+        Confidence level of the test.
     gauss_markov : tuple of GaussMarkov
-        The process beside the term, if there is one.
+        The process beside the term, if any.
     """
 
     channel: str
@@ -109,11 +109,11 @@ class Plan(Printed):
         absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]
         if absent:
             names = ", ".join(TERMS[name].label(self.quantity) for name in absent)
-            lines.append(f"  taken to be absent: {names}")
+            lines.append(f"  assumed to be absent: {names}")
         if self.duration is not None:
             head = f"  a record of {duration_text(self.duration)} shows"
             if self.half is None or self.most is None:
-                lines.append(f"{head} none, however large")
+                lines.append(f"{head} no value, however large")
             else:
                 half, most = two_digits(self.half / factor), two_digits(self.most / factor)
                 lines.append(f"{head} {half} {text} in half, {most} {text} in nine of ten cases")
@@ -127,12 +127,12 @@ class Plan(Printed):
             if self.error is not None and self.duration is not None:
                 what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
                 how = f"determines {what} to ± {two_digits(100 * self.error)} %, one standard error"
-                how = how if self.error < _KNOWN else f"does not determine {what}: the error is more than half of it"
+                how = how if self.error < _MOST_ERROR else f"does not determine {what}: its standard error exceeds 50 %"
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
         return "\n".join(lines)
 
 
-def detectable(
+def smallest_detectable(
     others: Mapping[str, float],
     term: str,
     *,
@@ -142,24 +142,24 @@ def detectable(
     power: float = 0.5,
     level: float = 0.95,
 ) -> float:
-    """The least coefficient that a record shows with a given probability.
+    """The smallest coefficient that a record shows with a given probability.
 
     Parameters
     ----------
     others : mapping of str to float, or ChannelModel
-        The noise beside it, keys of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov process. [SI]
+        The noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov process. [SI]
     term : str
-        What is sought; its own entry in `others` does not count.
+        The term that is to be found; its entry in `others` is ignored.
     n : int
         Samples in the record.
     tau0 : float
         Sample interval. [s]
     tau_min : float
-        Shortest averaging time that can be used, as after a filter. [s]
+        Shortest averaging time that can be used, for example because of a filter. [s]
     power : float
-        Probability that it is found.
+        Probability that the term is found.
     level : float
-        The test's: an absent term is found in 1 − level of all records.
+        Confidence level of the test: an absent term is found in 1 − level of all records.
 
     Returns
     -------
@@ -169,12 +169,12 @@ def detectable(
     Raises
     ------
     OptionError
-        For an unknown term, no noise beside it, too short a record; for a model with a sinusoid, a bandwidth or several
-        Gauss-Markov processes, which are not counted.
+        For an unknown term, without other noise, for a record that is too short, for a model with a sinusoid, a bandwidth
+        or several Gauss-Markov processes, which are not supported.
 
     Notes
     -----
-    The variance of a Gauss-Markov process is as free in the fit as the other coefficients, its time is known.
+    The variance of a Gauss-Markov process is a free parameter, as the other coefficients are; its correlation time is known.
     """
     if term not in TERMS:
         raise OptionError(f"unknown term {term!r}; terms: {', '.join(TERMS)}", option="term")
@@ -193,7 +193,7 @@ def detectable(
     theta /= scale
     if term == "rate_ramp":
         return least_ramp(Gls(parts, parts.design @ theta), theta, level=level, power=power) * math.sqrt(scale) / tau0
-    found = least_theta(Gls(parts, parts.design @ theta), LINEAR.index(term), theta, level=level, power=power)
+    found = detectable_theta(Gls(parts, parts.design @ theta), LINEAR.index(term), theta, level=level, power=power)
     return coefficient(found * scale, term, tau0) if math.isfinite(found) else math.inf
 
 
@@ -207,15 +207,15 @@ def needed_samples(
     power: float = 0.5,
     level: float = 0.95,
 ) -> float:
-    """Samples of the shortest record that shows `value` with a probability; inf if none of up to `LONGEST_RECORD` does.
+    """Samples of the shortest record that shows `value` with probability `power`; inf above `LONGEST_RECORD`.
 
-    Parameters and errors are those of `detectable`.
+    Parameters and errors are those of `smallest_detectable`.
     """
     if not (math.isfinite(value) and value != 0):
         raise OptionError(f"the value must be a number other than 0, not {value!r}", option="value")
 
     def shows(n: int) -> bool:
-        least = detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+        least = smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
         return least <= abs(value)
 
     low = round(_SHORTEST * max(tau_min / tau0, 1))
@@ -226,7 +226,7 @@ def needed_samples(
         low, high = high, 4 * high
         if high > LONGEST_RECORD:
             return math.inf
-    # To two digits: the longest time of the grid grows in steps, and the least value with it.
+    # To two digits: the longest averaging time of the grid grows in steps.
     while high / low > 1.02:
         middle = round(math.sqrt(low * high))
         low, high = (low, middle) if shows(middle) else (middle, high)
@@ -236,9 +236,9 @@ def needed_samples(
 def relative_error(
     others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
 ) -> float:
-    """Standard error of a coefficient over the coefficient, all terms free; parameters as in `detectable`.
+    """Standard error of a coefficient over the coefficient, all terms free; parameters as in `smallest_detectable`.
 
-    By the covariance of the Allan variances; above a half it is an order of magnitude.
+    From the covariance of the Allan variances; above 0.5 it is an order of magnitude.
     """
     theta = _theta(others, tau0)
     k = LINEAR.index(term)
@@ -261,15 +261,15 @@ def plan(
     duration: float | None = None,
     value: float | None = None,
 ) -> Plan:
-    """What a record of `duration` shows of a term, and how long a record must be to show `value`.
+    """The smallest coefficient that a record of `duration` shows, and the length of record that shows `value`.
 
     Parameters
     ----------
     others : mapping of str to float, or ChannelModel
-        The noise of the channel, see `detectable`; the term's own entry does not count. [SI]
+        The noise of the channel, see `smallest_detectable`; the entry of the term itself is ignored. [SI]
     term : str
     channel, quantity, rate_unit : str
-        For the units of the answer.
+        For the units of the result.
     rate : float
         Sampling rate. [Hz]
     tau_min : float
@@ -282,7 +282,7 @@ def plan(
     Raises
     ------
     OptionError
-        As `detectable`; if neither a duration nor a value is given.
+        As `smallest_detectable`, and if neither a duration nor a value is given.
     """
     if duration is None and value is None:
         raise OptionError("give the length of a record, a value, or both", option="hours")
@@ -295,7 +295,7 @@ def plan(
             raise OptionError(f"the length must be a positive number of seconds, not {duration!r}", option="hours")
         n = round(duration * rate)
         half, most = (
-            _finite(detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+            _finite(smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
         )
     if value is not None:
         samples = [
@@ -325,7 +325,7 @@ def plan(
 
 
 def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
-    """The Gauss-Markov process of a model, if it has one; refuses what cannot be counted."""
+    """The Gauss-Markov process of a model, if any. Raises OptionError for parts that are not supported."""
     if not isinstance(noise, ChannelModel):
         return ()
     parts = {
@@ -343,12 +343,12 @@ def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
 
 
 def _times(noise: Mapping[str, float], tau0: float) -> tuple[float, ...]:
-    """Correlation times. [samples]"""
+    """Correlation times of the Gauss-Markov processes. [samples]"""
     return tuple(process.time / tau0 for process in _processes(noise))
 
 
 def _theta(noise: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
-    """Squared coefficients in samples, and the variance of a Gauss-Markov process after them."""
+    """Squared coefficients in samples, followed by the variance of a Gauss-Markov process."""
     linear = [noise.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
     return np.array(linear + [process.sigma**2 for process in _processes(noise)])
 

@@ -1,9 +1,9 @@
-"""The ramp of a rate: a mean, with a sign, not a noise; tested with every noise term given.
+"""Estimate and test of the rate ramp, a deterministic term with a sign, for given noise.
 
-A random walk of the rate always looks like a ramp of K/√T: the question is whether the record's is larger than its noise
-makes. The mean second difference at every averaging time is an estimate of the ramp, the covariance of all of them is known
-for any noise, and their weighted mean with least variance is the estimate. The noise is fitted to the variances without
-that ramp, so that it does not contain the ramp it is compared with.
+A rate random walk looks like a ramp of about K/√T: the test is whether the ramp of the record is larger than its noise
+explains. The mean second difference at every averaging time is an estimate of the ramp; the covariance of these estimates is
+known for any noise, and their weighted mean with the smallest variance is used. The noise is fitted to the variances after
+the removal of that ramp, so that it does not contain the ramp with which it is compared.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ __all__ = ["Ramp", "estimate_ramp", "least_ramp", "least_variance"]
 
 Floats = NDArray[np.float64]
 
-_RIDGE = 1e-9
+_RIDGE = 1e-9  # added to correlations
 _MOST_FREEDOM = 1e9
 _LEAST_FREEDOM = 1.5
-"""Where the rate random walk is hardly known: t = 6.2 then, which weak walks exceed in fewer than 5 % of records."""
+"""If the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of records."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """A ramp per sample.
+    """Estimate of a ramp per sample.
 
     Attributes
     ----------
     value, error : float
         Estimate and standard error for the fitted noise.
     freedom : float
-        Degrees of freedom of the variance behind the error.
+        Degrees of freedom of the squared error.
     p_value : float
-        Probability of as large a ramp, of either sign, if there is none.
+        Two-sided p-value of the ramp.
     used : float
-        What was taken out of the Allan variances: the value or, if it is not significant, 0.
+        The ramp removed from the Allan variances: the value, or 0 if it is not significant.
     """
 
     value: float
@@ -51,11 +51,11 @@ class Ramp:
 
     @property
     def suspicious(self) -> bool:
-        """Larger than the noise that was fitted without it would make, were that known exactly."""
+        """Whether the ramp would be significant if the noise were known exactly."""
         return abs(self.value) > 1.96 * self.error
 
     def stated(self, scale: float, tau0: float, *, unit: str, level: float) -> FittedTerm:
-        """In SI, from data that were divided by a variance `scale`."""
+        """The term in SI, for data that were divided by a variance `scale`."""
         from scipy.special import stdtrit
 
         factor = math.sqrt(scale) / tau0
@@ -73,21 +73,21 @@ class Ramp:
 
 
 def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95) -> tuple[Ramp, Gls, Floats]:
-    """The ramp, the problem with it taken out, and θ fitted to that.
+    """The ramp, the least squares problem after its removal, and the θ of that problem.
 
     Parameters
     ----------
     gls : Gls
-        The problem with the ramp in it.
+        The problem before the removal.
     theta : ndarray
-        Its fit: weights begin with it if there is nothing better.
+        Its fit: the weights start from it if no better start is found.
     ramps : ndarray, shape (n_tau,)
         Mean second differences over m².
     """
     from scipy.special import stdtr
 
     parts = gls.parts
-    # A strong ramp makes a fit without one useless; one that follows the curve with a ramp is good enough for weights.
+    # A fit without the ramp is useless if the ramp is large; a rough fit with a ramp is good enough for the weights.
     drift = 0.5 * parts.squares
     begin = relative_fit(np.column_stack([parts.design, drift]), gls.avar, np.full(len(drift), 0.1))[:-1]
     absent = [p for p in range(len(begin)) if p not in gls.candidates]
@@ -99,7 +99,7 @@ def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95
         value = float(weights @ ramps)
         still = Gls(parts.without_ramp(weights), parts.remove_ramp(gls.avar, ramps, value), gls.candidates, tangent)
         if still.avar.min() <= 0:
-            raise FloatingPointError("nothing but a ramp")
+            raise FloatingPointError("the record is a ramp without noise")
         theta = still.fit()
     error, freedom = _error(still, theta, weights)
     p_value = 2 * float(stdtr(freedom, -abs(value) / error))
@@ -108,7 +108,7 @@ def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95
 
 
 def least_ramp(gls: Gls, theta: Floats, *, level: float, power: float) -> float:
-    """The ramp per sample that a record with noise θ shows with probability `power`."""
+    """The ramp per sample that the test finds with probability `power` in a record with noise θ."""
     from scipy.special import ndtri, stdtrit
 
     parts = gls.parts
@@ -129,9 +129,9 @@ def _error(still: Gls, theta: Floats, weights: Floats) -> tuple[float, float]:
 
 
 def least_variance(covariance: Floats) -> Floats:
-    """Weights of sum 1 with the least variance."""
+    """Weights with sum 1 and the smallest variance of the weighted mean."""
     if not covariance.diagonal().min() > 0:
-        raise FloatingPointError("no noise that a ramp could be compared with")
+        raise FloatingPointError("there is no noise with which a ramp can be compared")
     sd = np.sqrt(covariance.diagonal())
     correlation = covariance / np.outer(sd, sd)
     correlation.flat[:: len(sd) + 1] += _RIDGE

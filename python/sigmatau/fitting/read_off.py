@@ -1,9 +1,9 @@
-"""Reading coefficients off the curve: the paper's method, with its rules written down.
+"""Coefficients read off the curve by the slope method of the paper, with explicit rules.
 
-Where a stretch of the log-log curve has the slope of a noise term, a line of that slope is laid through it and read at the
-term's averaging time; the error is the paper's eq. (26) at the longest averaging time of the stretch. It is what the eye
-does on a plot, made repeatable. It is biased where two terms meet, and its errors are those of the paper, not statistics:
-``docs/theory/read-off.md`` shows how large both are.
+Where a region of the log-log curve has the slope of a noise term, a line of that slope is fitted to it and read at the
+term's averaging time; the error is the paper's eq. (26) at the longest averaging time of the region. The method makes the
+reading of a plot by eye repeatable. It is biased where two terms meet, and its errors are those of the paper, not standard
+errors: ``docs/theory/read-off.md`` quantifies both.
 
 References
 ----------
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.gls import non_negative
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.results import Printed, seconds, value_error_text
 from sigmatau.units import find
@@ -29,21 +30,21 @@ from sigmatau.units import find
 __all__ = ["GAIN", "LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
 
 LARGEST_ERROR = 0.35
-"""Averaging times with a larger error by eq. (26) are not used: those beyond a fifth of the record."""
+"""Largest error by eq. (26) of the averaging times that are used: those up to a fifth of the record."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """When a stretch of the curve counts as a region of a term.
+    """Conditions for a region of a term.
 
     Attributes
     ----------
     tolerance : float
-        Its slope may differ by this much from the term's.
+        Largest difference of its slope from that of the term.
     slope_error : float
-        Eq. (26) must determine its slope to this much, one standard error.
+        Largest standard error of its slope by eq. (26).
     span : float
-        Longest over shortest averaging time, at least.
+        Smallest ratio of its longest to its shortest averaging time.
     """
 
     tolerance: float = 0.1
@@ -51,9 +52,9 @@ class Rule:
     span: float = 4.0
 
 
-# Set by Monte Carlo so that in none of 20 cases an absent term is reported in more than 5 % of the records:
-# studies/read_off.py, results in docs/study/read-off.md. The plateau is judged more strictly, because the valley between a
-# random walk and a rate random walk looks like one; the rising terms less, because little else rises.
+# From Monte Carlo: in each of 20 cases an absent term is reported in at most 5 % of the records (studies/read_off.py,
+# results in docs/study/read-off.md). The rule of the plateau is stricter, because the valley between a random walk and a
+# rate random walk looks like one; those of the rising terms are looser, because few other effects rise.
 RULES: Mapping[str, Rule] = {
     "quantization": Rule(),
     "random_walk": Rule(),
@@ -62,15 +63,15 @@ RULES: Mapping[str, Rule] = {
     "rate_ramp": Rule(slope_error=0.2),
 }
 
-# A bend away from the line that five terms cannot make (their sum is convex in the log-log plot) must exceed the noise.
+# A bend below the line of more than 0.1 in log σ cannot come from the five terms, whose sum is convex in the log-log plot.
 _BEND = 0.1
-_SIGMAS = 2.5
-_PER_OCTAVE = 8
-_FLOOR = 0.02
-_ALIKE = 1 - 1e-9  # cosine of two columns that are one, but for rounding
+_SIGMAS = 2.5  # errors by eq. (26) that a point may deviate in addition
+_PER_OCTAVE = 8  # averaging times, at most
+_SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
+_PROPORTIONAL = 1 - 1e-9  # cosine from which on two columns count as proportional
 
 GAIN = 6.0
-"""What a region's term must add to a fit of all the other terms, in squared errors by δ (at least 2 %) an octave."""
+"""Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +89,7 @@ class Coefficient:
     tau_min, tau_max : float
         The region. [s]
     slope : float
-        Fitted slope of the region, free.
+        Fitted slope of the region.
     percentage : float
         error / value.
     """
@@ -118,7 +119,7 @@ class Coefficient:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Refusal:
-    """A stretch that has the slope of a term and is not that term."""
+    """A region that has the slope of a term but is not that term."""
 
     term: str
     tau_min: float
@@ -128,7 +129,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class ReadOff(Mapping[str, Coefficient], Printed):
-    """Coefficients of one channel, read off: a mapping from term to `Coefficient`; terms without a region are absent."""
+    """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region."""
 
     channel: str
     quantity: str
@@ -161,7 +162,7 @@ class ReadOff(Mapping[str, Coefficient], Printed):
         return {term: c.to_dict() for term, c in self.coefficients.items()}
 
     def __repr__(self) -> str:
-        lines = [f"{self.channel}: read off" + ("" if self.coefficients else ", no region of any term")]
+        lines = [f"{self.channel}: read off" + ("" if self.coefficients else ", no term has a region")]
         for term, c in self.coefficients.items():
             texts = " = ".join(f"{value} {unit}" for value, unit in self.texts(term))
             lines.append(
@@ -177,26 +178,24 @@ class ReadOff(Mapping[str, Coefficient], Printed):
 def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> ReadOff:
     """Read the coefficients of the five terms off an Allan deviation curve.
 
-    For each term the longest region of the curve is sought in which
+    The region of a term is the longest in which
 
-    - the line fitted through it has the term's slope within the rule's tolerance, and eq. (26) determines that slope to
-      the rule's slope error;
-    - the slope over one octave is, everywhere in it, the term's within the tolerance and twice its error;
-    - every point lies on the line of the term's slope, to the tolerance in log σ and 2.5 times its error;
-    - the slopes of its two halves differ by no more than twice the tolerance and once the error of that difference;
-    - the longest averaging time is at least `span` times the shortest, and eq. (26) gives at most 35 %.
+    - the fitted line has the slope of the term within the tolerance of the rule, and its standard error by eq. (26) is at
+      most the slope error of the rule;
+    - the slope over one octave is everywhere that of the term within the tolerance and twice its error;
+    - every point lies on the line of the term's slope within the tolerance in log σ and 2.5 times its error;
+    - the slopes of the two halves differ by at most twice the tolerance plus the error of the difference;
+    - the longest averaging time is at least `span` times the shortest, with an error by eq. (26) of at most 35 %.
 
-    A flat or rising region below which the curve bends down again, or a falling one of slope −1 that begins with a bend
-    down, is refused with the reason: five terms cannot make such a curve; a filter, a line or correlated noise can. So is a
-    region that the other terms together make as well, such as the crossing of two.
+    A flat or rising region after which the curve falls below the line, or a region of slope −1 that begins below the line,
+    is refused with a reason: the five terms cannot make such a curve; a filter, a line or correlated noise can. A region
+    that the other terms together explain as well, such as the crossing of two, is refused too.
 
     Parameters
     ----------
     curve : DeviationCurve
     rules : mapping of str to Rule
-        By term; terms that it lacks are not sought.
-
-    A grid of more than 8 averaging times an octave is thinned to 8.
+        By term; terms without a rule are not read off.
 
     Returns
     -------
@@ -204,12 +203,12 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
     Notes
     -----
-    The line is fitted by least squares in log σ with the weights 1/(δ² + (tolerance/5)²), δ by eq. (26): the first part is
-    the noise, the second keeps the shortest, most exact points from deciding alone while neighbouring terms bend them.
+    A grid of more than 8 averaging times per octave is thinned to 8. The line is fitted by least squares in log σ with the
+    weights 1/(δ² + (tolerance/5)²), δ by eq. (26); the second part limits the weight of the shortest averaging times, which
+    have the smallest errors and are bent by neighbouring terms.
 
-    Where samples are missing, clusters that are not full show more of a term than full ones do, each term differently (see
-    `sigmatau.estimators.gaps`). What is sought of a term is then sought on the curve over that factor: its region is a
-    line again.
+    With missing samples, incomplete clusters have larger variances, by a factor that depends on the term (see
+    `sigmatau.estimators.gaps`). The region of a term is then sought on the curve divided by that factor.
     """
     whole = _Points.of(curve)
     gaps = {} if curve.gaps is None else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
@@ -245,10 +244,10 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
 @dataclass(frozen=True, slots=True)
 class _Points:
-    """A curve as it is read: log τ, log σ and δ of eq. (26), where δ is small enough; i … j are points, both included.
+    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points.
 
-    `ratios` are the variances of each term over those without gaps, over that of the term that is sought; empty where there
-    are none.
+    `ratios` are the factors of gaps on the variances of each term, over that of the term that is read off; empty without
+    gaps.
     """
 
     m: NDArray[np.int64]
@@ -264,13 +263,13 @@ class _Points:
         usable = (curve.error <= LARGEST_ERROR) & (curve.avar > 0)
         tau, delta = curve.tau[usable], curve.error[usable]
         lt, ls = np.log(tau), np.log(curve.adev[usable])
-        # Neighbours on a dense grid say the same thing again; the search is over all pairs.
+        # Neighbours on a dense grid add no information, and the search goes over all pairs.
         bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
         kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
         return cls(curve.m[usable][kept], curve.tau0, tau[kept], lt[kept], ls[kept], delta[kept])
 
     def without(self, term: str, gaps: Mapping[str, NDArray[np.float64]]) -> _Points:
-        """As they would be without gaps, were all of the curve of one term."""
+        """The points without the effect of gaps, if the curve were of one term only."""
         if not gaps:
             return self
         own = gaps[term]
@@ -278,7 +277,7 @@ class _Points:
         return replace(self, ls=self.ls - np.log(own) / 2, ratios=ratios)
 
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Slope over about an octave round each point, and its standard error by eq. (26)."""
+        """Slope over about an octave around each point, and its standard error by eq. (26)."""
         n = len(self.lt)
         slope, error = np.full(n, np.nan), np.full(n, np.inf)
         half = 0.5 * math.log(2) * 1.01
@@ -292,7 +291,7 @@ class _Points:
         return slope, error
 
     def longest(self, slope: float, rule: Rule) -> tuple[int, int, float] | None:
-        """The longest region of a slope: first and last point and fitted slope; of equals, the one at shorter τ."""
+        """First point, last point and fitted slope of the longest region of a slope; of equal ones, that at shorter τ."""
         octave_slope, octave_error = self.octave_slopes()
         near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
         best: tuple[int, int, float] | None = None
@@ -317,7 +316,7 @@ class _Points:
         return best
 
     def straight(self, i: int, j: int, tolerance: float) -> bool:
-        """Whether the slopes of the two halves agree."""
+        """Whether the slopes of the two halves of a region agree."""
         lt, ls, delta = self.lt, self.ls, self.delta
         k = int(np.argmin(np.abs(lt[i : j + 1] - (lt[i] + lt[j]) / 2))) + i
         if not i < k < j:
@@ -328,47 +327,49 @@ class _Points:
         return bool(abs(change) <= 2 * tolerance + error)
 
     def height(self, i: int, j: int, slope: float, tolerance: float) -> float:
-        """Log σ at τ = 1 s of the line of the given slope, fitted to the points."""
+        """Log σ at τ = 1 s of the line of a given slope fitted to a region."""
         weights = 1 / (self.delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
         return float(np.average(self.ls[i : j + 1] - slope * self.lt[i : j + 1], weights=weights))
 
     def on_line(self, i: int, j: int, slope: float, tolerance: float) -> bool:
-        """Whether every point lies on the line, but for its noise and the tolerance in log σ."""
+        """Whether every point lies on the line within its error and the tolerance in log σ."""
         off = self.ls[i : j + 1] - slope * self.lt[i : j + 1] - self.height(i, j, slope, tolerance)
         return bool((np.abs(off) <= tolerance + _SIGMAS * self.delta[i : j + 1]).all())
 
     def bend(self, i: int, j: int, height: float, term: Term) -> str | None:
-        """Why the region is not the term's, if the curve lies below the region's line before or after it."""
+        """Reason against the region if the curve lies below its line before or after it."""
         if term.name == "random_walk":
-            return None  # a filter before it and anything after it leave white noise white
+            return None  # white noise stays white after a filter
         below = height + term.slope * self.lt - self.ls > _SIGMAS * self.delta + _BEND
         if below[:i].any():
-            return "the curve rises into it (a filter, a line, correlated noise)"
+            return "the curve rises into it (filter, line or correlated noise)"
         if below[j + 1 :].any():
-            return "the curve falls below it later (a filter, a line, correlated noise)"
+            return "the curve falls below it later (filter, line or correlated noise)"
         return None
 
     def explained(self, i: int, j: int, term: Term) -> str | None:
-        """Why the region is not the term's, if the other terms together make it as well: the crossing of two lines.
+        """Reason against the region if the other terms together explain it, as at the crossing of two lines.
 
-        Over the region and a factor of 8 on either side the variances are fitted by all terms and by all but this one,
-        with weights from δ; the term must lower the misfit by more than `GAIN` for each octave's worth of points.
+        The variances of the region and of a factor of 8 on either side are fitted by all terms and by all but this one, with
+        weights from δ; the term must reduce the misfit by more than `GAIN` per octave of points.
         """
         near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
         m, variance = self.m[near], np.exp(2 * self.ls[near])
-        weight = 1 / (2 * variance * np.hypot(self.delta[near], _FLOOR))
+        weight = 1 / (2 * variance * np.hypot(self.delta[near], _SMALLEST_ERROR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
         columns = {
             name: column * self.ratios[name][near] if self.ratios else column for name, column in columns.items()
         }
         own = columns[term.name]
-        # Where no two samples in a row are there, quantization noise is a random walk: then it is no reason against one.
-        alike = {n for n, c in columns.items() if n != term.name and self.ratios and _cosine(c, own) > _ALIKE}
-        columns = {name: column for name, column in columns.items() if name not in alike}
+        # With isolated samples, quantization noise has the curve of a random walk and is not a reason against one.
+        proportional = {
+            n for n, c in columns.items() if n != term.name and self.ratios and _cosine(c, own) > _PROPORTIONAL
+        }
+        columns = {name: column for name, column in columns.items() if name not in proportional}
         others = [column for name, column in columns.items() if name != term.name]
         per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
         gain = (_misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)) / per_octave
-        return None if gain > GAIN else "other terms together make the same"
+        return None if gain > GAIN else "the other terms together explain it"
 
 
 def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
@@ -376,16 +377,7 @@ def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 
 def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:
-    """Least sum of squares of ``target`` less a combination of the columns with no negative coefficient.
-
-    With five columns the best of all subsets whose plain solution is positive is found at once.
-    """
-    design = np.stack([column / np.linalg.norm(column) for column in columns], axis=1)
-    best = float(target @ target)
-    for subset in range(1, 1 << len(columns)):
-        part = design[:, [k for k in range(len(columns)) if subset >> k & 1]]
-        solution = np.linalg.lstsq(part, target)[0]
-        if (solution >= 0).all():
-            rest = target - part @ solution
-            best = min(best, float(rest @ rest))
-    return best
+    """Smallest sum of squares of ``target`` minus a non-negative combination of the columns."""
+    design = np.stack(columns, axis=1)
+    rest = target - design @ non_negative(design, target)
+    return float(rest @ rest)

@@ -1,7 +1,7 @@
-"""A sixth term, where the five do not fit: a Gauss-Markov process or a sinusoid.
+"""A sixth term if the five do not fit: a Gauss-Markov process or a sinusoid.
 
-Their correlation time or frequency is found by a search on a logarithmic grid, each point a linear fit with the covariance
-of a curve that follows the data, then refined with the exact one.
+The correlation time or frequency is found by a search on a logarithmic grid with an approximate covariance, and then refined
+with the exact covariance. Each point of the grid is a linear fit.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ __all__ = ["GAIN_IN_REACH", "Extension", "candidates", "intervals"]
 Floats = NDArray[np.float64]
 
 GAIN_IN_REACH = 8.0
-"""A sixth term is taken if with it the fit holds from averaging times this many times shorter than without."""
+"""A sixth term is used if the fit with it begins at an averaging time shorter by this factor."""
 
 _TIMES_PER_DECADE = 8
 _FREQUENCIES_PER_DECADE = 60
-_HOPELESS = 30.0  # in χ² an averaging time, by a covariance that is not yet right
-_LEAST_GAIN = 20.0  # in χ²: one of hundreds of frequencies tried improves a good fit by 10 to 15
+_MAX_MISFIT = 30.0  # χ² for each averaging time with the approximate covariance; a larger one is not refined
+_LEAST_GAIN = 20.0  # in χ²: the best of hundreds of frequencies improves a good fit by 10 to 15
 
 
 @dataclass(frozen=True, slots=True)
 class Extension:
-    """A term with a shape of its own.
+    """A sixth term with the parameter of its shape.
 
     Attributes
     ----------
@@ -48,11 +48,11 @@ class Extension:
     shape: float
 
     def arguments(self) -> dict[str, float]:
-        """For `sigmatau.fitting.masked_components.components_with_gaps`."""
+        """Keyword arguments of `sigmatau.fitting.masked_components.components_with_gaps`."""
         return {"correlation_time" if self.kind == "gauss_markov" else "frequency": self.shape}
 
     def column(self, m: NDArray[np.int64], gaps: Gaps | None = None) -> Floats:
-        """Expected Allan variance for a variance, or a squared amplitude, of 1; of a sinusoid as if nothing were missing."""
+        """Expected Allan variance for a variance, or a squared amplitude, of 1; that of a sinusoid ignores gaps."""
         if self.kind == "gauss_markov":
             ratio = 1.0 if gaps is None else gaps.gauss_markov_ratio(self.shape, m)
             return np.asarray(ratio * kernels.gauss_markov_avar(1.0, self.shape, m, 1.0))
@@ -66,12 +66,12 @@ class Extension:
 
 
 def candidates(five: Gls) -> Iterator[Extension]:
-    """The best Gauss-Markov process and the best sinusoid beside the five terms, if they gain enough."""
+    """The best Gauss-Markov process and the best sinusoid beside the five terms, if they improve the fit enough."""
     m = five.parts.m
     terms = list(five.candidates)
     theta = np.zeros(len(five.parts.names))
     theta[terms] = relative_fit(five.parts.design[:, terms], five.avar, np.full(len(m), 0.1))
-    # Of a curve that five terms do not make: their correlations, and relative errors as theirs.
+    # The five terms do not fit the curve: their correlations and relative errors are used nevertheless.
     ratio = five.avar / (five.parts.design @ theta)
     weights = Factor(five.covariance(theta) * np.outer(ratio, ratio))
     shortest, longest = float(m[0]), five.parts.n
@@ -87,11 +87,11 @@ def candidates(five: Gls) -> Iterator[Extension]:
         fixed = _misfit(five, weights, None)
         misfits = _misfits(five, weights, [Extension(kind, float(shape)) for shape in grid])
         k = int(np.argmin(misfits))
-        if fixed - misfits[k] < _LEAST_GAIN or misfits[k] > _HOPELESS * len(m):
+        if fixed - misfits[k] < _LEAST_GAIN or misfits[k] > _MAX_MISFIT * len(m):
             continue
         shape = float(grid[k])
         step = math.log(grid[1] / grid[0])
-        # Twice: the covariance follows the shape.
+        # Twice, because the covariance depends on the shape.
         for _ in range(2):
             problem = _problem(five, Extension(kind, shape))
             try:
@@ -108,9 +108,10 @@ def candidates(five: Gls) -> Iterator[Extension]:
 def intervals(
     gls: Gls, theta: Floats, extension: Extension, *, level: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Value, low and high of the size (standard deviation or amplitude) and of the shape, each about its logarithm.
+    """Value, low and high of the size (standard deviation or amplitude) and of the shape, symmetric in the logarithm.
 
-    From the covariance with the shape free: its column is the derivative of the variances by the logarithm of the shape.
+    The covariance has the shape as a free parameter: its column is the derivative of the variances by the logarithm of the
+    shape.
     """
     from scipy.special import ndtri
 
@@ -141,7 +142,7 @@ def _problem(five: Gls, extension: Extension) -> Gls:
 
 
 def _misfit(five: Gls, weights: Factor, extension: Extension | None) -> float:
-    """χ² of the best non-negative combination, for a given covariance."""
+    """χ² of the best non-negative combination for a given covariance."""
     columns = [five.avar[:, None], five.parts.design[:, list(five.candidates)]]
     if extension is not None:
         columns.append(extension.column(five.parts.m, five.parts.gaps)[:, None])

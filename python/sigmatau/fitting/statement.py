@@ -1,4 +1,4 @@
-"""From fitted numbers to what is stated: units, intervals, limits, verdicts."""
+"""Results of a fit from its numbers: units, intervals, limits, verdicts."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.findings.kinds.fit import Misfit, Reason
 from sigmatau.fitting import sixth_term
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
-from sigmatau.fitting.inference import Evidence, detectable, evidence
+from sigmatau.fitting.inference import Evidence, detectable_theta, evidence
 from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
 from sigmatau.fitting.tau_min import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
 from sigmatau.noise.terms import coefficient_unit
-from sigmatau.results import seconds, two_digits
 
 __all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
 
 Floats = NDArray[np.float64]
 
 _WALK = LINEAR.index("rate_random_walk")
-_SHOWN_IN_SHARE = 0.9
-_EDGE = 0.2
-_LONGER = 4
-_TINY_P = 1e-12
-_FOLLOWED_TO = 0.1  # relative, of a variance; a twentieth of a deviation
+_SHOWN_IN_SHARE = 0.9  # of the records: power of the recommended record length
+_EDGE = 0.2  # of the width of an interval: a value nearer to an end is checked without the terms that were not found
+_LONGER = 4  # times the record, for the second length from which the recommended length is extrapolated
+_SMALLEST_P = 1e-12  # smaller p-values are rounding errors
+_DESCRIPTIVE_ERROR = 0.1  # relative error of a variance in a descriptive fit: 5 % of a deviation
 
 
 def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level: float) -> NoiseFit:
-    """An adequate model: intervals of what was observed, limits of what was not.
+    """The result for an adequate model: intervals of the observed terms, upper limits of the others.
 
-    `scale` is the variance that the data were divided by.
+    `scale` is the variance by which the data were divided.
     """
     gls, theta, tau0 = best.gls, best.theta, curve.tau0
     linear = [p for p in gls.candidates if p < len(LINEAR)]
@@ -42,7 +42,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
     observed = [p for p, e in found.items() if e.p_value < 1 - level]
     undecided = best.ramp is not None and best.ramp.suspicious and not best.ramp.used
     if _WALK in observed and undecided and best.still is not None:
-        # A ramp that the noise may or may not have made: is there a walk without it?
+        # The noise may or may not explain the ramp: is the walk significant without it?
         still, theta_still = best.still
         if evidence(still, _WALK, theta_still, level=level).p_value >= 1 - level:
             observed.remove(_WALK)
@@ -51,7 +51,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
     selected = gls.fit([*observed, *extra]) if observed or extra else theta
     unclear: list[str] = []
     if gls.p_value(selected) <= LEAST_P or not (observed or extra):
-        # Several terms of which none is needed beside the others, but one is.
+        # Several terms, none of which is significant beside the others, although at least one is needed.
         selected = theta
         unclear = [LINEAR[p] for p in linear if theta[p] > 0 and p not in observed]
         if undecided:
@@ -65,7 +65,8 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         e = found[p]
         value = selected[p] * scale if p in observed else None
         if p in observed and not e.low + _EDGE * (e.high - e.low) <= selected[p] <= e.high - _EDGE * (e.high - e.low):
-            # Far from the middle of what is possible with the terms that were not seen: possible without them, too.
+            # Far from the middle of the interval, which allows for the terms that were not found: the interval without
+            # these terms is included.
             without = Gls(gls.parts, gls.avar, [*observed, *extra], tangent=gls.tangent[:, 0] if extra else None)
             alone = _evidence(without, p, selected, level)
             e = replace(e, low=min(e.low, alone.low), high=max(e.high, alone.high))
@@ -80,7 +81,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         if ramp.value is not None:
             model["rate_ramp"] = ramp.value
     processes, lines = _extra_terms(curve, best, selected, scale, level)
-    # With those that cannot be told from each other: what they make together is known better than each.
+    # Including terms that the record does not distinguish: their sum is known better than each of them.
     in_model = [p for p in linear if selected[p] > 0]
     return NoiseFit(
         channel=curve.channel,
@@ -93,7 +94,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         sinusoid=lines,
         model=model,
         verdict="adequate",
-        reason=best.reason(data),
+        reasons=best.reasons(data),
         unclear=tuple(unclear),
         tau_min=data.m[best.first] * tau0,
         tau_max=data.m[-1] * tau0,
@@ -105,34 +106,34 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
 
 
 def descriptive(
-    curve: DeviationCurve, data: Data, nearest: Attempt | None, scale: float, level: float, *, reason: str = ""
+    curve: DeviationCurve,
+    data: Data,
+    nearest: Attempt | None,
+    scale: float,
+    level: float,
+    *,
+    reason: Reason | None = None,
 ) -> NoiseFit:
-    """Coefficients that follow the curve to a few per cent, where no model fits it within its errors."""
-    first = nearest.first if nearest is not None and nearest.p_value > _TINY_P else data.first or 0
+    """The result if no model is adequate: coefficients that describe the curve to a few per cent."""
+    first = nearest.first if nearest is not None and nearest.p_value > _SMALLEST_P else data.first or 0
     parts, avar = data.parts().from_index(first), data.avar[first:]
-    sizes = parts.m.astype(float)
     columns = np.column_stack([parts.design, 0.5 * parts.squares])
     allowed = [*data.candidates, *([len(LINEAR)] if data.with_ramp else [])]
-    theta, errors = _followed(parts, columns, avar, allowed)
+    theta, errors = _descriptive_theta(parts, columns, avar, allowed)
     left_out = theta[QUANTIZATION] * data.parts().design[:first, QUANTIZATION]
     if np.any(left_out > data.avar[:first]) and len(allowed) > 1:
-        theta, errors = _followed(parts, columns, avar, [p for p in allowed if p != QUANTIZATION])
+        theta, errors = _descriptive_theta(parts, columns, avar, [p for p in allowed if p != QUANTIZATION])
     expected = columns @ theta
     worst = int(np.argmax(np.abs(np.log(avar / expected)) / errors))
-    ratio = math.sqrt(avar[worst] / expected[worst])
-    misfit = (
-        ""
-        if nearest is None
-        else f" (at best p {_p_text(nearest.p_value)}, from τ = {seconds(data.m[first] * curve.tau0)} s)"
-    )
-    where = f"σ({seconds(sizes[worst] * curve.tau0)} s) is {two_digits(abs(100 * (ratio - 1)))} %"
-    reason = reason or (
-        f"neither five terms nor six make this curve{misfit}; {where} {'above' if ratio > 1 else 'below'} them."
-        " Look for a line, a filter, a disturbance"
+    reason = reason or Misfit(
+        p_value=None if nearest is None else nearest.p_value,
+        tau_min=data.m[first] * curve.tau0,
+        tau=float(parts.m[worst]) * curve.tau0,
+        ratio=math.sqrt(avar[worst] / expected[worst]),
     )
     needed = {}
     for p, name in enumerate((*LINEAR, "rate_ramp")):
-        if theta[p] > 0 and (theta[p] * columns[:, p] / expected).max() > _FOLLOWED_TO:
+        if theta[p] > 0 and (theta[p] * columns[:, p] / expected).max() > _DESCRIPTIVE_ERROR:
             sign = math.copysign(1.0, data.ramps[-1]) if name == "rate_ramp" else 1.0
             needed[name] = sign * coefficient(theta[p] * scale, name, curve.tau0)
     terms = {
@@ -155,7 +156,7 @@ def descriptive(
         terms=terms,
         model=needed,
         verdict="descriptive",
-        reason=reason,
+        reasons=(reason,),
         tau_min=data.m[first] * curve.tau0,
         tau_max=data.m[-1] * curve.tau0,
         level=level,
@@ -163,24 +164,20 @@ def descriptive(
     )
 
 
-def _followed(parts: Components, columns: Floats, avar: Floats, allowed: list[int]) -> tuple[Floats, Floats]:
-    """θ, the squared ramp last, that follow the variances to a tenth and their errors; and those relative errors."""
+def _descriptive_theta(parts: Components, columns: Floats, avar: Floats, allowed: list[int]) -> tuple[Floats, Floats]:
+    """θ fitted to the variances with errors of at least a tenth, the squared ramp last; and these relative errors."""
     theta = np.zeros(columns.shape[1])
-    errors = np.full(len(avar), _FOLLOWED_TO)
+    errors = np.full(len(avar), _DESCRIPTIVE_ERROR)
     for _ in range(4):
         theta[allowed] = relative_fit(columns[:, allowed], avar, errors)
         if theta[:-1].any():
             edf = parts.degrees_of_freedom(theta[:-1], ramp=math.sqrt(theta[-1]))
-            errors = np.hypot(_FOLLOWED_TO, np.sqrt(2 / edf))
+            errors = np.hypot(_DESCRIPTIVE_ERROR, np.sqrt(2 / edf))
     return theta, errors
 
 
-def _p_text(p: float) -> str:
-    return f"= {p:.1g}" if p > _TINY_P else f"< {_TINY_P:g}"
-
-
-def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:
-    """A record with which nothing can be done."""
+def no_fit(curve: DeviationCurve, level: float, reason: Reason) -> NoiseFit:
+    """The result for a curve that cannot be fitted."""
     return NoiseFit(
         channel=curve.channel,
         quantity=curve.quantity,
@@ -190,26 +187,26 @@ def no_fit(curve: DeviationCurve, level: float, reason: str) -> NoiseFit:
         terms={},
         model={},
         verdict="too_short",
-        reason=reason,
+        reasons=(reason,),
         level=level,
         gaps=curve.gaps,
     )
 
 
 def coefficient(theta: float, name: str, tau0: float) -> float:
-    """A coefficient in SI from θ in samples."""
+    """A coefficient in SI from its θ in samples."""
     power = 4 if name == "rate_ramp" else power_of_interval(name)
     return float(math.sqrt(max(theta, 0.0)) * tau0 ** (1 - power / 2))
 
 
 def half_octaves(smallest: int, largest: int) -> tuple[int, ...]:
-    """Cluster sizes 1, 2, 3, 4, 6, 8, 12 … between two."""
+    """Those of the cluster sizes 1, 2, 3, 4, 6, 8, 12 … that lie between two sizes."""
     sizes = {seed << j for seed in (1, 3) for j in range(largest.bit_length())}
     return tuple(sorted(size for size in sizes if smallest <= size <= largest))
 
 
 def _evidence(gls: Gls, term: int, theta: Floats, level: float) -> Evidence:
-    """Of one term; where the others, of which nothing is known, leave it without a limit, that of the term alone."""
+    """The evidence of one term; if poorly determined other terms leave it without a limit, the limit of the term alone."""
     found = evidence(gls, term, theta, level=level)
     if math.isfinite(found.high):
         return found
@@ -227,7 +224,7 @@ def _term(
     scale: float,
     level: float,
 ) -> FittedTerm:
-    """One noise term; `value` is θ if it was observed."""
+    """The result for one noise term; `value` is θ if it was observed."""
     name, tau0 = LINEAR[term], curve.tau0
     unit = coefficient_unit(name, curve.quantity, curve.unit)
     high = coefficient(e.high * scale, name, tau0)
@@ -275,9 +272,9 @@ class _Outlook:
 
 
 def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tuple[float | None, float | None]:
-    """Samples of a record that would show half the limit, and θ of that half; None where none is known.
+    """Samples of a record that would show half the limit, and θ of that half; None if there is no such record.
 
-    The least θ that a record shows falls as a power of its length, which two lengths give.
+    The smallest θ that is found falls as a power of the length, which is extrapolated from two lengths.
     """
     if not math.isfinite(e.high) or not e.null[: len(LINEAR)].any():
         return None, None
@@ -288,7 +285,7 @@ def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tu
         n = data.n * times
         parts = components(n, half_octaves(data.m[0], n // LONGEST_SHARE))
         problem = Gls(parts, parts.design @ others, linear)
-        theta = detectable(problem, term, others, level=0.95, power=_SHOWN_IN_SHARE)
+        theta = detectable_theta(problem, term, others, level=0.95, power=_SHOWN_IN_SHARE)
         lengths.append(math.log(n))
         least.append(math.log(theta) if math.isfinite(theta) else math.inf)
     if not all(map(math.isfinite, least)) or least[0] <= wanted:
@@ -302,7 +299,7 @@ _LONGEST = math.log(1e15)  # samples
 
 
 def _covariance(gls: Gls, theta: Floats, used: list[int], scale: float, tau0: float) -> tuple[tuple[str, ...], Floats]:
-    """Of the coefficients √θ, from that of θ."""
+    """Names and covariance of the coefficients √θ, from the covariance of θ."""
     if not used:
         return (), np.empty((0, 0))
     active = [*used, *(p for p in range(len(LINEAR), len(theta)) if theta[p] > 0)]

@@ -1,4 +1,4 @@
-"""Results as aligned text, as the command line prints them."""
+"""Tables of results as aligned text, for the command line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["deviation_table", "fit_table", "read_off_table"]
 
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
-    "no confidence interval, and blind to the bias where terms meet. A term not listed has no stretch of its slope here.",
+    "not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of its slope.",
 )
 
 
@@ -22,21 +22,21 @@ _COLUMNS = 5
 
 _FIT_LEGEND = (
     "Fitted: generalised least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
-    '"below": 95 % limit of a term that was not seen; "would show": in nine of ten cases, if nothing else is there that was',
-    "not seen. p: how often chance makes a larger misfit if the model is right; with p < 0.002 a model is not adequate.",
-    "Read off: lines laid by the slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line also reads what other terms",
-    "add there, and its ± is a rule of thumb: that is why the two differ.",
+    '"below": 95 % upper limit of a term that is not observed; "would show": with a probability of 90 %, if the other terms',
+    "that are not observed are absent. p: p-value of the goodness of fit; a model with p < 0.002 is not adequate.",
+    "Read off: lines of the term's slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line includes the other terms at",
+    "its averaging times, and its ± is a rule of thumb: therefore the two columns differ.",
 )
 
 
 def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) -> str:
-    """The fitted coefficients as aligned text, in the field's units, with the paper's reading beside each."""
+    """The fitted coefficients as aligned text, in the field's units, beside those read off."""
     rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "", "read off")]
     notes: dict[str, str] = {}
     plateau = False
     for channel, fitted in fits.items():
         read = read_offs[channel]
-        rows.append((channel, fitted.headline().replace("generalised least squares,", "adequate:")))
+        rows.append((channel, fitted.headline(method=False)))
         for name in fitted:
             term = TERMS[name]
             reading = read.texts(name)[0] if name in read else None
@@ -61,8 +61,8 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
     lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=False)).rstrip() for row in rows]
     lines += ["", *_FIT_LEGEND]
     if plateau:
-        lines.append("Bias instability: the flat part of the curve, which most data sheets state, lies at 0.664 of it.")
-    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+        lines.append("Bias instability: the flat part of the curve, which most data sheets state, is 0.664 of it.")
+    lines += [f"{term.capitalize()}: {others} have the same slope." for others, term in notes.items()]
     return "\n".join(lines)
 
 
@@ -72,7 +72,7 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
     notes: dict[str, str] = {}
     for channel, result in read_off.items():
         if not result and not result.refused:
-            rows.append((channel, "no region of any term", "", ""))
+            rows.append((channel, "no term has a region", "", ""))
         first = channel
         for name, c in result.items():
             texts = result.texts(name)
@@ -92,12 +92,12 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
     widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
     lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
     lines += ["", *_LEGEND]
-    lines += [f"{term.capitalize()}: the same slope is made by {others}." for others, term in notes.items()]
+    lines += [f"{term.capitalize()}: {others} have the same slope." for others, term in notes.items()]
     return "\n".join(lines)
 
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:
-    """Deviations channel by channel in SI; with a `noise`, their 95 % intervals for it."""
+    """Deviations by channel in SI, with their 95 % intervals if the `noise` is given."""
     lines: list[str] = []
     for channel, curve in deviations.items():
         lines.append(f"{channel}: {curve.label} [{curve.unit}], {curve.n} samples at {1 / curve.tau0:.6g} Hz")
@@ -111,6 +111,6 @@ def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping
         shown = noise if isinstance(noise, str) else ", ".join(noise)
         lines += [
             "",
-            f"[ ]: 95 % by χ² with the degrees of freedom of {shown.replace('_', ' ')}, if that is the noise.",
+            f"[ ]: 95 % interval by χ² with the degrees of freedom of {shown.replace('_', ' ')}.",
         ]
     return "\n".join(lines)

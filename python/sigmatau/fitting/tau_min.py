@@ -1,4 +1,4 @@
-"""From which averaging time on, with or without a ramp, and with which sixth term the model fits."""
+"""Choice of the shortest averaging time, the ramp and the sixth term of a fit."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.findings.kinds.fit import ShortTimesDeviate
 from sigmatau.fitting import sixth_term
 from sigmatau.fitting.components import LINEAR, Components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
 from sigmatau.fitting.sixth_term import Extension
-from sigmatau.results import two_digits
 
 __all__ = [
     "LARGEST_START",
@@ -32,25 +32,25 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 LONGEST_SHARE = 3
-"""Averaging times up to the record over this are used; beyond, a variance has hardly two degrees of freedom."""
+"""The longest averaging time is the record over this; a longer one has hardly two degrees of freedom."""
 
 LEAST_TIMES = 8
-"""So many averaging times are needed: four terms, and as many to judge the fit by."""
+"""Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit."""
 
 LEAST_P = 0.002
-"""With all averaging times, a misfit as large as chance makes in fewer cases than this is not adequate."""
+"""Smallest p-value of the goodness of fit with all averaging times for the model to be adequate."""
 
 LEAST_P_LATER = 0.01
-"""The same once shorter times were left out, when something is known to be wrong with them."""
+"""The same once shorter averaging times are left out, which are then known to deviate."""
 
 LEAST_P_EXTENDED = 0.05
-"""The same with a sixth term, which was chosen among hundreds because it fits best."""
+"""The same with a sixth term, which is the best of hundreds."""
 
-_HOPELESS_P = 1e-4
-"""A sixth term is tried if the five fit worse than this: one of hundreds of frequencies always fits a little better."""
+_SIXTH_TERM_P = 1e-4
+"""A sixth term is tried only if five terms fit worse than this: the best of hundreds always fits a little better."""
 
 LARGEST_START = 128
-"""The shortest averaging time used may be so many samples: an internal low-pass filter of any use is over by then."""
+"""Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]"""
 
 QUANTIZATION = LINEAR.index("quantization")
 _FAILURES = (FloatingPointError, np.linalg.LinAlgError)
@@ -58,22 +58,22 @@ _FAILURES = (FloatingPointError, np.linalg.LinAlgError)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Data:
-    """What is fitted, in samples and in a unit that makes numbers near 1.
+    """The data of a fit, in samples and in a unit that makes the variances near 1.
 
     Attributes
     ----------
     n : int
     m : tuple of int, n_tau
     avar, ramps : ndarray, shape (n_tau,)
-        Allan variances, and the ramps per sample that the mean differences show.
+        Allan variances, and the ramps per sample from the mean second differences.
     candidates : tuple of int
-        Indices in `LINEAR` of the terms that may be there.
+        Indices in `LINEAR` of the terms that are fitted.
     with_ramp : bool
-        Whether a ramp may be there.
+        Whether a ramp is fitted.
     first : int or None
-        The averaging time to begin with, if that was asked for.
+        Index of the shortest averaging time, if that is given.
     gaps : Gaps or None
-        What is missing.
+        Missing samples.
     """
 
     n: int
@@ -90,7 +90,7 @@ class Data:
         return components_with_gaps(self.n, self.m, self.gaps, **({} if extra is None else extra.arguments()))
 
     def gls(self, first: int, extra: Extension | None = None) -> Gls:
-        """The problem from one averaging time on."""
+        """The least squares problem from one averaging time on."""
         parts = self.parts(extra).from_index(first)
         also = tuple(range(len(LINEAR), len(parts.names)))
         return Gls(parts, self.avar[first:], (*self.candidates, *also))
@@ -105,13 +105,13 @@ class Attempt:
     first : int
         Index of that averaging time.
     gls : Gls
-        The problem; without the ramp if there is one.
+        The least squares problem; with the ramp removed if it is significant.
     theta : ndarray
     p_value : float
-        Of the misfit.
+        Of the goodness of fit.
     ramp : Ramp or None
     still : tuple of Gls and ndarray, or None
-        The problem without the ramp, significant or not, and its θ.
+        The problem with the ramp removed, significant or not, and its θ.
     extra : Extension or None
     """
 
@@ -124,46 +124,42 @@ class Attempt:
     extra: Extension | None = None
 
     def expected(self, data: Data) -> Floats:
-        """Allan variances of the model at all averaging times, those left out too."""
+        """Allan variances of the model at all averaging times, including those left out."""
         slope = 0.0 if self.ramp is None else self.ramp.used
         parts = data.parts(self.extra)
         return np.asarray(parts.design @ self.theta + 0.5 * slope**2 * parts.squares)
 
-    def reason(self, data: Data) -> str:
-        """Why the shortest averaging times were left out, if they were."""
+    def reasons(self, data: Data) -> tuple[ShortTimesDeviate, ...]:
+        """Why the shortest averaging times were left out; empty if they were not."""
         if self.first == 0 or data.first is not None:
-            return ""
+            return ()
         ratios = np.sqrt(data.avar / self.expected(data))[: self.first]
         worst = int(np.argmax(np.abs(np.log(ratios))))
-        ratio = float(ratios[worst])
-        size = f"{data.m[worst]} samples" if data.m[worst] > 1 else "1 sample"
-        off = f"σ at {size} is {two_digits(100 * abs(ratio - 1))} % {'below' if ratio < 1 else 'above'} the model"
-        why = "as after a low-pass filter" if ratio < 1 else "something else rules there"
-        return f"{off}; shorter times left out, {why}"
+        return (ShortTimesDeviate(cluster_size=data.m[worst], ratio=float(ratios[worst])),)
 
 
 def best_attempt(data: Data, *, level: float) -> tuple[Attempt | None, Attempt | None]:
-    """The attempt to be stated, and the nearest one if there is none."""
+    """The adequate attempt or None, and the attempt with the largest p-value."""
     starts = [k for k, m in enumerate(data.m) if m <= LARGEST_START and len(data.m) - k >= LEAST_TIMES]
     if data.first is not None or not starts:
         starts = [data.first or 0]
     five, nearest = _five_terms(data, starts, level)
     if five is not None and five.first == starts[0]:
         return five, five
-    at_once = _attempt(data, starts[0], level)
-    if at_once is not None and at_once.p_value > _HOPELESS_P:
+    with_all = _attempt(data, starts[0], level)
+    if with_all is not None and with_all.p_value > _SIXTH_TERM_P:
         return five, nearest
     extended = _extended(data, starts, five, level)
     return (extended if extended is not None else five), nearest
 
 
 def _attempt(data: Data, first: int, level: float, extra: Extension | None = None) -> Attempt | None:
-    """The fit from one averaging time on; None if there is none."""
+    """The fit from one averaging time on; None if it fails."""
     attempt = _with_candidates(data, first, level, extra)
     if attempt is None or first == 0:
         return attempt
-    # At the times left out, no term may make much more than was measured there. Quantization noise, which rises towards
-    # them most, would then stand for something else; white and red noise may be filtered there.
+    # Quantization noise that exceeds the measured variance at the times left out is not quantization noise. The other terms
+    # may exceed it, because they may be filtered there.
     phase = attempt.theta[QUANTIZATION] * data.parts().design[:first, QUANTIZATION]
     if np.any(phase > data.avar[:first]):
         others = tuple(p for p in data.candidates if p != QUANTIZATION)
@@ -188,21 +184,21 @@ def _with_candidates(data: Data, first: int, level: float, extra: Extension | No
 
 
 def _five_terms(data: Data, starts: Sequence[int], level: float) -> tuple[Attempt | None, Attempt | None]:
-    """The attempt from the shortest averaging time that leaves an acceptable misfit, and the one with the least."""
+    """The attempt from the shortest averaging time with an acceptable p-value, and the one with the largest p-value."""
     nearest: Attempt | None = None
     for first in starts:
         attempt = _attempt(data, first, level)
         if attempt is None:
             continue
         if attempt.p_value > (LEAST_P if first == starts[0] else LEAST_P_LATER):
-            return (attempt if first == starts[0] else _settled(data, attempt, level)), attempt
+            return (attempt if first == starts[0] else _an_octave_later(data, attempt, level)), attempt
         if nearest is None or attempt.p_value > nearest.p_value:
             nearest = attempt
     return None, nearest
 
 
-def _settled(data: Data, found: Attempt, level: float) -> Attempt:
-    """An octave on: what was just too small to be noticed there is half as large here."""
+def _an_octave_later(data: Data, found: Attempt, level: float) -> Attempt:
+    """The fit from twice the averaging time on, where a deviation that was just not significant is half as large."""
     later = next((k for k, m in enumerate(data.m) if m >= 2 * data.m[found.first]), None)
     if later is None or len(data.m) - later < LEAST_TIMES:
         return found
@@ -211,7 +207,7 @@ def _settled(data: Data, found: Attempt, level: float) -> Attempt:
 
 
 def _extended(data: Data, starts: Sequence[int], five: Attempt | None, level: float) -> Attempt | None:
-    """A sixth term, if with it the fit reaches to much shorter averaging times than without."""
+    """The fit with a sixth term, if it begins at a much shorter averaging time than the one without."""
     limit = data.m[five.first] / sixth_term.GAIN_IN_REACH if five is not None else data.m[starts[-1]]
     for first in starts:
         if data.m[first] > limit:

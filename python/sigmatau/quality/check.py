@@ -1,7 +1,6 @@
-"""Findings that need a curve, a spectrum or a fit, and what each does to which coefficient; and all findings together.
+"""All checks of the samples of a record together.
 
-`check` says what the samples and their spectra show, before anything is fitted; `check_fits` what shows only against the
-noise that was fitted.
+`check` uses the samples and their spectra, before a fit; `check_fits` has the checks that need a fit.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.drift import temperature, warm_up
 from sigmatau.quality.drift.stationarity import non_stationary
@@ -29,50 +29,49 @@ from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import duration_text
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Spectrum
 
 __all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "with_fits"]
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
-"""By channel or stream: the sensor's own bandwidth in Hz, and the order of its filter if that is known."""
+"""By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
 
 _RUNS = ("dropout", "saturation", "stuck_samples", "interpolated")
 
 _LARGEST, _SMALLEST = 1e60, 1e-60
 
 LEAST_SAMPLES = 64
-"""Shorter streams are not checked: nothing about them is sure."""
+"""Shortest stream that is checked. [samples]"""
 
 
 LOOKED_AT = 1 << 24
-"""So many samples of a stream are looked at: a day and a half at 128 Hz, some hundred megabytes a channel."""
+"""Samples of a stream that are checked: 36 hours at 128 Hz, some hundred megabytes for each channel."""
 
 
 def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
-    """What is wrong with a record, as far as samples and spectra show it, and what that does to which coefficient.
+    """Faults of a record that samples and spectra show, and their effects on the coefficients.
 
     Parameters
     ----------
     record : Record
         Samples may be missing.
     bandwidth : mapping of str to (float, int or None), optional
-        The sensors' own bandwidth by their data sheets, by stream (``{"gyro": (30.0, 1)}``) or channel: then it is said
-        what sampling without an anti-alias filter folds into the random walk. [Hz]
+        Bandwidth of the sensors from their data sheets, by stream (``{"gyro": (30.0, 1)}``) or channel: the aliasing by
+        sampling without an anti-alias filter is then checked too. [Hz]
     looked_at : int
-        Samples of each stream that are looked at, from its beginning; it is said if there are more. Memory is a few times
-        that of so many samples of a channel.
+        Samples of each stream that are checked, from its beginning; a finding names longer streams. The memory needed is a
+        few times that of these samples of one channel.
 
     Returns
     -------
     tuple of Finding
-        Those of the record itself are not repeated.
+        Without the findings of the record itself.
 
     Raises
     ------
     OptionError
-        For a bandwidth of a stream that is not there, or that is not positive; for a number of samples below 64.
+        For a bandwidth that is not positive or of an unknown stream, and for fewer than 64 samples.
     """
     if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
         raise OptionError(
@@ -87,7 +86,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
             continue
         found += _of_stream(usable, stated.get(stream.name))
         if usable.grid.n < stream.grid.n:
-            found.append(_in_part(stream, usable))
+            found.append(_checked_in_part(stream, usable))
     return tuple(found)
 
 
@@ -98,10 +97,10 @@ def check_fits(
     looked_at: int = LOOKED_AT,
     found: Sequence[Finding] | None = None,
 ) -> tuple[Finding, ...]:
-    """What is wrong with a record, as far as it shows against the noise that was fitted.
+    """Faults of a record that need a fit.
 
-    Drifts with the time since the start and with temperature, noise that does not stay the same, and quantization larger
-    than the step of the log can make.
+    Drifts with the time since the start and with temperature, noise that changes, and quantization noise that is larger than
+    the resolution of the log explains.
 
     Parameters
     ----------
@@ -111,8 +110,7 @@ def check_fits(
     looked_at : int
         See `check`.
     found : sequence of Finding, optional
-        What `check` found: whether the noise stays the same is asked of the stretches without a disturbance. Default: they
-        are looked for.
+        Findings of `check`: stationarity is tested on the stretches without a disturbance. Default: these are searched for.
 
     Returns
     -------
@@ -133,7 +131,7 @@ def check_fits(
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
                 said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
-        # A level that is not the sensor's, at either end, is no drift of it.
+        # Samples at either end that are not the sensor's are not a drift.
         calm = quiet(stream) if faulty else stream
         of_calm = of_stream if calm is stream else {}
         said += warm_up(calm, of_calm)
@@ -141,7 +139,7 @@ def check_fits(
             said += temperature(calm, thermometer, of_calm)
         still = undisturbed(stream) if disturbed else stream
         if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
-            # Bad samples here and there are told by themselves: is the rest uneven, too?
+            # Single bad samples are reported by another check: only channels that are uneven without them count.
             clean = without_faults(still)
             said += [finding for finding in non_stationary(clean, of_stream) if finding.channel in uneven]
     return tuple(said)
@@ -150,7 +148,7 @@ def check_fits(
 def with_fits(
     record: Record, fits: Mapping[str, NoiseFit], found: Sequence[Finding], *, looked_at: int = LOOKED_AT
 ) -> list[Finding]:
-    """What `check` found, with what it does to the fits that were made then: bad samples, filters, lines.
+    """Findings of `check` with the effects of bad samples, filters and lines on the fits.
 
     Parameters
     ----------
@@ -158,9 +156,9 @@ def with_fits(
     fits : mapping of str to NoiseFit
         By channel.
     found : sequence of Finding
-        Of any kind; those of which nothing more is known are returned as they are.
+        Of any kind; those without such an effect are returned unchanged.
     looked_at : int
-        See `check`; of longer streams nothing more is said.
+        See `check`; findings of longer streams are returned unchanged.
 
     Returns
     -------
@@ -184,7 +182,7 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
     at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
     if any(finding.code in _RUNS for finding in found):
-        # Their spectrum is not the sensor's, and axes that are lost together are not correlated.
+        # Such runs change the spectrum, and axes that are lost together are not correlated.
         stream, at_rest = (without_runs(lost_rows(one)[1]) for one in (stream, at_rest))
     if any(finding.code == "spikes" for finding in found):
         stream, at_rest = without_spikes(stream), without_spikes(at_rest)
@@ -209,20 +207,13 @@ def _beginning(stream: Stream, samples: int) -> Stream:
     return stream if stream.grid.n <= samples else stream.cut(0, samples)
 
 
-def _in_part(stream: Stream, part: Stream) -> Finding:
-    return Finding(
-        code="checked_in_part",
-        severity="info",
-        channel=stream.name,
-        message=f"the record is long: its first {duration_text(part.grid.duration)} are checked for faults,"
-        f" {part.grid.n} of {stream.grid.n} samples",
-        effect="what is wrong with the rest is not told",
-        remedy="check another part by --window",
-    )
+def _checked_in_part(stream: Stream, part: Stream) -> Finding:
+    details = CheckedInPart(checked=part.grid.n, samples=stream.grid.n, duration=part.grid.duration)
+    return Finding(details=details, severity="info", channels=(stream.name,))
 
 
 def _usable(stream: Stream) -> Stream | None:
-    """The channels that have something to look at: enough samples, that change, and whose squares can be squared."""
+    """The channels that can be checked: with enough samples, not constant, and within the range of double precision."""
     if stream.grid.n < LEAST_SAMPLES:
         return None
     channels = []
@@ -239,13 +230,13 @@ def _spectra(stream: Stream) -> dict[str, Spectrum]:
     for channel in stream.channels:
         try:
             spectra.update(psd(stream.only(channel)))
-        except DataError:  # so many samples are missing that there is no stretch to transform
+        except DataError:  # too many samples are missing for a spectrum
             continue
     return spectra
 
 
 def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tuple[float, int | None]]]:
-    """What is stated of a stream and of its channels, by stream."""
+    """The bandwidths of each stream and of its channels, by stream."""
     names = {stream.name: stream.name for stream in record.streams}
     names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
     found: dict[str, dict[str, tuple[float, int | None]]] = {}

@@ -1,4 +1,4 @@
-"""What a curve, or its fit, says of itself."""
+"""Findings about a curve or its fit alone."""
 
 from __future__ import annotations
 
@@ -9,77 +9,73 @@ import numpy as np
 
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import (
+    ConstantChannel,
+    NoAdequateModel,
+    OutOfRange,
+    ShortTimesLeftOut,
+    SinusoidFitted,
+    Strided,
+    TooFewSamples,
+    TooShort,
+)
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
-from sigmatau.results import seconds
 
-__all__ = ["LARGEST", "LEAST", "beyond", "constant", "lifeless", "of_fit", "rounding", "strided"]
+__all__ = [
+    "LARGEST",
+    "LEAST",
+    "constant_channel",
+    "constant_channels",
+    "fit_findings",
+    "out_of_range",
+    "rounding",
+    "strided",
+    "too_few_samples",
+]
 
 LEAST, LARGEST = 1e-120, 1e120
-"""A fit squares variances."""
+"""Range of Allan variances that can be analysed: a fit squares them. [rate_unit²]"""
+
+_MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
+
+_LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
 
 
-_MANY = 0.1  # share of missing samples that may be the reason why there are too few
+def fit_findings(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
+    """Why a channel is not fitted, or not from its shortest averaging time on.
 
-
-def of_fit(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
-    """Why a channel was not fitted, or not from its shortest time on; `missing` is the share of its samples that is."""
+    Parameters
+    ----------
+    fitted : NoiseFit
+    missing : float
+        Share of missing samples.
+    """
+    channels = (fitted.channel,)
     if fitted.verdict == "too_short":
-        lost = missing > _MANY
-        return [
-            Finding(
-                code="too_short",
-                severity="warning",
-                channel=fitted.channel,
-                message=f"not fitted: {fitted.reason}"
-                + (f"; {100 * missing:.3g} % of the samples are missing, which leaves too few to fit" if lost else ""),
-                size=missing if lost else None,
-                remedy="look for the cause of the loss: a longer record with as many losses helps little"
-                if lost
-                else "",
-            )
-        ]
+        size = missing if missing > _MANY_MISSING else None
+        details = TooShort(reasons=fitted.reasons, missing=missing)
+        return [Finding(details=details, severity="warning", channels=channels, size=size)]
     if fitted.verdict == "descriptive":
-        message = f"no adequate model: {fitted.reason}"
-        effect = "coefficients without intervals"
-        return [
-            Finding(
-                code="no_adequate_model", severity="warning", channel=fitted.channel, message=message, effect=effect
-            )
-        ]
-    sixth = []
-    if fitted.sinusoid:
-        line = fitted.sinusoid[0]
-        sixth.append(
-            Finding(
-                code="sinusoid_fitted",
-                severity="info",
-                channel=fitted.channel,
-                message=(
-                    f"the five terms alone do not make this curve: a sinusoid of {line.amplitude.value:.3g}"
-                    f" {line.amplitude.unit} at {line.frequency.value:.4g} Hz was fitted with them"
-                ),
-                size=line.amplitude.value,
-                unit=line.amplitude.unit,
-                effect="the coefficients are those of the noise beside it",
-                remedy="look for what swings so slowly or shakes there: temperature control, vibration",
-            )
+        return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity="warning", channels=channels)]
+    found = [
+        Finding(
+            details=SinusoidFitted(frequency=line.frequency.value),
+            severity="info",
+            channels=channels,
+            size=line.amplitude.value,
+            unit=line.amplitude.unit,
         )
-    if fitted.tau_min is not None and fitted.tau_min > 1.5 * fitted.tau0:
-        return [
-            *sixth,
-            Finding(
-                code="short_times_left_out",
-                severity="info",
-                channel=fitted.channel,
-                message=f"the model holds from τ = {seconds(fitted.tau_min)} s on: {fitted.reason}",
-            ),
-        ]
-    return sixth
+        for line in fitted.sinusoid[:1]
+    ]
+    if fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
+        left_out = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
+        found.append(Finding(details=left_out, severity="info", channels=channels))
+    return found
 
 
 def rounding(stream: Stream, channel: str) -> float:
-    """A deviation that rounding alone may leave of a channel that never changes, or only grows evenly."""
+    """Largest deviation that rounding alone can make of a channel that is constant, or a straight line."""
     k = stream.channels.index(channel)
     raw, t = stream.samples.raw[k], stream.samples.transforms[k]
     first, last = 0, -1
@@ -91,60 +87,60 @@ def rounding(stream: Stream, channel: str) -> float:
     return 4 * sys.float_info.epsilon * largest
 
 
-def beyond(curve: DeviationCurve) -> Finding:
-    """Deviations whose squares cannot be squared again."""
-    largest = curve.adev.max()
-    return Finding(
-        code="out_of_range",
-        severity="error",
-        channel=curve.channel,
-        message=f"deviations up to {largest:.3g} {curve.unit} are too {'large' if largest > 1 else 'small'}",
-        effect="not analysed; check unit and scale",
-    )
+def out_of_range(curve: DeviationCurve) -> Finding:
+    """The finding that the Allan variances of a channel overflow or vanish when they are squared."""
+    details = OutOfRange(largest=float(curve.adev.max()), rate_unit=curve.unit)
+    return Finding(details=details, severity="error", channels=(curve.channel,))
 
 
-def constant(stream: Stream, channel: str) -> Finding:
-    """A channel that never changes."""
+def constant_channel(stream: Stream, channel: str) -> Finding:
+    """The finding that a channel never changes."""
     k = stream.channels.index(channel)
     first = 0 if stream.mask is None else int(np.flatnonzero(~stream.mask[:, k])[0])
-    value = stream.samples.read(k, first, first + 1)[0]
-    return Finding(
-        code="constant_channel",
-        severity="error",
-        channel=channel,
-        message=f"{stream.grid.n} samples of {value:.6g} {stream.unit} differ by no more than rounding",
-        effect="not analysed; check the wiring, the resolution or the column",
-    )
+    value = float(stream.samples.read(k, first, first + 1)[0])
+    details = ConstantChannel(samples=stream.grid.n, value=value, rate_unit=stream.unit)
+    return Finding(details=details, severity="error", channels=(channel,))
 
 
-def lifeless(stream: Stream) -> list[Finding]:
-    """Channels of a sensor that never change, or have no sample at all, without their curves."""
+def too_few_samples(stream: Stream, channel: str) -> Finding:
+    """The finding that so many samples of a channel are missing that it has no Allan variance."""
+    missing = 0 if stream.mask is None else int(stream.mask[:, stream.channels.index(channel)].sum())
+    details = TooFewSamples(missing=missing, samples=stream.grid.n)
+    return Finding(details=details, severity="error", channels=(channel,))
+
+
+def constant_channels(stream: Stream) -> list[Finding]:
+    """Channels of a sensor that never change, or have no sample, found without their curves."""
     if stream.quantity == "temperature":
         return []
-    said = []
+    found = []
     for channel in stream.channels:
         x = stream.column(channel)
         low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
-        if low != low:
-            message = f"none of {stream.grid.n} samples is there"
-            said.append(Finding(code="too_few_samples", severity="error", channel=channel, message=message))
+        if np.isnan(low):
+            found.append(too_few_samples(stream, channel))
         elif high - low <= rounding(stream, channel):
-            said.append(constant(stream, channel))
-    return said
+            found.append(constant_channel(stream, channel))
+    return found
 
 
-def strided(curves: Mapping[str, DeviationCurve], name: str | None, why: str = "") -> list[Finding]:
-    """From which averaging time on clusters do not begin at every sample."""
+def strided(
+    curves: Mapping[str, DeviationCurve], stream: str | None = None, *, out_of_memory: bool = False
+) -> list[Finding]:
+    """From which averaging time on clusters do not begin at every sample.
+
+    Parameters
+    ----------
+    curves : mapping of str to DeviationCurve
+        Of one stream, by channel.
+    stream : str, optional
+        Its name.
+    out_of_memory : bool
+        Whether the record does not fit in memory.
+    """
     curve = next(iter(curves.values()))
     if curve.stride is None:
         return []
-    first = seconds(float(curve.tau[curve.stride > 1][0]))
-    return [
-        Finding(
-            code="strided",
-            severity="info",
-            channel=name,
-            message=f"{why}from τ = {first} s on, clusters begin at every 64th sample or less often",
-            effect="spread grows by less than 0.1 % for white noise and slower, by a multiple for quantization noise",
-        )
-    ]
+    first = float(curve.tau[curve.stride > 1][0])
+    details = Strided(tau=first, samples=curve.n, out_of_memory=out_of_memory)
+    return [Finding(details=details, severity="info", channels=() if stream is None else (stream,))]

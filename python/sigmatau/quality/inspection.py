@@ -1,4 +1,4 @@
-"""What is in a log, and what is wrong with it: that of the file, and that of its samples."""
+"""Inspection of a log: its content, and the findings about the file and its samples."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from typing import Any
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import allan
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import CheckedWithoutFit
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
-from sigmatau.quality import curve_checks as curve_findings
+from sigmatau.quality import curve_checks
 from sigmatau.quality.causes import one_cause
 from sigmatau.quality.check import Bandwidth, check, check_fits, with_fits
 from sigmatau.quality.facts import facts_kept
@@ -27,7 +28,7 @@ from sigmatau.record.record import Record
 __all__ = ["FITTED", "Inspection", "inspect"]
 
 FITTED = 8_000_000
-"""So many samples, of all channels together, are fitted in passing: some seconds on one core."""
+"""Largest number of samples of all channels that are fitted for the checks, which takes some seconds on one core."""
 
 
 @facts_kept()
@@ -38,10 +39,10 @@ def inspect(
     leave_out: str | Sequence[str] | None = None,
     **reading: Any,  # noqa: ANN401
 ) -> Inspection:
-    """What a file holds, and what is wrong with it and with the samples that would be analysed.
+    """The content of a file, and the findings about it and about the samples that would be analysed.
 
-    Nothing has to be known of the file. Tables with a sensor by the names of their columns, and those that are asked for by
-    `topic` or `channels`, are read; of the others only names are told.
+    No option is required. Tables whose column names indicate a sensor, and those selected by `topic` or `channels`, are
+    read; the others are listed by name only.
 
     Parameters
     ----------
@@ -49,9 +50,9 @@ def inspect(
     bandwidth : mapping of str to (float, int or None), optional
         The sensors' own bandwidth, see `sigmatau.check`. [Hz]
     leave_out : str or sequence of str, optional
-        Stretches to take for missing before the samples are checked, see `sigmatau.analyze`.
+        Stretches to treat as missing before the samples are checked, see `sigmatau.analyze`.
     **reading
-        As `sigmatau.read` takes them: then it is said what would come of it.
+        Options of `sigmatau.read`.
 
     Returns
     -------
@@ -60,9 +61,9 @@ def inspect(
     Raises
     ------
     DataError
-        If nothing of the file can be read.
+        If the file cannot be read.
     OptionError
-        For an option of the wrong form, a topic or a sensor that is not there.
+        For an invalid option, or a topic or sensor that the file does not have.
     """
     found = inspection.inspect(path, **reading)
     if found.record is None:
@@ -71,38 +72,25 @@ def inspect(
     left: list[Finding] = []
     if leave_out is not None:
         record, left = leave_out_of(record, leave_out)
-    nothing = [finding for stream in record.streams for finding in curve_findings.lifeless(stream)]
-    checked = [*left, *nothing, *check(record, bandwidth=bandwidth)]
+    constant = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
+    checked = [*left, *constant, *check(record, bandwidth=bandwidth)]
     return replace(found, record=record, checks=tuple(_against_fits(record, checked)))
 
 
 def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:
-    """With what shows only against the noise that is fitted, as `sigmatau.analyze` finds it."""
+    """The findings, with those that need a fit, as `sigmatau.analyze` has them."""
     streams = [stream for stream in record.streams if stream.quantity != "temperature"]
     number = sum(stream.grid.n * len(stream.channels) for stream in streams)
     if number > FITTED or not all(memory.fits(stream, None) for stream in streams):
-        return [*found, _not_fitted(number)]
+        return [*found, Finding(details=CheckedWithoutFit(samples=number), severity="info")]
     fits: dict[str, NoiseFit] = {}
     for stream in streams:
         for channel in stream.channels:
-            with contextlib.suppress(DataError):  # too short, or too much is missing: then there is nothing to judge by
+            with contextlib.suppress(DataError):  # too short, or too many samples are missing
                 curve = allan(Record(streams=(stream.only(channel),)))[channel]
-                if curve_findings.LEAST < curve.avar.max() < curve_findings.LARGEST and curve.adev.max() > (
-                    curve_findings.rounding(stream, channel)
+                if curve_checks.LEAST < curve.avar.max() < curve_checks.LARGEST and curve.adev.max() > (
+                    curve_checks.rounding(stream, channel)
                 ):
                     fits[channel] = fit(curve)
-    told = [*with_fits(record, fits, found), *check_fits(record, fits, found=found)]
-    return one_cause(told, list(fits), max((stream.grid.duration for stream in streams), default=0.0))
-
-
-def _not_fitted(number: int) -> Finding:
-    return Finding(
-        code="checked_without_fit",
-        severity="info",
-        message=(
-            f"{number} samples are too many to fit in passing: warm-up, temperature and noise that changes have not been"
-            " looked for"
-        ),
-        effect="what they do to the coefficients is not told",
-        remedy="sigmatau analyze looks for them too",
-    )
+    found = [*with_fits(record, fits, found), *check_fits(record, fits, found=found)]
+    return one_cause(found, list(fits), max((stream.grid.duration for stream in streams), default=0.0))

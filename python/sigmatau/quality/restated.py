@@ -14,6 +14,7 @@ import numpy as np
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import channel_curve
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import FilterTakenForProcess
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.effects import Change, compared, in_fit, severity
@@ -27,7 +28,6 @@ from sigmatau.quality.spectrum.low_pass import low_passes
 from sigmatau.quality.spectrum.upsampling import resampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import seconds
 from sigmatau.spectrum.estimate import welch
 
 __all__ = ["bad_samples_in_fits", "filters_in_fits", "past_filter", "without_faults"]
@@ -130,15 +130,12 @@ def past_filter(
     if reach is None or not fitted.tau_min < time * _OVER or time > reach:
         return fitted
     reach = max(reach, time * _OVER)
-    why = (
-        f"from τ = {seconds(fitted.tau_min)} s on a fit takes the filter at {corner:.3g} Hz for a Gauss-Markov process of"
-        f" {seconds(time)} s, and no random walk is seen beside it"
-    )
+    why = FilterTakenForProcess(corner=corner, correlation_time=time, tau_min=fitted.tau_min)
     try:
         after = again(reach)
     except OptionError:
         return fitted.doubted(why)
-    return replace(after, reason="; ".join(filter(None, [after.reason, why])))
+    return replace(after, reasons=(*after.reasons, why))
 
 
 @stream_fact

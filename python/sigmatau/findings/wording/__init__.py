@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SUBJECTS", "Words", "sentence", "words"]
 
-SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting")
+SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting", "live")
 """Modules of this package, one per subject."""
 
 _CAUSES = {

@@ -2,12 +2,101 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording.phrases import Words
+from sigmatau.findings.kinds.drift import Drift, LateDrift, NonStationary, TemperatureDrift, WarmUp
+from sigmatau.findings.wording.phrases import Words, clock, factor_text
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import duration_text, seconds, two_digits
 
 __all__ = ["WORDS"]
 
-WORDS: dict[type, Callable[[Finding, Any], Words]] = {}
+
+def _effect(finding: Finding, details: Drift) -> str:
+    """The coefficient that the drift changes most."""
+    if finding.factors:
+        term, factor = max(finding.factors, key=lambda one: abs(math.log(one[1])) if one[1] > 0 else math.inf)
+        text = factor_text(term, factor, quantity=details.quantity)
+        if term in details.lower_bounds and factor > 1:
+            label = TERMS[term].label(details.quantity)
+            text = f"{label} at least {text.removeprefix(label).strip()}"
+        return text
+    if details.undetermined:
+        return f"all of the {TERMS[details.undetermined[0]].label(details.quantity)} may be this drift"
+    return "no coefficient changes by more than 5 %"
+
+
+def _size(finding: Finding, details: WarmUp | LateDrift) -> str:
+    unit, factor = display_units("bias_instability", details.quantity, finding.unit)[-1]
+    return f"{two_digits((finding.size or 0.0) / factor)} ± {two_digits(details.error / factor)} {unit}"
+
+
+def _exponential(finding: Finding, details: WarmUp | LateDrift, motion: str) -> str:
+    return (
+        f"{motion.format(_size(finding, details))}, time constant {duration_text(details.time_constant)};"
+        f" {_effect(finding, details)}"
+        f"{' (with the steps)' if details.with_steps else ''}"
+    )
+
+
+def _warm_up(finding: Finding, details: WarmUp) -> Words:
+    window = f"--window {_rounded_up(details.settled)}s:"
+    again = f"Record again from {duration_text(details.settled)} after power-on"
+    if details.settled > details.duration:
+        action = f"{again}; the drift lasts for the whole record"
+    elif details.settled > details.duration / 2:
+        action = f"{again}; {window} would leave less than half of this record"
+    else:
+        action = f"Run with {window} to leave the warm-up out"
+    return Words(_exponential(finding, details, "settles by {}"), action)
+
+
+def _late_drift(finding: Finding, details: LateDrift) -> Words:
+    begins = finding.spans[0][0]
+    action = "Find what changed, and record again"
+    if begins > details.duration / 2:
+        action = f"Find what changed, or run with --window :{begins:.0f}s to leave the drift out"
+    return Words(_exponential(finding, details, "moves by {} at the end"), action)
+
+
+def _temperature(finding: Finding, details: TemperatureDrift) -> Words:
+    unit, factor = display_units("bias_instability", details.quantity, details.rate_unit)[-1]
+    value, low, high = ((one or 0.0) / factor for one in (finding.size, details.low, details.high))
+    return Words(
+        f"follows the temperature by {value:.3g} [{low:.3g}, {high:.3g}] {unit}/K over"
+        f" {two_digits(details.temperature_range)} K; {_effect(finding, details)}",
+        "Compensate the temperature, keep it constant while recording, or select a calm part with --window",
+    )
+
+
+def _non_stationary(finding: Finding, details: NonStationary) -> Words:
+    texts = []
+    one, change = details.segments, details.change
+    if one is not None:
+        texts.append(
+            f"Allan deviations of segments differ by a factor of {one.ratio:.3g}"
+            + ("" if change else f" at τ = {seconds(one.tau)} s, largest from {clock(one.largest_at)} on")
+        )
+    if change is not None:
+        texts.append(f"short-time noise changes at {clock(change.time)}, by a factor of {change.ratio:.3g}")
+    return Words(
+        "; ".join(texts),
+        "Find what changed (--stability MAP.png shows it), or select an even part with --window",
+    )
+
+
+def _rounded_up(time: float) -> int:
+    """Seconds, rounded up to two digits."""
+    step: int = 10 ** max(math.floor(math.log10(time)) - 1, 0)
+    return math.ceil(time / step) * step
+
+
+WORDS: dict[type, Callable[[Finding, Any], Words]] = {
+    WarmUp: _warm_up,
+    LateDrift: _late_drift,
+    TemperatureDrift: _temperature,
+    NonStationary: _non_stationary,
+}

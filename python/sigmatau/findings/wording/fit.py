@@ -2,12 +2,174 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording.phrases import Words
+from sigmatau.findings.kinds import fit as kinds
+from sigmatau.findings.wording.phrases import Words, percent
+from sigmatau.results import duration_text, seconds, two_digits
 
-__all__ = ["WORDS"]
+__all__ = ["WORDS", "reason_text", "reasons_text"]
 
-WORDS: dict[type, Callable[[Finding, Any], Words]] = {}
+_SUMMED_NOISE = {"angular_rate": "angle noise", "acceleration": "velocity noise"}
+
+_SMALLEST_P = 1e-12  # smaller p-values are rounding errors
+
+_REASONS: dict[type, Callable[[Any], str]] = {
+    kinds.TooFewTimes: lambda r: (
+        f"{r.times} averaging times up to a third of {r.samples} samples, at least {r.needed} are needed"
+    ),
+    kinds.ZeroVariance: lambda r: "an Allan variance is 0, which noise cannot make",
+    kinds.Misfit: lambda r: f"σ({seconds(r.tau)} s) is {_off(r.ratio)} the best fit{_p_text(r)}",
+    kinds.NoCovariance: lambda r: "the covariance of the coefficients cannot be computed from so few averaging times",
+    kinds.ShortTimesDeviate: lambda r: (
+        f"σ at {r.cluster_size} sample{'s' if r.cluster_size > 1 else ''} is {_off(r.ratio)} the model,"
+        f" {'as behind a low-pass filter' if r.ratio < 1 else 'because of another noise or a disturbance'}"
+    ),
+    kinds.IsolatedSamples: lambda r: "no two consecutive samples, the random walk includes quantization noise",
+    kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, the rounding error is unknown",
+    kinds.FilterTakenForProcess: lambda r: (
+        f"a fit from τ = {seconds(r.tau_min)} s on takes the filter at {r.corner:.3g} Hz for a Gauss-Markov process"
+    ),
+}
+
+
+def reason_text(reason: kinds.Reason) -> str:
+    """A reason of a fit in words: ``"an Allan variance is 0, which noise cannot make"``."""
+    return _REASONS[type(reason)](reason)
+
+
+def reasons_text(reasons: Sequence[kinds.Reason]) -> str:
+    """All reasons of a fit in words."""
+    return "; ".join(reason_text(reason) for reason in reasons)
+
+
+def _off(ratio: float) -> str:
+    if ratio > 3:
+        return f"{two_digits(ratio)} times"
+    return f"{two_digits(100 * abs(ratio - 1))} % {'below' if ratio < 1 else 'above'}"
+
+
+def _p_text(misfit: kinds.Misfit) -> str:
+    p = misfit.p_value
+    if p is None:
+        return ""
+    return f" (p = {p:.1g})" if p > _SMALLEST_P else f" (p < {_SMALLEST_P:g})"
+
+
+def _too_short(finding: Finding, details: kinds.TooShort) -> Words:
+    text = f"not fitted: {reason_text(details.reasons[0])}"
+    if finding.size is not None:
+        return Words(
+            f"{text}; {percent(details.missing)} of the samples are missing",
+            "Find the cause of the loss; a longer record with the same losses helps little",
+        )
+    return Words(text, "Record longer" if isinstance(details.reasons[0], kinds.TooFewTimes) else "")
+
+
+def _no_adequate_model(finding: Finding, details: kinds.NoAdequateModel) -> Words:
+    action = "Look for a spectral line, a filter or a disturbance; the values have no intervals"
+    return Words(f"no adequate model: {reason_text(details.reasons[0])}", action)
+
+
+def _short_times_left_out(finding: Finding, details: kinds.ShortTimesLeftOut) -> Words:
+    why = f": {reason_text(details.reasons[0])}" if details.reasons else ""
+    return Words(f"fitted from τ = {seconds(details.tau_min)} s on{why}")
+
+
+def _sinusoid_fitted(finding: Finding, details: kinds.SinusoidFitted) -> Words:
+    return Words(
+        f"the five terms do not fit; a sinusoid of {finding.size:.3g} {finding.unit} at {details.frequency:.4g} Hz was"
+        " fitted beside them",
+        "Look for a cause at this frequency, such as temperature control or vibration",
+    )
+
+
+def _out_of_range(finding: Finding, details: kinds.OutOfRange) -> Words:
+    size = "large" if details.largest > 1 else "small"
+    return Words(
+        f"deviations up to {details.largest:.3g} {details.rate_unit} are too {size}; not analysed",
+        "Check unit and scale",
+    )
+
+
+def _constant_channel(finding: Finding, details: kinds.ConstantChannel) -> Words:
+    what = f"all {details.samples} samples are equal"
+    if details.value is not None:
+        what = f"{details.samples} samples of {details.value:.6g} {details.rate_unit} differ by no more than rounding"
+    return Words(f"{what}; not analysed", "Check the wiring, the resolution and the column")
+
+
+def _too_few_samples(finding: Finding, details: kinds.TooFewSamples) -> Words:
+    return Words(f"{details.missing} of {details.samples} samples are missing; not analysed")
+
+
+def _strided(finding: Finding, details: kinds.Strided) -> Words:
+    why = f"{details.samples} samples do not fit in memory: " if details.out_of_memory else ""
+    return Words(f"{why}from τ = {seconds(details.tau)} s on, clusters begin at every 64th sample or less often")
+
+
+def _no_map(finding: Finding, details: kinds.NoMap) -> Words:
+    return Words(f"no stability map: {details.samples} samples, at least {details.needed} are needed")
+
+
+def _white_angle_noise(finding: Finding, details: kinds.WhiteAngleNoise) -> Words:
+    return Words(
+        f"{percent(details.share)} of the variance at τ = {seconds(details.tau)} s is white {_summed(details)}, as"
+        " quantization makes (modified deviation)"
+    )
+
+
+def _flicker_angle_noise(finding: Finding, details: kinds.FlickerAngleNoise) -> Words:
+    return Words(
+        f"{percent(details.share)} of the variance at τ = {seconds(details.tau)} s is flicker {_summed(details)}, not"
+        " quantization (modified deviation)",
+        "Do not use the quantization coefficient; the random walk may be several times too large"
+        if details.quantization_fitted
+        else "Do not use the random walk; it may be several times too large",
+    )
+
+
+def _angle_noise_undetermined(finding: Finding, details: kinds.AngleNoiseUndetermined) -> Words:
+    return Words(
+        f"short averaging times show quantization or flicker {_summed(details)}; the curve cannot tell which",
+        "Run sigmatau analyze on the log: the modified deviation tells which",
+    )
+
+
+def _summed(details: kinds.WhiteAngleNoise | kinds.FlickerAngleNoise | kinds.AngleNoiseUndetermined) -> str:
+    return _SUMMED_NOISE.get(details.quantity, "noise of the integral")
+
+
+def _checked_in_part(finding: Finding, details: kinds.CheckedInPart) -> Words:
+    return Words(
+        f"only the first {duration_text(details.duration)} are checked for faults, {details.checked} of"
+        f" {details.samples} samples",
+        "Check another part with --window",
+    )
+
+
+def _checked_without_fit(finding: Finding, details: kinds.CheckedWithoutFit) -> Words:
+    return Words(
+        f"{details.samples} samples are too many for a quick fit: warm-up, temperature and changing noise not checked",
+        "Run sigmatau analyze to check them",
+    )
+
+
+WORDS: dict[type, Callable[[Finding, Any], Words]] = {
+    kinds.TooShort: _too_short,
+    kinds.NoAdequateModel: _no_adequate_model,
+    kinds.ShortTimesLeftOut: _short_times_left_out,
+    kinds.SinusoidFitted: _sinusoid_fitted,
+    kinds.OutOfRange: _out_of_range,
+    kinds.ConstantChannel: _constant_channel,
+    kinds.TooFewSamples: _too_few_samples,
+    kinds.Strided: _strided,
+    kinds.NoMap: _no_map,
+    kinds.WhiteAngleNoise: _white_angle_noise,
+    kinds.FlickerAngleNoise: _flicker_angle_noise,
+    kinds.AngleNoiseUndetermined: _angle_noise_undetermined,
+    kinds.CheckedInPart: _checked_in_part,
+    kinds.CheckedWithoutFit: _checked_without_fit,
+}

@@ -1,11 +1,11 @@
-"""Block means of a channel, their covariance for each noise term, and regression on them with the noise estimated beside.
+"""Block means of a channel, their covariance for each noise term, and regression on them with the noise estimated too.
 
-Differences of neighbouring block means are stationary for every one of the terms. Their covariance at lag l is the fourth
-difference of the phase autocovariance s at strides of a block; the discrete sine transform makes them independent: exactly
-for a random walk and a rate random walk, whose covariances are tridiagonal, and nearly so for flicker and quantization. A
-regression then has one weight a mode, and the squared coefficients that make the weights are found by restricted
-maximum likelihood (REML) beside the regression: a drift that is regressed on does not swell the noise that it is held
-against, and a walk of the rate that looks like a drift does.
+Differences of neighbouring block means are stationary for every term. Their covariance at lag l is the fourth difference of
+the phase autocovariance s at strides of a block. The discrete sine transform makes them independent: exactly for a random
+walk and a rate random walk, whose covariances are tridiagonal, and nearly so for flicker noise and quantization. A
+regression then has one weight for each mode. The squared coefficients, which determine the weights, are estimated together
+with the regression by restricted maximum likelihood (REML): a drift among the regressors does not increase the estimated
+noise, and a rate random walk that looks like a drift does.
 
 References
 ----------
@@ -33,17 +33,17 @@ __all__ = ["BlockMeans", "Regression", "autocovariance", "block_means", "regress
 Floats = NDArray[np.float64]
 
 BLOCKS = 512
-"""Blocks in a record: a time constant of a hundredth of it is five of them."""
+"""Blocks in a record: a time constant of 1 % of the record spans five of them."""
 
-_FULL_ENOUGH = 0.5
-"""Share of its samples that a block must have for its mean to count."""
+_LEAST_SHARE = 0.5
+"""Smallest share of its samples that a block must have for its mean to be used."""
 
 _MOST_EMPTY = 0.25
-"""Each empty block is an unknown of its own; with more of them the longest stretch is taken instead."""
+"""Largest share of empty blocks, each of which is an unknown; with more, only the longest stretch is used."""
 
 _LEAST_BLOCKS = 64
-_STEPS = 15
-_TOLERANCE = 1e-3
+_STEPS = 15  # of the REML iteration, at most
+_TOLERANCE = 1e-3  # relative change of the mode variances at which it ends
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -53,7 +53,7 @@ class BlockMeans:
     Attributes
     ----------
     means : ndarray, shape (n_blocks,)
-        NaN where too many samples are missing. [unit]
+        NaN if too many samples of the block are missing. [unit]
     length : int
         Samples in a block.
     first : int
@@ -69,27 +69,27 @@ class BlockMeans:
 
     @property
     def step(self) -> float:
-        """Time of a block. [s]"""
+        """Length of a block. [s]"""
         return self.length * self.tau0
 
     @property
     def edges(self) -> Floats:
-        """Beginnings of the blocks and the end of the last, from the stream's first sample; shape (n_blocks + 1,). [s]"""
+        """Edges of the blocks, from the first sample of the stream; shape (n_blocks + 1,). [s]"""
         return np.asarray((self.first + np.arange(len(self.means) + 1) * self.length) * self.tau0, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Regression:
-    """One coefficient beside a level and a ramp, with the noise estimated for it.
+    """Estimate of one coefficient beside a level and a ramp.
 
     Attributes
     ----------
     value, error : float
         The coefficient and its standard error.
     freedom : float
-        Degrees of freedom of the squared error.
+        Degrees of freedom of the squared standard error.
     p_value : float
-        Of as large a coefficient, of either sign, by Student's t.
+        Two-sided p-value by Student's t.
     theta : ndarray, shape (4,)
         Squared coefficients of the noise, per sample; order of `sigmatau.fitting.components.LINEAR`.
     """
@@ -101,7 +101,7 @@ class Regression:
     theta: Floats
 
     def half_width(self, *, level: float = 0.95) -> float:
-        """Half the interval of the coefficient."""
+        """Half the width of the confidence interval of the coefficient."""
         from scipy.special import stdtrit
 
         return float(stdtrit(self.freedom, 0.5 + level / 2)) * self.error
@@ -112,8 +112,9 @@ def block_means(
 ) -> BlockMeans | None:
     """Means of a channel over at most `blocks` blocks, or over blocks of `length` samples.
 
-    Blocks with fewer than half of their samples have none; where more than a quarter has none, only the longest stretch of
-    the others is kept. None if fewer than 64 blocks are left. With `gaps` all blocks are kept, however few they are.
+    A block with fewer than half of its samples has no mean. If more than a quarter of the blocks has no mean, only the
+    longest stretch of the others is kept. None if fewer than 64 blocks are left. With `gaps` all blocks are kept, however
+    few they are.
     """
     n = stream.grid.n
     length = -(-n // blocks) if length is None else length
@@ -124,10 +125,10 @@ def block_means(
     means = x.mean(axis=1)
     bad = np.flatnonzero(np.isnan(means))
     if len(bad):
-        there = ~np.isnan(x[bad])
-        number = there.sum(axis=1)
-        sums = np.where(there, x[bad], 0.0).sum(axis=1)
-        means[bad] = np.where(number >= _FULL_ENOUGH * length, sums / np.maximum(number, 1), np.nan)
+        known = ~np.isnan(x[bad])
+        number = known.sum(axis=1)
+        sums = np.where(known, x[bad], 0.0).sum(axis=1)
+        means[bad] = np.where(number >= _LEAST_SHARE * length, sums / np.maximum(number, 1), np.nan)
     first = 0
     empty = np.isnan(means)
     if not gaps and empty.mean() > _MOST_EMPTY:
@@ -174,9 +175,9 @@ def autocovariance(term: str, lags: int, length: int) -> Floats:
 
 
 def _flicker(lags: int, length: int) -> Floats:
-    """−J(l)/2π, J as in the closed form of the Allan variance of flicker noise.
+    """Fourth differences of −J(l)/2π, with J from the closed form of the Allan variance of flicker noise.
 
-    J grows as l² ln l, of which fourth differences lose digits; beyond 64 blocks the fourth derivative does, with the next
+    J grows as l² ln l, whose fourth differences lose digits; beyond 64 blocks the fourth derivative is used, with the next
     term of its series.
     """
     from scipy.special import digamma
@@ -204,7 +205,7 @@ def mode_variances(count: int, length: int) -> Floats:
     for term in LINEAR:
         matrix = toeplitz(autocovariance(term, count, length))
         if term == "quantization":
-            # The square of a tridiagonal matrix but for its corners, which belong to the ends: see `Problem`.
+            # The square of a tridiagonal matrix except for its corners, which belong to the ends, see `Problem`.
             matrix[0, 0] = matrix[-1, -1] = 5 / length**2
         columns.append(np.diag(dst(dst(matrix, type=1, norm="ortho", axis=0), type=1, norm="ortho", axis=1)))
     result = np.stack(columns, axis=1)
@@ -219,9 +220,9 @@ def regress(data: BlockMeans, regressor: Floats, *, theta: Floats | None = None)
     ----------
     data : BlockMeans
     regressor : ndarray, shape (n_blocks,)
-        Its means over the blocks; NaN where it is not known, which are left out.
+        Its means over the blocks; NaN where it is not known: these blocks are left out.
     theta : ndarray, shape (4,), optional
-        Squared coefficients of the noise, taken as given. Default: estimated beside the regressor.
+        Squared coefficients of the noise. Default: estimated together with the regression.
 
     Returns
     -------
@@ -231,9 +232,9 @@ def regress(data: BlockMeans, regressor: Floats, *, theta: Floats | None = None)
 
 
 class Problem:
-    """Differences of block means as independent modes, ready for one regressor after the other.
+    """Differences of block means as independent modes, for one regressor after another.
 
-    Beside the level and the ramp, the level may change in some blocks, `steps`, by as much as fits best.
+    Beside the level and the ramp, the level may change in the blocks `steps` by any amount.
     """
 
     __slots__ = ("_fixed", "_modes", "_y", "count")
@@ -245,13 +246,13 @@ class Problem:
 
         means = data.means
         empty = np.isnan(means) if unknown is None else np.isnan(means) | unknown
-        # The block in which a level changes has a mean of its own, and all after it another level.
+        # The block in which the level changes has a free mean, and all later blocks have another level.
         inside = [k for k in steps if 0 < k < len(means) - 1]
         empty[inside] = True
         filled = np.where(empty, 0.0, means - means[~empty][0])
-        # A block without a mean is one with a mean of its own that is not known: exact, and the modes stay as they are. The
-        # first and the last are counted among them: quantization noise then has independent modes, exactly, since what else
-        # its covariance has at the corners is theirs, and would leak into all modes.
+        # A block without a mean gets a free mean: this is exact and leaves the modes unchanged. The first and the last block
+        # get one too: the modes of quantization noise are then exactly independent, because the corners of its covariance
+        # belong to these blocks and would leak into all modes.
         free = empty.copy()
         free[[0, -1]] = True
         dummies = np.zeros((len(means), int(free.sum())))
@@ -268,7 +269,7 @@ class Problem:
         return self._reml(self._fixed)[0]
 
     def quick(self, regressors: Floats, theta: Floats) -> Floats:
-        """Student's ratio of each regressor, shape (n_blocks, k), by itself and for noise that is given; shape (k,)."""
+        """Student's ratio of each single regressor, shape (n_blocks, k), for given noise; shape (k,)."""
         from scipy.fft import dst
 
         columns = dst(np.diff(regressors, axis=0), type=1, norm="ortho", axis=0)
@@ -300,7 +301,7 @@ class Problem:
         error = 1 / abs(r[-1, -1])
         freedom = 1e9
         if not given and left is not None:
-            # The error² depends on θ through the weight of each mode in the estimate: Σ w² v, with θ's own covariance.
+            # The squared error is Σ w² v with the weights w of the modes; its variance follows from the covariance of θ.
             w = q[:, -1] / root / r[-1, -1]
             gradient = self._modes.T @ (w * w)
             free = theta > 0
@@ -315,18 +316,19 @@ class Problem:
         return Regression(value=value / size, error=error / size, freedom=freedom, p_value=p_value, theta=theta)
 
     def _reml(self, design: Floats) -> tuple[Floats, Floats]:
-        """θ by restricted likelihood, weighted least squares on squares again and again, and 1 − leverage of each mode."""
+        """θ by REML, as iterated weighted least squares on squared modes, and 1 − leverage of each mode."""
         q, _ = np.linalg.qr(design / np.linalg.norm(design, axis=0))
         residual = self._y - q @ (q.T @ self._y)
         left = np.maximum(1 - np.einsum("ij,ij->i", q, q), 1e-6)
-        # Begin with means over bands of modes, each an octave: relative errors, so that weak modes count.
+        # Start from means over half octaves of modes with equal relative errors, so that weak modes count.
         bands = np.floor(2 * np.log2(np.arange(1, self.count + 1))).astype(int)
         number = np.maximum(np.bincount(bands, weights=left), 1e-6)
-        there = np.bincount(bands) > 0
-        power = (np.bincount(bands, weights=residual**2) / number)[there]
+        occupied = np.bincount(bands) > 0
+        power = (np.bincount(bands, weights=residual**2) / number)[occupied]
         power = np.maximum(power, power.max() * 1e-12)
         column = (
-            np.stack([np.bincount(bands, weights=left * m) for m in self._modes.T], axis=1)[there] / number[there, None]
+            np.stack([np.bincount(bands, weights=left * m) for m in self._modes.T], axis=1)[occupied]
+            / number[occupied, None]
         )
         theta = non_negative(column / power[:, None], np.ones(len(power)))
         for step in range(_STEPS):

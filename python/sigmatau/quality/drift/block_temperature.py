@@ -1,10 +1,9 @@
-"""The temperature of a sensor's blocks, from a thermometer with steps and noise of its own.
+"""Mean temperature of the blocks of a sensor, without the resolution steps and the noise of the thermometer.
 
-What a thermometer adds to the temperature makes a coefficient per kelvin too small, and what of the temperature it hides
-looks like a walk of the sensor's rate (errors in variables). So the temperature is taken where a coarse thermometer knows
-it, half way between two steps when it changes from one to the other; and its noise is smoothed away as far as the
-temperature's own changes allow, by least squares with a price on curvature, whose size is found by generalised
-cross-validation.
+Errors of the thermometer make the coefficient per kelvin too small, and temperature changes that it does not show look like
+a rate random walk of the sensor (errors in variables). The temperature of a coarse thermometer is therefore taken at its
+changes, where it is half way between two steps. Noise is removed by least squares with a penalty on curvature, chosen by
+generalised cross-validation.
 
 References
 ----------
@@ -23,28 +22,28 @@ __all__ = ["between_steps", "smoothed", "temperature_of"]
 
 Floats = NDArray[np.float64]
 
-_OVERSAMPLED = 4
-_MOST_CHANGES = 0.25  # of all samples; where a thermometer changes more often, its noise makes means of its steps right
-_TOGETHER = 0.01  # of the record
-_MOST_LEVELS = 256
-_LONGEST = 2.0 ** np.arange(0, 9.01, 0.5)  # [blocks] that a price on curvature smooths over; that of none is 0
+_OVERSAMPLED = 4  # points of interpolation in a block
+_MOST_CHANGES = 0.25  # share of the samples; if more change, the noise averages out the steps
+_TOGETHER = 0.01  # share of the record: changes back and forth that are no further apart count as one
+_MOST_LEVELS = 256  # of a coarse thermometer
+_SMOOTHED_BLOCKS = 2.0 ** np.arange(0, 9.01, 0.5)  # lengths of smoothing that are tried [blocks]
 
 
 def temperature_of(edges: Floats, thermometer: Stream) -> Floats:
-    """Mean temperature of each block; NaN where the thermometer's time does not reach."""
+    """Mean temperature of each block; NaN outside the times of the thermometer."""
     columns = [thermometer.column(channel) for channel in thermometer.channels]
     columns = [column for column in columns if np.isfinite(column).sum() > 1]
     if not columns:
         return np.full(len(edges) - 1, np.nan)
     column = max(columns, key=lambda values: float(np.nanmax(values) - np.nanmin(values)))
-    there = np.isfinite(column)
+    known = np.isfinite(column)
     tau0 = thermometer.grid.tau0
     middle = thermometer.grid.start + (np.arange(thermometer.grid.n) + 0.5) * tau0
-    time = np.asarray(middle[there], dtype=np.float64)
-    values = between_steps(time, np.asarray(column[there], dtype=np.float64))
+    time = np.asarray(middle[known], dtype=np.float64)
+    values = between_steps(time, np.asarray(column[known], dtype=np.float64))
     step = float(edges[1] - edges[0])
-    # With samples missing, the integral would miss them too.
-    if step > 2 * tau0 and there.all():
+    # Missing samples would be missing in the integral.
+    if step > 2 * tau0 and known.all():
         integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
         at = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
         means = np.diff(np.interp(edges, at, integral)) / step
@@ -53,13 +52,13 @@ def temperature_of(edges: Floats, thermometer: Stream) -> Floats:
     reach = max(tau0, step)
     outside = (edges[1:] > time[-1] + reach) | (edges[:-1] < time[0] - reach)
     inside = ~outside
-    if step >= tau0 and inside.sum() > 2:  # of a slower thermometer there is one sample for several blocks
+    if step >= tau0 and inside.sum() > 2:  # a slower thermometer has one sample for several blocks
         means[inside] = smoothed(means[inside])
     return np.asarray(np.where(outside, np.nan, means))
 
 
 def between_steps(time: Floats, values: Floats) -> Floats:
-    """Temperatures at the same times, of a thermometer that shows few levels: half way between two of them where it changes.
+    """Temperatures of a coarse thermometer at the same times, interpolated between its changes of level.
 
     Parameters
     ----------
@@ -71,28 +70,28 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     Returns
     -------
     ndarray, shape (n,)
-        The same values where the steps are fine, or so noisy that their mean is right.
+        The same values if the steps are fine, or if noise averages them out.
     """
     changes = np.flatnonzero(np.diff(values))
     if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:
         return values
     at = (time[changes] + time[changes + 1]) / 2
     mid = (values[changes] + values[changes + 1]) / 2
-    # Noise makes it change there and back many times: that is one change, in the middle of them.
+    # Noise makes the level change back and forth several times: they are one change, in their middle.
     begins = np.flatnonzero(np.diff(at, prepend=-np.inf) > (time[-1] - time[0]) * _TOGETHER)
     begins = np.union1d(begins, np.flatnonzero(np.diff(mid, prepend=np.inf)))
     many = np.diff(np.append(begins, len(at)))
-    odd = many % 2 == 1  # an even number leaves it where it was: noise alone
+    odd = many % 2 == 1  # after an even number the level is the same: noise alone
     at, mid = (np.add.reduceat(at, begins) / many)[odd], mid[begins][odd]
     after = values[changes[begins + many - 1] + 1][odd]
     if len(at) < 2:
         return values
     slope = np.diff(mid) / np.diff(at)
-    # Before the first change and after the last the temperature goes on as it did, within half a step.
+    # Before the first change and after the last, the temperature is extrapolated within half a step.
     half = np.abs(np.diff(values))[changes[[0, -1]]] / 2
     first = values[0] + np.clip(mid[0] - slope[0] * (at[0] - time[0]) - values[0], -half[0], half[0])
     last = values[-1] + np.clip(mid[-1] + slope[-1] * (time[-1] - at[-1]) - values[-1], -half[1], half[1])
-    # Where it turns round, it comes back through the same change: a parabola with the slope with which it came.
+    # At an extremum the same change occurs twice: a parabola with the slope of the interval before.
     turns = np.flatnonzero((slope == 0) & (np.diff(at) > 0))
     turns = turns[turns > 0]
     length = at[turns + 1] - at[turns]
@@ -101,25 +100,25 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     height = np.clip(height, -room, room)
     parts = np.array([0.25, 0.5, 0.75])
     more = (at[turns][:, None] + length[:, None] * parts).ravel()
-    there = (mid[turns][:, None] + height[:, None] * (4 * parts * (1 - parts))).ravel()
+    extra = (mid[turns][:, None] + height[:, None] * (4 * parts * (1 - parts))).ravel()
     points = np.concatenate(([time[0]], at, more, [time[-1]]))
-    levels = np.concatenate(([first], mid, there, [last]))
+    levels = np.concatenate(([first], mid, extra, [last]))
     order = np.argsort(points, kind="stable")
     return np.asarray(np.interp(time, points[order], levels[order]))
 
 
 def smoothed(levels: Floats) -> Floats:
-    """Block means without their noise, as far as cross-validation finds any; shape (n_blocks,)."""
+    """Block means smoothed as much as generalised cross-validation allows; shape (n_blocks,)."""
     from scipy.fft import dct, idct
 
     n = len(levels)
     k = np.arange(n)
     line = levels[0] + (levels[-1] - levels[0]) * k / (n - 1)  # the cosines have no slope at the ends
     modes = dct(levels - line, norm="ortho")
-    price = (2 - 2 * np.cos(np.pi * k / n)) ** 2
+    penalty = (2 - 2 * np.cos(np.pi * k / n)) ** 2
     best, least = levels, np.inf
-    for length in (0.1, *_LONGEST):
-        kept = 1 / (1 + length**4 * price)
+    for length in (0.1, *_SMOOTHED_BLOCKS):
+        kept = 1 / (1 + length**4 * penalty)
         lost = 1 - kept
         score = float(np.sum((lost * modes) ** 2)) / float(lost.mean()) ** 2
         if score < least:

@@ -1,11 +1,11 @@
-"""Whether the noise stays the same over the record.
+"""Stationarity of the noise over the record.
 
-Two tests. Segments: the Allan variance of each of eight segments at octaves of τ, held against that of the others with
-the covariance that the fitted noise has in a segment. An Allan variance is skewed, like χ² over its degrees of freedom ν;
-its cube root is not (Wilson & Hilferty): it is nearly normal with variance 2/(9ν) of its mean squared. So the statistic is
-a sum of squares of whitened cube roots, χ² with 7 degrees of freedom an octave, or that of the worst octave alone; the size
-is measured in docs/study/stability.md. Cusum: the running sum of the size of first differences against a straight line,
-whose largest distance has Kolmogorov's law; it says when the noise changed.
+Two tests. Segments: the Allan variances of eight segments at octaves of τ are compared, with the covariance that the fitted
+noise has in a segment. An Allan variance is skewed, like χ² over its degrees of freedom ν; its cube root is nearly normal
+with variance 2/(9ν) of its squared mean (Wilson & Hilferty). The statistic is therefore a sum of squares of whitened cube
+roots, χ² with 7 degrees of freedom for each octave, or that of the most significant octave alone; docs/study/stability.md
+measures the false alarms. Cusum: the running sum of the sizes of first differences is compared with a straight line; its
+largest distance follows Kolmogorov's law and gives the time of the change.
 
 References
 ----------
@@ -23,38 +23,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
-from sigmatau.results import duration_text, seconds
 
 __all__ = ["SegmentTest", "cusum", "non_stationary", "segment_test"]
 
 Floats = NDArray[np.float64]
 
 SEGMENTS = 8
-_LEAST_SEGMENTS = 4
-_LEAST_FREEDOM = 10.0
-_LEAST_SAMPLES = 64  # in a segment
+_LEAST_SEGMENTS = 4  # without missing samples
+_LEAST_SAMPLES = 64  # in a segment; also the smallest number of blocks of the cusum
+_LEAST_FREEDOM = 10.0  # degrees of freedom of a variance in a segment, for its cube root to be normal
 
-_FALSE_ALARM = 2e-4
-"""Of each of the two tests, for a channel."""
+FALSE_ALARM = 2e-4
+"""Probability of a false alarm of each of the two tests, for one channel."""
 
-_LEAST = 1.05
-"""A smaller ratio of deviations is of no consequence, however sure: a long record shows 0.3 %."""
+MIN_RATIO = 1.05
+"""Smallest ratio of deviations that is reported: a long record shows 0.3 %, which does not matter."""
 
-_MATTERS = 1.15
-_FOLLOWED = 0.25
-"""A model further than this from the curve, as a share of the variance, gives no law for an octave."""
+WARNING_RATIO = 1.15
+"""Smallest ratio of deviations that is a warning."""
+
+_MAX_MISFIT = 0.25  # of the variance: where the fitted model is further from the curve, its law is not used
 
 _CUSUM_BLOCKS = 1024
-_LEAST_IN_BLOCK = 8
+_LEAST_IN_BLOCK = 8  # samples
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SegmentTest:
-    """Allan variances of segments, and whether they are one.
+    """Allan variances of segments, and the test whether they are equal.
 
     Attributes
     ----------
@@ -65,11 +66,11 @@ class SegmentTest:
     avar : ndarray, shape (n_segments, n_tau)
         [unit²]
     p_value : float
-        Probability of as large a scatter in stationary noise.
+        P-value: probability of such a scatter in stationary noise.
     evidence : ndarray, shape (n_tau,)
-        χ² of each octave by itself.
+        χ² of each octave alone.
     p_values : ndarray, shape (n_tau,)
-        Of the same.
+        Of each octave alone.
     """
 
     m: NDArray[np.int64]
@@ -80,34 +81,87 @@ class SegmentTest:
     p_values: Floats
 
 
-def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
-    """Whether the noise of each channel is the same all through the record.
+def non_stationary(
+    stream: Stream,
+    fits: Mapping[str, NoiseFit],
+    *,
+    false_alarm: float = FALSE_ALARM,
+    min_ratio: float = MIN_RATIO,
+    warning_ratio: float = WARNING_RATIO,
+) -> list[Finding]:
+    """Channels whose noise changes during the record.
 
     Parameters
     ----------
     stream : Stream
-        Missing samples are NaN; segments that miss one are left out.
+        Missing samples are NaN; segments with missing samples are left out.
     fits : mapping of str to NoiseFit
-        Gives the law of the segments' variances. A channel without a fit is tested by the cusum alone.
+        Determine the law of the segments' variances. A channel without a fit is tested by the cusum only.
+    false_alarm, min_ratio, warning_ratio : float
+        Thresholds, see `FALSE_ALARM`, `MIN_RATIO` and `WARNING_RATIO`.
 
     Returns
     -------
     list of Finding
-        ``"non_stationary"``, at most one a channel: a warning if deviations of segments differ by more than 15 %.
+        ``"non_stationary"``, at most one for each channel; the span is the segment with the largest deviation, or the time
+        of the change if the cusum found it.
     """
     findings = []
     for channel in stream.channels:
-        x = stream.column(channel)
-        fitted = fits.get(channel)
-        tested = None if fitted is None else segment_test(x, fitted)
-        finding = _finding(stream, channel, tested, cusum(x))
-        if finding is not None:
-            findings.append(finding)
+        x, fitted = stream.column(channel), fits.get(channel)
+        spread = None if fitted is None else _segment_spread(x, fitted, false_alarm)
+        ratio = 1.0 if spread is None else spread.ratio
+        spans: tuple[Span, ...] = () if spread is None else ((spread.largest_at, spread.largest_at + spread.length),)
+        change = _noise_change(x, stream.grid.tau0, false_alarm)
+        if change is not None:
+            size = max(change.ratio, 1 / change.ratio) if change.ratio > 0 else np.inf
+            if spread is not None and size < min_ratio:
+                change = None
+            else:
+                ratio, spans = max(ratio, size), ((change.time, change.time),)
+        if min_ratio <= ratio < np.inf and (spread is not None or change is not None):
+            findings.append(
+                Finding(
+                    details=NonStationary(segments=spread, change=change),
+                    severity="warning" if ratio >= warning_ratio else "info",
+                    channels=(channel,),
+                    spans=spans,
+                    size=ratio,
+                )
+            )
     return findings
 
 
+def _segment_spread(x: Floats, fitted: NoiseFit, false_alarm: float) -> SegmentSpread | None:
+    """The significant differences of segments, where the evidence is strongest, which is not where the ratio is largest."""
+    tested = segment_test(x, fitted)
+    if tested is None or not tested.p_value < false_alarm:
+        return None
+    tau0 = fitted.tau0
+    k = int(np.argmax(tested.evidence))
+    deviation = np.sqrt(tested.avar[:, k])
+    tau = float(tested.m[k]) * tau0
+    significant = tested.m[tested.p_values < false_alarm / len(tested.m)] * tau0
+    return SegmentSpread(
+        ratio=float(deviation.max() / deviation.min()),
+        tau=tau,
+        tau_min=float(significant[0]) if len(significant) else tau,
+        tau_max=float(significant[-1]) if len(significant) else tau,
+        largest_at=int(tested.starts[np.argmax(deviation)]) * tau0,
+        smallest_at=int(tested.starts[np.argmin(deviation)]) * tau0,
+        length=len(x) // SEGMENTS * tau0,
+    )
+
+
+def _noise_change(x: Floats, tau0: float, false_alarm: float) -> NoiseChange | None:
+    found = cusum(x)
+    if found is None or not found.p_value < false_alarm:
+        return None
+    return NoiseChange(time=found.at * tau0, ratio=float(np.sqrt(found.ratio)))
+
+
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
-    """χ² of the Allan variances of eight segments; None if there is no law for them or too few segments are whole.
+    """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments.
 
     Parameters
     ----------
@@ -124,7 +178,7 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     if len(starts) < _LEAST_SEGMENTS:
         return None
     sizes = 2 ** np.arange(0, int(np.log2(size // 4)) + 1, dtype=np.int64)
-    # Below τ_min the model does not hold: a filter makes fewer degrees of freedom than white noise.
+    # Below τ_min the model does not hold: filtered noise has fewer degrees of freedom than white noise.
     sizes = sizes[sizes * fitted.tau0 >= (fitted.tau_min or 0.0) * (1 - 1e-9)]
     law = _law(fitted, size, sizes)
     if law is None:
@@ -139,14 +193,14 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
         ]
     )
     mean = avar.mean(axis=0)
-    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _FOLLOWED + 3 * np.sqrt(
+    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _MAX_MISFIT + 3 * np.sqrt(
         2 / freedom / len(starts)
     )
     use = (freedom >= _LEAST_FREEDOM) & followed & (avar.min(axis=0) > 0)
     if not use.any():
         return None
     roots = np.cbrt(avar[:, use])
-    # The mean of the cube roots is that of a stationary record but for 2/(9ν) of it, which all segments share.
+    # In a stationary record the mean of the cube roots is 1 − 2/(9ν) of the cube root of the mean, in all segments.
     spread = np.sqrt(2 / (9 * freedom[use])) * roots.mean(axis=0) / (1 - 2 / (9 * freedom[use]))
     z = (roots - roots.mean(axis=0)) / spread
     from scipy.special import gammaincc
@@ -160,8 +214,8 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     evidence = np.sum(z**2, axis=0)
     p_values = np.asarray(gammaincc((len(starts) - 1) / 2, evidence / 2))
     together = float(gammaincc(count / 2, float(np.sum(whitened**2)) / 2))
-    # A change at few averaging times is lost in the sum over all, a small one at all of them in each: both have half the
-    # chance.
+    # The sum over all octaves is weak for a change at few averaging times, a single octave for a small change at all of
+    # them: the smaller p-value counts twice (Bonferroni).
     return SegmentTest(
         m=sizes[use],
         starts=starts,
@@ -205,7 +259,7 @@ def _law(fitted: NoiseFit, size: int, sizes: NDArray[np.int64]) -> tuple[Floats,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cusum:
-    """The largest distance of the running sum of squares from a straight line.
+    """Largest distance of the running sum from a straight line.
 
     Attributes
     ----------
@@ -225,8 +279,8 @@ class Cusum:
 def cusum(x: Floats) -> Cusum | None:
     """Cusum of squared first differences over blocks; None if the record is too short.
 
-    The scatter of the blocks is taken from neighbours, so that correlated samples do not matter as long as blocks are
-    independent, nor does a change.
+    The scatter of the blocks is estimated from neighbouring blocks: correlated samples do not matter as long as the blocks
+    are independent, and neither does the change itself.
     """
     length = max(-(-len(x) // _CUSUM_BLOCKS), _LEAST_IN_BLOCK)
     count = len(x) // length
@@ -237,13 +291,13 @@ def cusum(x: Floats) -> Cusum | None:
     bad = np.flatnonzero(np.isnan(squares))
     number = np.full(count, length - 1)
     if len(bad):
-        there = ~np.isnan(d[bad])
-        number[bad] = there.sum(axis=1)
-        squares[bad] = np.where(there, d[bad] ** 2, 0.0).sum(axis=1)
+        known = ~np.isnan(d[bad])
+        number[bad] = known.sum(axis=1)
+        squares[bad] = np.where(known, d[bad] ** 2, 0.0).sum(axis=1)
     keep = np.flatnonzero(2 * number > length)
     if len(keep) < _LEAST_SAMPLES:
         return None
-    # Cube roots: normal, so that no block rules.
+    # Cube roots are nearly normal, so that single blocks do not dominate.
     level = np.cbrt(squares[keep] / number[keep])
     scatter = float(np.sqrt(np.mean(np.diff(level) ** 2) / 2))
     if not scatter > 0:
@@ -260,49 +314,4 @@ def cusum(x: Floats) -> Cusum | None:
         at=int((keep[k] + 1) * length),
         p_value=min(2 * float(np.exp(-2 * largest**2)), 1.0),
         ratio=float(after / before) if before > 0 else 1.0,
-    )
-
-
-def _finding(stream: Stream, channel: str, tested: SegmentTest | None, change: Cusum | None) -> Finding | None:
-    tau0 = stream.grid.tau0
-    texts, ratios, where = [], [1.0], ""
-    if tested is not None and tested.p_value < _FALSE_ALARM:
-        # Where the evidence is strongest: long times have few degrees of freedom, and a large span by chance.
-        k = int(np.argmax(tested.evidence))
-        deviation = np.sqrt(tested.avar[:, k])
-        ratios.append(float(deviation.max() / deviation.min()))
-        beyond = tested.m[tested.p_values < _FALSE_ALARM / len(tested.m)] * tau0
-        tau = seconds(float(tested.m[k]) * tau0)
-        times = f"τ = {tau} s"
-        if len(beyond) > 1:
-            times += f" (beyond chance from τ = {seconds(beyond[0])} s to {seconds(beyond[-1])} s)"
-        high = seconds(int(tested.starts[np.argmax(deviation)]) * tau0)
-        low = seconds(int(tested.starts[np.argmin(deviation)]) * tau0)
-        texts.append(
-            f"the deviations of eight segments differ by {ratios[-1]:.2f} times at {times}: largest in the"
-            f" {duration_text(stream.grid.n // SEGMENTS * tau0)} from t = {high} s on, smallest in those from t = {low} s on"
-        )
-        where = f"t = {high} s"
-    if change is not None and change.p_value < _FALSE_ALARM:
-        ratio = float(np.sqrt(change.ratio))
-        size_of = max(ratio, 1 / ratio) if ratio > 0 else np.inf
-        if size_of >= _LEAST or not texts:
-            ratios.append(size_of)
-            texts.append(
-                f"short-time noise changes by {ratio:.3g} times at about t = {seconds(change.at * tau0)} s"
-                " (squared first differences)"
-            )
-            where = f"t = {seconds(change.at * tau0)} s"
-    largest = max(ratios)
-    if not texts or largest < _LEAST or not np.isfinite(largest):
-        return None
-    return Finding(
-        code="non_stationary",
-        severity="warning" if largest >= _MATTERS else "info",
-        channel=channel,
-        message="; ".join(texts),
-        where=where,
-        size=largest,
-        effect="coefficients are means over the record (of squares), and their intervals too short",
-        remedy="look what changed then (--stability MAP.png shows it), and analyse a part that is even with --window",
     )

@@ -237,7 +237,7 @@ def analyze(
     that of clusters at least half full; the fit and what is read off take account of it.
     """
     if method not in ("gls", "read-off"):
-        raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")
+        raise OptionError(f"{{option}} must be 'gls' or 'read-off', not {method!r}", option="method")
     if not isinstance(record, Record):
         hint = (
             "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
@@ -246,11 +246,11 @@ def analyze(
     if tau_min is not None:
         _refuse_time(tau_min, method)
     if long not in get_args(Long):
-        raise OptionError(f"`long` must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
     if long == "strided" and (overlap, counting) != ("full", "standard"):
-        raise OptionError("`long` 'strided' is for overlapping clusters in the standard counting", option="long")
+        raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
     if spikes not in get_args(Spikes):
-        raise OptionError(f"`spikes` must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
     findings: list[Finding] = list(record.findings)
     record = from_the_start(record)
     if leave_out is not None:
@@ -409,7 +409,7 @@ def _lost(record: Record, channel: str) -> float:
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
     """The curves asked for and those to fit, from one pass over the samples."""
     if isinstance(taus, str) and taus == "all":
-        raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
+        raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")
     n, tau0 = stream.grid.n, stream.grid.tau0
     wanted = strided_sizes(cluster_sizes(taus, n=n, tau0=tau0))
     half = strided_sizes(cluster_sizes("half", n=n, tau0=tau0))
@@ -421,9 +421,9 @@ def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, Devia
 def _refuse_time(tau_min: float, method: Method) -> None:
     """Refuse what is no shortest averaging time, or where nothing is fitted."""
     if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
-        raise OptionError(f"`tau_min` must be a positive number of seconds, not {tau_min!r}", option="tau_min")
+        raise OptionError(f"{{option}} must be a positive number of seconds, not {tau_min!r}", option="tau_min")
     if method != "gls":
-        raise OptionError("`tau_min` is of a fit, which method 'read-off' does not make", option="tau_min")
+        raise OptionError("{option} is of a fit, which method 'read-off' does not make", option="tau_min")
 
 
 def _fit(record: Record, curve: DeviationCurve, threads: int | None, *, tau_min: float | None) -> NoiseFit:

@@ -222,11 +222,23 @@ class TestCommand:
         lines[501] = b"x,y,z\n"
         bad = tmp_path / "bad.csv"
         bad.write_bytes(b"".join(lines))
-        argv = ["watch", str(bad), "--rate", "99", "--idle", "0.3", "--every", "0.1"]
+        argv = [
+            "watch",
+            str(bad),
+            "--rate",
+            "99",
+            "--idle",
+            "0.3",
+            "--every",
+            "0.1",
+            "--json",
+            str(tmp_path / "r.json"),
+        ]
         assert main(argv) == 0
-        err = capsys.readouterr().err
-        assert "1 line left out that could not be read: 'x'" in err
-        assert "100 Hz by the stamps so far, 99 Hz is used" in err
+        assert "1 line left out that could not be read: 'x'" in capsys.readouterr().err
+        found = {one["code"]: one for one in json.loads((tmp_path / "r.json").read_text())["findings"]}
+        details = found["rate_mismatch"]["details"]
+        assert (details["used"], details["by_stamps"]) == pytest.approx((99, 100), rel=1e-6)
 
     @pytest.mark.parametrize(
         ("argv", "code", "words"),

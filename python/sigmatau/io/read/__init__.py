@@ -127,10 +127,9 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
         lost = [f.message for table in tables for f in table.findings if f.severity == "error"]
         if lost:  # what was asked for may have been in what is lost: no option can mend that
             raise DataError(f"{name}: {lost[0]}; of what is left: {error}") from None
-        raise OptionError(f"{name}: {error}", option=error.option) from None
+        raise error.about(name) from None
     except DataError as error:
-        error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)
-        raise error.with_traceback(None) from None
+        raise error.about(name).with_traceback(None) from None
 
 
 def _tables(file: Path) -> Sequence[Table]:

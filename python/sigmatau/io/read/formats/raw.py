@@ -104,7 +104,7 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
         If the file is compressed or holds no row.
     """
     if not isinstance(layout, str) or not layout.strip():
-        raise OptionError(f"`layout` must be words such as {_EXAMPLE}, not {layout!r}", option="layout")
+        raise OptionError(f"{{option}} must be words such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:
         raise DataError("is compressed by gzip, and a layout is about plain files; decompress it first")
     header, row, columns = parse_layout(layout)

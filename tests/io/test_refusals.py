@@ -93,7 +93,8 @@ DATA = {
 def test_data(tmp_path, content, words):
     path = tmp_path / "log.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
-    kind = RecordTooShortError if "at least 4" in words else StampError if name.startswith("time ") else DataError
+    stamps = words in (DATA["time backwards"][1], DATA["time still"][1])
+    kind = RecordTooShortError if "at least 4" in words else StampError if stamps else DataError
     refuse(path, kind, words)
 
 

@@ -202,7 +202,7 @@ def _many(
     for option, folder in (("plot", outputs.plot), ("stability", outputs.stability), ("json", outputs.json)):
         check_folder(folder, option)
     if left_out:
-        say(f"Skipped, not a log: {', '.join(map(str, left_out))}", quiet=quiet)
+        say(f"skipped, not a log: {', '.join(map(str, left_out))}", quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     work = partial(

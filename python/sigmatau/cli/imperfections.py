@@ -140,7 +140,7 @@ def _gaps(texts: Sequence[str]) -> tuple[float, tuple[Outage, ...]]:
             lost = float(part[:-1]) / 100
         except ValueError:
             raise OptionError(
-                f"--gaps {part}: must be one share of the rows, and outages as start:length, e.g. 0.1%,600s:2s",
+                f"--gaps {part}: must be a share of the rows, given once, and outages as start:length, e.g. 0.1%,600s:2s",
                 option="gaps",
             ) from None
     return lost, tuple(outages)

@@ -244,7 +244,7 @@ def analyze(
     clusters that are at least half complete; the fit and the coefficients read off account for that.
     """
     if method not in ("gls", "read-off"):
-        raise OptionError(f"`method` must be 'gls' or 'read-off', not {method!r}", option="method")
+        raise OptionError(f"{{option}} must be 'gls' or 'read-off', not {method!r}", option="method")
     if not isinstance(record, Record):
         hint = (
             "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
@@ -253,11 +253,11 @@ def analyze(
     if tau_min is not None:
         _refuse_time(tau_min, method)
     if long not in get_args(Long):
-        raise OptionError(f"`long` must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
     if long == "strided" and (overlap, counting) != ("full", "standard"):
-        raise OptionError("`long` 'strided' is for overlapping clusters in the standard counting", option="long")
+        raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
     if spikes not in get_args(Spikes):
-        raise OptionError(f"`spikes` must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
     findings: list[Finding] = list(record.findings)
     record = from_the_start(record)
     if leave_out is not None:
@@ -416,7 +416,7 @@ def _lost(record: Record, channel: str) -> float:
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
     """The requested curves and those for the fit, from one pass over the samples."""
     if isinstance(taus, str) and taus == "all":
-        raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
+        raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")
     n, tau0 = stream.grid.n, stream.grid.tau0
     wanted = strided_sizes(cluster_sizes(taus, n=n, tau0=tau0))
     half = strided_sizes(cluster_sizes("half", n=n, tau0=tau0))
@@ -428,9 +428,9 @@ def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, Devia
 def _refuse_time(tau_min: float, method: Method) -> None:
     """Check the shortest averaging time of a fit."""
     if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
-        raise OptionError(f"`tau_min` must be a positive number of seconds, not {tau_min!r}", option="tau_min")
+        raise OptionError(f"{{option}} must be a positive number of seconds, not {tau_min!r}", option="tau_min")
     if method != "gls":
-        raise OptionError("`tau_min` is of a fit, which method 'read-off' does not make", option="tau_min")
+        raise OptionError("{option} is of a fit, which method 'read-off' does not make", option="tau_min")
 
 
 def _fit(record: Record, curve: DeviationCurve, threads: int | None, *, tau_min: float | None) -> NoiseFit:

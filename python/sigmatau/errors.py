@@ -1,40 +1,155 @@
-"""The errors of sigmatau: what is wrong, where, what was got, what to do.
+"""Errors of sigmatau: what is wrong, where, what was found, what to do.
 
-Two families, told apart by who can mend it. A wrong or missing *option* (an unknown unit, no sampling rate anywhere,
-no such channel) is an `OptionError`: the command line ends with exit code 2. *Data* that cannot be used is a
-`DataError`: exit code 1. Both are `ValueError`, so that code which knows nothing of sigmatau can catch them.
+There are two families. A wrong or missing *option* (an unknown unit, no sampling rate, no such channel) is an `OptionError`:
+the command line ends with exit code 2. *Data* that cannot be used are a `DataError`: exit code 1. Both are `ValueError`, so
+that code which does not know sigmatau can catch them. All of them can be pickled, with their fields.
 """
 
 from __future__ import annotations
 
-__all__ = ["DataError", "NonFiniteError", "OptionError", "RecordTooShortError"]
+import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Self
+
+__all__ = ["DataError", "NonFiniteError", "OptionError", "RecordTooShortError", "StampError", "argument"]
 
 
-class OptionError(ValueError):
-    """An option is wrong, or one is missing that neither the file nor a default can supply.
+class _SourcedError(ValueError):
+    """Base of all errors: a message, and the file or object that it is about.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file or object, printed in front of the message; empty if not known.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.source = ""
+
+    @property
+    def message(self) -> str:
+        """The message without the source."""
+        return str(self.args[0])
+
+    def about(self, source: str) -> Self:
+        """The same error, with the file or object that it is about put in front."""
+        self.source = _joined(source, self.source) if self.source else source
+        return self
+
+    def __str__(self) -> str:
+        return _joined(self.source, self.message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (type(self), self.args, self.__dict__)
+
+
+def _joined(source: str, message: str) -> str:
+    """A message that begins with a place, ``", line 5: …"``, follows the name of the file without a colon."""
+    return f"{source}{'' if message.startswith(',') else ': '}{message}" if source else message
+
+
+def _rebuilt(kind: type[_SourcedError], args: tuple[Any, ...], fields: dict[str, Any]) -> _SourcedError:
+    """An error from its fields, for `pickle`, without the keyword arguments of its class."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(fields)
+    return error
+
+
+_PLACEHOLDER = re.compile(r'\{(?:option|@(\w+)(?:\[(\w+)\])?(?:=("[^"]*"|[^"}]*))?)\}')
+
+
+def argument(name: str, value: object = None, *, key: str | None = None) -> str:
+    """A placeholder for an argument in the message of an `OptionError`, in Python and on the command line.
+
+    ``argument("walk")`` is printed as ```walk` `` or ``--walk``, ``argument("walk", "horizon", key="gyro")`` as
+    ```walk={"gyro": "horizon"}` `` or ``--walk gyro=horizon``.
+    """
+    of = "" if key is None else f"[{key}]"
+    text = "" if value is None else f'="{value}"' if isinstance(value, str) else f"={value}"
+    return f"{{@{name}{of}{text}}}"
+
+
+class OptionError(_SourcedError):
+    """An option is wrong, or an option is missing that neither the file nor a default can supply.
+
+    Parameters
+    ----------
+    message : str
+        ``{option}`` in it stands for the option, and `argument` makes placeholders for others: arguments in backticks in
+        Python, ``--option`` on the command line.
+    option : str or None
+        Name of the option, e.g. ``"unit"``.
 
     Attributes
     ----------
     option : str or None
-        The option to give, as on the command line without its dashes, e.g. ``"unit"``.
+        Name of the option.
+
+    Examples
+    --------
+    >>> from sigmatau import OptionError
+    >>> error = OptionError("{option} must be between 0 and 1, not 95", option="level")
+    >>> print(error)
+    `level` must be between 0 and 1, not 95
+    >>> error.for_command_line()
+    '--level must be between 0 and 1, not 95'
     """
 
     def __init__(self, message: str, *, option: str | None = None) -> None:
         super().__init__(message)
         self.option = option
 
+    def __str__(self) -> str:
+        def python(name: str, key: str | None, value: str | None) -> str:
+            if value is None:
+                return f"`{name}`"
+            return f"`{name}={value}`" if key is None else f'`{name}={{"{key}": {value}}}`'
 
-class DataError(ValueError):
-    """A file or an array that cannot be used as it is."""
+        return _joined(self.source, self._filled(python))
+
+    def for_command_line(
+        self, names: Mapping[str, str] = MappingProxyType({}), units: Mapping[str, str] = MappingProxyType({})
+    ) -> str:
+        """The error with options as they are typed.
+
+        Parameters
+        ----------
+        names : mapping of str to str
+            Options by argument, where the name differs by more than underscores.
+        units : mapping of str to str
+            Units of values by argument, where the command line needs one.
+        """
+
+        def typed(name: str, key: str | None, value: str | None) -> str:
+            option = f"--{names.get(name, name).replace('_', '-')}"
+            if value is None:
+                return option
+            pair = ("" if key is None else f"{key}=") + value.strip('"') + units.get(name, "")
+            return f'{option} "{pair}"' if " " in pair else f"{option} {pair}"
+
+        return _joined(self.source, self._filled(typed))
+
+    def _filled(self, worded: Callable[[str, str | None, str | None], str]) -> str:
+        return _PLACEHOLDER.sub(lambda match: worded(match[1] or str(self.option), match[2], match[3]), self.message)
+
+
+class DataError(_SourcedError):
+    """A file or an array cannot be used as it is."""
+
+
+class StampError(DataError):
+    """The time stamps of a log do not give a grid, or time goes backwards in them."""
 
 
 class RecordTooShortError(DataError):
-    """Too few samples for what was asked.
+    """There are too few samples.
 
     Attributes
     ----------
     need, got : int
-        Samples needed, samples found.
+        Samples needed, and samples found.
     """
 
     def __init__(self, message: str, *, need: int, got: int) -> None:
@@ -51,7 +166,7 @@ class NonFiniteError(DataError):
     channel : str
         Name of the channel.
     index : int
-        Index of the first such sample, counted from 0.
+        Index of the first such sample, from 0.
     """
 
     def __init__(self, message: str, *, channel: str, index: int) -> None:

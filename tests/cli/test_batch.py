@@ -50,7 +50,7 @@ class TestCommand:
         ]  # fmt: skip
         assert "2 of 3 logs analysed" in out
         assert "bad.csv, line 3: column time [s] has 'x'" in err
-        assert f"no logs, left out: {folder / 'notes.md'}" in err
+        assert f"skipped, not a log: {folder / 'notes.md'}" in err
         assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
         assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
         alone = st.analyze(st.read(folder / "a.csv"), taus="octave").to_dict()
@@ -85,7 +85,7 @@ class TestCommand:
             (["a.csv", "b.csv", "--json", "-"], "must be a folder"),
             (["a.csv", "a.csv"], "given twice"),
             (["a.csv", "b.csv", "--jobs", "0"], "--jobs 0"),
-            ([], "give a log"),
+            ([], "name a log"),
         ],
     )
     def test_wrong_options(self, folder, monkeypatch, capsys, argv, words):

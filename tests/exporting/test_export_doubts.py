@@ -194,7 +194,7 @@ class TestAdvice:
     @pytest.mark.parametrize(
         ("more", "message"),
         [
-            (["--rate-random-walk", "gyro=upper-limit", "accel=upper-limit"], "commas between them"),
+            (["--rate-random-walk", "gyro=upper-limit", "accel=upper-limit"], "by commas"),
             (["b.json"], "once for each"),
             (["--rate-random-walk", "gyros=upper-limit"], "--rate-random-walk: 'gyros' is no sensor"),
             (["--horizon", "3d"], "--horizon has no place in kalibr but with --rate-random-walk gyro=horizon"),

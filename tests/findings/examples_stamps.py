@@ -1,3 +1,149 @@
 """Examples of findings for `test_words`."""
 
-EXAMPLES = []
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stamps import (
+    CoarseStamps,
+    DuplicateSamples,
+    EmptyChannel,
+    Gap,
+    Gaps,
+    HostStamps,
+    ImplausibleRate,
+    IrregularStamps,
+    Jitter,
+    LongPauses,
+    MissingStamps,
+    MissingValues,
+    RateDrift,
+    RateMismatch,
+    RateNotNominal,
+    RateOverruled,
+    RowsOutOfOrder,
+    Subsampled,
+    WrongStamps,
+)
+
+MINUTE = Gap(samples=6000, start=3000.0, length=60.0, place="line 300002")
+SECOND = Gap(samples=100, start=5012.3, length=1.0, place="line 501232")
+FACTORS = (("quantization", 1 / 1.2), ("random_walk", 1.2**-0.5), ("rate_random_walk", 1.2**0.5))
+
+
+def info(details, **more):
+    return Finding(details=details, severity="info", **more)
+
+
+def warning(details, **more):
+    return Finding(details=details, severity="warning", **more)
+
+
+EXAMPLES = [
+    warning(ImplausibleRate(rate=2e8), size=2e8, unit="Hz"),
+    info(RateNotNominal(rate=99.3, nominal=100.0), size=-0.007),
+    warning(RateMismatch(used=120.0, by_stamps=100.0), size=0.2, factors=FACTORS),
+    warning(RateMismatch(used=120.0, by_stamps=100.0)),
+    warning(RateOverruled(given=100.0, stated=50.0)),
+    warning(RateDrift(lowest=99.75, highest=100.25), size=0.005, spans=((900.0, 1000.0),)),
+    info(Gaps(samples=1001, gaps=1, longest=(MINUTE,), rate=100.0), size=1, spans=((5.0, 5.01),)),
+    warning(Gaps(samples=726_000, gaps=2, longest=(MINUTE, SECOND), rate=100.0), size=6100),
+    warning(Gaps(samples=56_000, gaps=1, longest=(MINUTE,), rate=100.0, estimated=True), size=6000),
+    warning(Gaps(samples=59_999, gaps=11_999, longest=(SECOND,), rate=100.0, period=4, even_rate=80.0), size=11_999),
+    warning(
+        Gaps(
+            samples=15_000,
+            gaps=2500,
+            longest=(SECOND,),
+            rate=100.0,
+            subsampled=Subsampled(every=2, start=99.99, stop=149.99, rate=50.0),
+        ),
+        size=2500,
+    ),
+    warning(
+        LongPauses(pauses=1, longest=36_000.0, place="row 18000", first="row 0", used=18_000, total=30_000),
+        size=36_000.0,
+        unit="s",
+    ),
+    warning(IrregularStamps(interval=0.01, longest=75_000.0, place="line 12345"), size=75_000.0, unit="s"),
+    warning(IrregularStamps(interval=0.01, leaps=3)),
+    info(CoarseStamps(step=0.01, rate=400.0, hidden=5), size=0.01, unit="s"),
+    info(CoarseStamps(step=0.01, rate=99.0, period=100, lost=1), size=0.01, unit="s"),
+    warning(
+        CoarseStamps(step=128.0, rate=100.0, rate_error=0.021, hidden=12_801, single_precision=True),
+        size=128.0,
+        unit="s",
+    ),
+    warning(
+        CoarseStamps(step=128.0, rate=100.0, rate_error=None, hidden=12_801, single_precision=True),
+        size=128.0,
+        unit="s",
+    ),
+    warning(HostStamps(rate=100.012, median_rate=1000.0, longest=0.037, place="line 5"), size=0.75),
+    info(Jitter(sigma=1e-3, interval=0.01, mean=9.81, strongest="accel_z", unit="m/s"), size=1e-3, unit="s"),
+    info(
+        Jitter(sigma=1e-3, interval=0.01, mean=9.81, strongest="accel_z", unit="m/s", seen=1.2e-5, share=6.7e5),
+        channels=("accel_z",),
+        size=1e-3,
+        unit="s",
+    ),
+    warning(
+        Jitter(sigma=5e-4, interval=0.01, mean=9.81, strongest="accel_z", unit="m/s", seen=6.9e-3, share=0.5),
+        channels=("accel_z",),
+        size=4.9e-3,
+        unit="m/s",
+        factors=(("quantization", 2**0.5),),
+    ),
+    warning(MissingStamps(rows=2000, place="line 51"), size=2),
+    warning(RowsOutOfOrder(rows=5000, place="line 1002", stamp=10.0), size=5),
+    warning(WrongStamps(rows=5000, place="line 1235"), size=1),
+    warning(DuplicateSamples(rows=10_000, place="line 3", same_samples=True, factor=2**0.5), size=5000),
+    warning(DuplicateSamples(rows=5001, place="line 1236", same_samples=False, factor=1.0002), size=1),
+    info(
+        MissingValues(
+            total=4000,
+            counts=(2, 1),
+            strongest="gyro_x",
+            place="line 5",
+            runs=2,
+            longest=1,
+            longest_place="line 5",
+            interval=0.01,
+        ),
+        channels=("gyro_x", "gyro_y"),
+        size=2,
+    ),
+    warning(
+        MissingValues(
+            total=20_000,
+            counts=(7900,),
+            strongest="gyro_y",
+            place="index 1000 (t = 10 s)",
+            runs=1,
+            longest=7900,
+            longest_place="index 1000 (t = 10 s)",
+            interval=0.01,
+            unit="samples",
+        ),
+        channels=("gyro_y",),
+        spans=((10.0, 89.0),),
+        size=7900,
+    ),
+    warning(
+        MissingValues(
+            total=20_000,
+            counts=(910,),
+            strongest="gyro_y",
+            place="line 7",
+            runs=12,
+            longest=800,
+            longest_place="line 4002",
+            interval=0.01,
+        ),
+        channels=("gyro_y",),
+        size=910,
+    ),
+    Finding(
+        details=EmptyChannel(column="'wy [rad/s]'", count=12_000, rows=20_000, place="line 2"),
+        severity="error",
+        channels=("gyro_y",),
+        size=0.6,
+    ),
+]

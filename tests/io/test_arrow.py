@@ -75,11 +75,13 @@ class TestKinds:
         record = read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
         assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_x"))).tolist() == [2345]
         np.testing.assert_array_equal(record.streams[0].column("gyro_y"), DATA["gyro_y"])
-        assert [(f.code, f.channel, f.where) for f in record.findings] == [("missing_values", "gyro_x", "row 2345")]
+        assert [(f.code, f.channel, f.details.place) for f in record.findings] == [
+            ("missing_values", "gyro_x", "row 2345")
+        ]
         said = {"rate": 1, "channels": {"gyro_y": "wy"}, "unit": {"gyro": "rad/s"}}
         assert read(tmp_path / "log", **said).channels == ("gyro_y",)
         save(tmp_path / "log", kind, pa.table({"wx": np.where(np.arange(N) == 17, np.nan, 1.0)}))
-        assert read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"}).findings[0].where == "row 17"
+        assert read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"}).findings[0].details.place == "row 17"
         save(tmp_path / "log", kind, pa.table({"wx": np.where(np.arange(N) == 17, np.inf, 1.0)}))
         with pytest.raises(NonFiniteError, match=r"row 17 .*'wx' has inf"):
             read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})

@@ -53,16 +53,16 @@ class TestFrames:
         expected = (GYRO[:, 1] - 1) * 2 * (np.pi / 180)
         np.testing.assert_allclose(record.streams[0].column("gyro_x"), expected, rtol=1e-15)
         assert record.provenance.ignored == ("wx", "wz")
-        with pytest.raises(OptionError, match=r"the frame does not state the unit of gyro_x"):
+        with pytest.raises(OptionError, match=r"the frame: does not state the unit of gyro_x"):
             sigmatau.from_frame(make(NAMED))
-        with pytest.raises(OptionError, match=r"the frame has no column 'q'"):
+        with pytest.raises(OptionError, match=r"the frame: has no column 'q'"):
             sigmatau.from_frame(make(NAMED), channels={"gyro_x": "q"})
 
     def test_not_a_number(self, make):
         data = NAMED | {"wy": np.where(np.arange(N) == 17, np.nan, 0.0)}
         record = sigmatau.from_frame(make(data), unit={"gyro": "rad/s"})
         assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_y"))).tolist() == [17]
-        assert [(f.code, f.where) for f in record.findings] == [("missing_values", "row 17")]
+        assert [(f.code, f.details.place) for f in record.findings] == [("missing_values", "row 17")]
         data["wy"][17] = np.inf
         with pytest.raises(NonFiniteError, match=r"the frame, row 17 .*'wy' has inf") as e:
             sigmatau.from_frame(make(data), unit={"gyro": "rad/s"})
@@ -76,7 +76,7 @@ class TestFrames:
 
     def test_words(self, make):
         data = NAMED | {"wx": np.array(["a"] * N)}
-        with pytest.raises(DataError, match=r"the frame column 'wx' holds .* not real numbers"):
+        with pytest.raises(DataError, match=r"the frame: column 'wx' holds .* not real numbers"):
             sigmatau.from_frame(make(data), channels={"gyro_x": "wx"}, rate=1, unit={"gyro": "rad/s"})
 
 
@@ -107,7 +107,9 @@ def test_missing_times():
     times = STAMPS.astype("M8[ns]")
     times[4] = "NaT"
     record = sigmatau.from_frame({"time": times, "wx": GYRO[:, 0]}, unit={"gyro": "rad/s"})
-    assert [(f.code, f.where) for f in record.findings] == [("missing_stamps", "row 4"), ("gaps", "t = 0.02 s")]
+    missing, gaps = record.findings
+    assert (missing.code, missing.details.place) == ("missing_stamps", "row 4")
+    assert (gaps.code, gaps.spans[0]) == ("gaps", pytest.approx((0.02, 0.025)))
     expected = GYRO[:, 0].copy()
     expected[4] = np.nan
     np.testing.assert_array_equal(record.streams[0].column("gyro_x"), expected)

@@ -44,8 +44,7 @@ class TestValues:
         np.testing.assert_allclose(degrees(record), expected, rtol=1e-15)
         (finding,) = record.findings
         assert (finding.code, finding.channel, finding.size) == ("missing_values", "gyro_x", 1)
-        assert finding.where == "line 6"
-        assert "1 of 10 rows have no number in gyro_x; the first: line 6" in finding.message
+        assert (finding.details.place, finding.details.total) == ("line 6", 10)
         assert record.streams[0].mask.sum() == 1
 
     def test_a_first_row_of_nan_is_no_header(self, tmp_path):
@@ -66,8 +65,9 @@ class TestValues:
             f"{i / 100},{'' if i in (3, 5) else i},{'' if i == 5 else i}\n" for i in range(4000)
         )
         (finding,) = read(log(tmp_path, text)).findings
-        assert (finding.channel, finding.severity, finding.size) == (None, "info", 2)
-        assert "up to 2 of 4000 (gyro_x) rows have no number in gyro_x, gyro_y" in finding.message
+        assert (finding.channels, finding.severity, finding.size) == (("gyro_x", "gyro_y"), "info", 2)
+        details = finding.details
+        assert (details.total, details.counts, details.strongest) == (4000, (2, 1), "gyro_x")
 
     def test_more_than_half_is_no_column(self, tmp_path):
         with pytest.raises(
@@ -91,7 +91,7 @@ class TestValues:
         (finding,) = record.findings
         assert (finding.code, finding.severity, finding.channel) == ("empty_channel", "error", "gyro_y")
         assert finding.size == np.mean(np.isnan(y))
-        assert f"in {np.isnan(y).sum()} of {n} rows ({100 * finding.size:.3g} %)" in finding.message
+        assert (finding.details.count, finding.details.rows) == (np.isnan(y).sum(), n)
         analysis = analyze(record)
         assert list(analysis.curves) == ["gyro_x", "gyro_z"]
         assert [f.code for f in analysis.findings] == ["empty_channel"]
@@ -286,7 +286,8 @@ class TestArrays:
         assert (finding.code, finding.channel, finding.size) == ("missing_values", "gyro_x", lost)
         assert finding.severity == ("info" if share < 1e-3 else "warning")
         first = int(np.flatnonzero(np.isnan(x))[0])
-        assert f"{lost} of 20000 samples have no number in gyro_x; the first: index {first} (t = " in finding.message
+        assert (finding.details.total, finding.details.unit) == (20_000, "samples")
+        assert finding.details.place.startswith(f"index {first} (t = ")
         assert finding in analyze(record).findings
 
     def test_a_block_is_told_with_its_length(self):
@@ -294,9 +295,13 @@ class TestArrays:
         gyro = 1e-3 * rng.normal(size=(20_000, 3))
         gyro[1000:8900, 1] = np.nan
         (finding,) = Record.from_arrays(rate=100, gyro=gyro).findings
-        assert (
-            "7900 of 20000 samples have no number in gyro_y; the first: index 1000 (t = 10 s), 7900 samples (79 s) on end"
-            in (finding.message)
+        details = finding.details
+        assert (finding.channels, finding.size, finding.spans) == (("gyro_y",), 7900, (pytest.approx((10.0, 89.0)),))
+        assert (details.total, details.place, details.runs, details.longest) == (
+            20_000,
+            "index 1000 (t = 10 s)",
+            1,
+            7900,
         )
 
     def test_whole_arrays_have_nothing_to_be_told(self):

@@ -75,7 +75,7 @@ def test_not_a_number(tmp_path):
     np.save(tmp_path / "a.npy", data)
     (finding,) = read(tmp_path / "a.npy", **OPTIONS).findings
     assert (finding.code, finding.channel, finding.size) == ("missing_values", "gyro_y", 1)
-    assert finding.where == "row 17"
+    assert finding.details.place == "row 17"
     data[17, 2] = np.inf
     np.save(tmp_path / "a.npy", data)
     with pytest.raises(NonFiniteError, match=r"a\.npy, row 17 .* column number 3 has inf") as e:

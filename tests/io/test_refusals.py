@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError
 from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s]\n"
@@ -93,7 +93,8 @@ DATA = {
 def test_data(tmp_path, content, words):
     path = tmp_path / "log.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
-    kind = RecordTooShortError if "at least 4" in words else DataError
+    stamps = words in (DATA["time backwards"][1], DATA["time still"][1])
+    kind = RecordTooShortError if "at least 4" in words else StampError if stamps else DataError
     refuse(path, kind, words)
 
 

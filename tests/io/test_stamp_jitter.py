@@ -76,7 +76,7 @@ class TestJitter:
         )
         (finding,) = record.findings
         assert (finding.code, finding.severity, finding.unit) == ("jitter", "info", "s")
-        assert "none on rates" in finding.effect
+        assert (finding.channels, finding.details.seen, finding.details.strongest) == ((), None, "accel_y")
         assert finding.size == pytest.approx(1e-3, rel=0.05)
 
     def increments(self, rng, n, sigma, *, own=0.0):
@@ -99,7 +99,7 @@ class TestJitter:
             (finding,) = [f for f in record.findings if f.code == "jitter"]
             assert (finding.severity, finding.channel) == ("warning", "accel_z")
             assert finding.size == pytest.approx(9.81 * sigma, rel=0.05)
-            stated.append(dict(finding.changes)["quantization"])
+            stated.append(dict(finding.factors)["quantization"])
             values.append(fit(allan(record)["accel_z"])["quantization"].value / own)
         error = np.hypot(np.std(values, ddof=1), np.std(stated, ddof=1)) / len(values) ** 0.5
         assert np.mean(values) == pytest.approx(np.mean(stated), abs=3 * error)
@@ -120,7 +120,7 @@ class TestJitter:
         assert said.size == pytest.approx(9.81 * sigma, rel=0.05)
         fitted = fit(allan(record)["accel_z"])["quantization"].value / (9.81 * sigma)
         assert fitted == pytest.approx(2**0.5, rel=0.05)  # of both together
-        assert dict(said.changes)["quantization"] == pytest.approx(fitted, rel=0.05)
+        assert dict(said.factors)["quantization"] == pytest.approx(fitted, rel=0.05)
 
     def test_stamps_that_scatter_beside_samples_that_do_not(self):
         rng = np.random.default_rng(seed_of("jitter of stamps alone"))
@@ -134,4 +134,5 @@ class TestJitter:
         )
         (finding,) = record.findings
         assert (finding.code, finding.severity) == ("jitter", "info")
-        assert "the instants of sampling do not" in finding.effect
+        assert finding.details.share > 1.5
+        assert finding.factors == ()

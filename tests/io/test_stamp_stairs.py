@@ -22,7 +22,7 @@ def test_single_precision_seconds_since_1970(rate, minutes):
     one = found(single(np.arange(n) / rate))
     said = next(f for f in one.findings if f.code == "coarse_stamps")
     assert (said.severity, said.size) == ("warning", 128.0)
-    assert "single precision" in said.message
+    assert said.details.single_precision
     assert codes(one, least="warning") == ["coarse_stamps"]
     assert one.rate == pytest.approx(rate, rel=1.01 / (128 * rate))  # a corner is one sample wide, of a step at least
     assert one.n == n
@@ -65,7 +65,7 @@ def test_how_sure_the_rate_is_goes_with_it():
     said = next(f for f in found(t).findings if f.code == "coarse_stamps")
     assert said.severity == "warning"  # four levels of 20 samples: 2 %
     limits = allowed(t, 1.0)
-    assert f"up to {100 * limits.error:.2g} % off" in said.message
+    assert said.details.rate_error == pytest.approx(limits.error)
     whole = found(np.floor(np.arange(20_000) / 100.0))
     assert [(f.code, f.severity) for f in whole.findings] == [("coarse_stamps", "info")]
 

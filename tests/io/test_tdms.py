@@ -66,7 +66,7 @@ def test_not_a_number(tmp_path):
     with nptdms.TdmsWriter(tmp_path / "log") as writer:
         writer.write_segment([nptdms.ChannelObject("g", "wx", bad[:, 0])])
     record = read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"})
-    assert [(f.code, f.where) for f in record.findings] == [("missing_values", "row 7")]
+    assert [(f.code, f.details.place) for f in record.findings] == [("missing_values", "row 7")]
     bad[7, 0] = np.inf
     with nptdms.TdmsWriter(tmp_path / "log") as writer:
         writer.write_segment([nptdms.ChannelObject("g", "wx", bad[:, 0])])

@@ -102,7 +102,7 @@ def test_glued_lines_and_nan(tmp_path):
     path.write_bytes(b"".join(lines))
     missing = next(f for f in read(path, rate=100).findings if f.code == "missing_values")
     assert (missing.channel, missing.size) == ("gyro_x", 1)
-    assert "row 7" in missing.where
+    assert "row 7" in missing.details.place
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.99])

@@ -31,17 +31,17 @@ def in_order(coefficients: Mapping[str, float]) -> list[float]:
 
 def check_overlap(overlap: str) -> None:
     if overlap not in ("full", "none"):
-        raise OptionError(f"`overlap` must be 'full' or 'none', not {overlap!r}", option="overlap")
+        raise OptionError(f"{{option}} must be 'full' or 'none', not {overlap!r}", option="overlap")
 
 
 def check_counting(counting: str) -> None:
     if counting not in ("standard", "paper"):
-        raise OptionError(f"`counting` must be 'standard' or 'paper', not {counting!r}", option="counting")
+        raise OptionError(f"{{option}} must be 'standard' or 'paper', not {counting!r}", option="counting")
 
 
 def check_threads(threads: int | None) -> None:
     if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
-        raise OptionError(f"`threads` must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
+        raise OptionError(f"{{option}} must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
 
 
 def non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: Sequence[str]) -> NonFiniteError:
@@ -81,7 +81,7 @@ def whole_sizes(m: ArrayLike, *, of: str = "samples") -> NDArray[np.int64]:
     if given.dtype.kind == "O" and all(isinstance(size, int) for size in given.ravel()):
         sizes = np.full(1, 2.0 * _LARGEST_SIZE)  # NumPy has no integers of more than 64 bits
     if not np.isfinite(sizes).all() or (sizes != np.rint(sizes)).any():
-        raise OptionError(f"`m` must be whole numbers of {of}", option="m")
+        raise OptionError(f"{{option}} must be whole numbers of {of}", option="m")
     if sizes.size and np.abs(sizes).max() > _LARGEST_SIZE:
-        raise OptionError(f"`m` must be at most {_LARGEST_SIZE:g} {of}", option="m")
+        raise OptionError(f"{{option}} must be at most {_LARGEST_SIZE:g} {of}", option="m")
     return np.ascontiguousarray(given.astype(np.int64))

@@ -300,7 +300,7 @@ def quadratic_edf(
         if "quantization" in str(error):
             raise OptionError(
                 f"the degrees of freedom of {kind!r} are not known where quantization noise is more than 1 % of the"
-                " variance, beyond 48 samples of averaging: leave it out of `noise`, or take the modified or the Hadamard"
+                " variance, beyond 48 samples of averaging: leave it out of {option}, or take the modified or the Hadamard"
                 " deviation",
                 option="noise",
             ) from None

@@ -12,6 +12,8 @@ from collections.abc import Iterator, Sequence
 
 __all__ = ["main"]
 
+_UNUSED_HINT = " Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``sigmatau`` with the given arguments and return its exit code.
@@ -19,19 +21,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit is out of its specification;
-        4 done with what could be read of a damaged file; 130 interrupted; 143 terminated (SIGTERM).
+        0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit does not meet its
+        specification; 4 done with the readable part of a damaged file; 130 interrupted; 143 terminated (SIGTERM).
     """
     # The matrices are small: threads of BLAS would only wait for each other. Read when NumPy is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    from cyclopts import CycloptsError
+    from cyclopts import CycloptsError, UnusedCliTokensError
 
     from sigmatau.cli.app import app
     from sigmatau.errors import DataError, OptionError
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without √ gets a ?, not a traceback
+            stream.reconfigure(errors="replace")  # a terminal without √ prints ?
     try:
         with _termination():
             result = app(
@@ -42,9 +44,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             )
             sys.stdout.flush()
     except CycloptsError as error:
-        return _fail(f"{error}{_hint(getattr(error, 'unused_tokens', None))}", 2)
+        return _fail(f"{error}{_UNUSED_HINT}" if isinstance(error, UnusedCliTokensError) else str(error), 2)
     except OptionError as error:
-        return _fail(_as_typed(str(error), error.option), 2)
+        return _fail(error.for_command_line(), 2)
     except (DataError, ImportError) as error:
         return _fail(str(error), 1)
     except MemoryError:
@@ -54,36 +56,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     except BrokenPipeError:
-        # The reader of our output has gone (`sigmatau … | head`): nothing to say, and nobody to say it to.
+        # The reader of the output has ended (`sigmatau … | head`).
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        if error.filename is not None:  # a name that no file can have, such as one that is too long
+        if error.filename is not None:  # an invalid file name, such as one that is too long
             return _fail(f"{str(error.filename)[:80]}: {error.strerror or error}", 1)
-        # Other files name themselves in a DataError; what is left is standard output, on a full disk for instance.
+        # A DataError names other files; the remaining case is standard output, for instance on a full disk.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
 
 
-def _hint(unused: Sequence[str] | None) -> str:
-    """What to do about words that are left over: values of an option have commas between them, and export takes one file."""
-    if not unused:
-        return ""
-    if all("=" in token for token in unused):
-        return f" Several values of one option have commas between them: gyro=…,{unused[0]}"
-    if all("." in token and not token.startswith("-") for token in unused):
-        return " It takes no more files than that; for several, call it once for each."
-    return ""
-
-
-def _as_typed(message: str, option: str | None) -> str:
-    """With the option as it is typed here, where a function names its argument."""
-    return message if option is None else message.replace(f"`{option}`", f"--{option.replace('_', '-')}")
-
-
 class _Terminated(KeyboardInterrupt):
-    """SIGTERM: what cleans up after an interruption cleans up after this."""
+    """SIGTERM, handled as an interruption, so that temporary files are removed."""
 
 
 def _terminated(*_: object) -> None:
@@ -92,7 +78,7 @@ def _terminated(*_: object) -> None:
 
 @contextlib.contextmanager
 def _termination() -> Iterator[None]:
-    """SIGTERM is an exception here, so that no half-written file is left behind; only the main thread may say so."""
+    """Turn SIGTERM into an exception, so that half-written files are removed; possible in the main thread only."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

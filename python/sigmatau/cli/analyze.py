@@ -1,4 +1,4 @@
-"""``sigmatau analyze``: a log in; the coefficients, the figure and the JSON out."""
+"""``sigmatau analyze``: noise coefficients, figure and JSON of a log."""
 
 from __future__ import annotations
 
@@ -60,53 +60,53 @@ def analyze_command(
     threads: int | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Analyse a log of a sensor at rest: Allan deviation of every axis, and the noise coefficients that it shows.
+    """Analyse a log of a sensor at rest: Allan deviation and noise coefficients of every axis.
 
     Parameters
     ----------
     logs
-        A log; or several, or folders of them: then there is a summary, and each is analysed in a process of its own.
+        One log; or several logs or folders of logs, which are analysed separately and summarised.
     method
-        Fit the coefficients, with intervals (gls), or only read them off as the paper does (read-off).
+        Fit the coefficients with intervals (gls), or read them off the curve only, as in the paper (read-off).
     taus
-        Averaging times of the curve: octave, half, quarter or eighth octaves, all, or a list in seconds: 0.1,1,10.
+        Averaging times: octave, half, quarter, eighth (of an octave), all, or a list in seconds, 0.1,1,10.
     overlap
-        Average all clusters (full), or only those that share no sample (none).
+        Average overlapping clusters (full), or disjoint clusters only (none).
     counting
-        N+1-2n terms (standard), or the N-2n of the paper's eq. (6) on N rates (paper).
+        Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
     tau_min
-        Shortest averaging time of the fit, in seconds: beyond a filter or a line, as findings say. Default: by the misfit.
+        Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: by the misfit.
     long
-        Clusters of more than 4096 samples: every pair (exact), or in bounded memory those that begin at every 64th sample or
-        less often (strided); auto does that, and says so, if the record does not fit in memory.
+        Clusters of more than 4096 samples: all pairs (exact), or every 64th pair or fewer, in bounded memory (strided).
+        Default: auto, which is strided if the record does not fit in memory; a finding reports it.
     window
-        Which part of the record: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
+        Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
     leave_out
-        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies:
-        what the findings of these names tell of.
+        Stretches to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or the findings dropouts, stuck
+        or copies.
     spikes
-        Take single samples that no noise makes for missing (mask), or as they are (keep).
+        Treat outliers of single samples as missing (mask), or use them (keep).
     bandwidth
-        The sensor's own bandwidth by its data sheet: gyro=30Hz, or gyro=30Hz/2 for a filter of second order. Then it is said
-        what sampling without an anti-alias filter adds to the random walk.
+        Bandwidth of the sensor by its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then reports
+        the random walk that aliasing adds.
     plot
-        Draw all axes: .png, .svg or .pdf. Of several logs, the folder for a .png of each.
+        Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
     stability
-        Draw how the deviations change over the record: .png, .svg or .pdf; of several logs, the folder for a .png of each.
-        Then the JSON has it too.
+        Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
+        .png each. The JSON contains them too.
     json
-        Write the result; - for standard output, in place of the table. Of several logs, the folder for a .json of each.
+        Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder.
     export
-        Write the parameters for another program, kalibr=imu.yaml; sigmatau export --list names them. Of one log.
+        Write the parameters of one log for another program, kalibr=imu.yaml; sigmatau export --list shows the targets.
     jobs
-        So many logs at a time; default: one.
+        Number of logs to analyse in parallel (default 1).
     threads
-        Default: all cores. The result does not depend on it.
+        Number of threads (default: all cores). The result does not depend on it.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     if not logs:
-        raise OptionError("give a log, or several, or a folder of logs", option="log")
+        raise OptionError("name a log, several logs, or a folder of logs", option="log")
     averaging = averaging_times(taus)
     settings: dict[str, Any] = {
         "taus": averaging,
@@ -124,21 +124,24 @@ def analyze_command(
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
     outputs = Outputs(plot=plot, stability=stability, json=json)
-    # A pattern of the shell may happen to match one log.
+    # A shell pattern may match a single log.
     folders = [place for place in (*logs, plot, stability, json) if place is not None and place.is_dir()]
-    meant_as_several = jobs is not None or any(not files_of(place) for place in folders)  # a bag of ROS 2 is one log
+    meant_as_several = jobs is not None or any(
+        not files_of(place) for place in folders
+    )  # a ROS 2 bag is a folder and one log
     if len(logs) == 1 and not meant_as_several:
         return _one(logs[0], reading, settings, outputs, exports, quiet=quiet)
     if exports.files:
         raise OptionError(
-            "--export is of one log; of several, give --json a folder, and sigmatau export each result", option="export"
+            "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
+            option="export",
         )
     return _many(logs, reading, settings, outputs, jobs=jobs, quiet=quiet)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outputs:
-    """Files to write, or folders for those of several logs."""
+    """Output files, or output folders for several logs."""
 
     plot: Path | None
     stability: Path | None
@@ -151,7 +154,7 @@ class Outputs:
 
     @property
     def files(self) -> dict[str, Path | None]:
-        """By option; none for what goes to standard output."""
+        """Output paths by option; None for standard output."""
         return {"plot": self.plot, "stability": self.stability, "json": None if self.as_text else self.json}
 
 
@@ -194,12 +197,12 @@ def _many(
     quiet: bool,
 ) -> int:
     if jobs is not None and jobs < 1:
-        raise OptionError(f"--jobs {jobs}: want a number of processes, 1 or more", option="jobs")
+        raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
     for option, folder in (("plot", outputs.plot), ("stability", outputs.stability), ("json", outputs.json)):
         check_folder(folder, option)
     if left_out:
-        say(f"no logs, left out: {', '.join(map(str, left_out))}", quiet=quiet)
+        say(f"skipped, not a log: {', '.join(map(str, left_out))}", quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     work = partial(
@@ -240,7 +243,7 @@ def _in_a_process(
 
 
 def write_figure(analysis: Analysis, path: Path) -> None:
-    """Draw and write, or leave no file."""
+    """Draw and write the figure; an error leaves no file."""
     from sigmatau.plot.curves import save
 
     figure = analysis.plot()
@@ -249,7 +252,7 @@ def write_figure(analysis: Analysis, path: Path) -> None:
 
 
 def write_stability(analysis: Analysis, path: Path) -> None:
-    """Draw how the deviations change over the record, and write, or leave no file."""
+    """Draw and write the deviations over the record; an error leaves no file."""
     from sigmatau.plot.curves import save
 
     figure = analysis.plot_stability()
@@ -258,7 +261,7 @@ def write_stability(analysis: Analysis, path: Path) -> None:
 
 
 def write_json(analysis: Analysis, path: Path) -> None:
-    """Write the stable JSON form, or leave no file."""
+    """Write the JSON; an error leaves no file."""
     text = _json_text(analysis)
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The commands by name. Each lives in a module of its own, which is imported when it is called."""
+"""The commands by name. The module of a command is imported when it is called."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ __all__ = ["EXAMPLES", "app"]
 
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
-    " · 3 a unit is out of its specification (compare) · 4 done with what could be read of a damaged file."
+    " · 3 a unit does not meet its specification (compare) · 4 done with the readable part of a damaged file"
     " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
 )
 
-# name: (what it does, examples)
+# name: (summary, examples)
 _COMMANDS = {
     "analyze": (
-        "Analyse a log of a sensor at rest: Allan deviation of every axis, and the noise coefficients that it shows.",
+        "Analyse a log of a sensor at rest: Allan deviation and noise coefficients of every axis.",
         """\
 sigmatau analyze static.csv --plot static.png
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
@@ -28,19 +28,19 @@ sigmatau analyze static.csv --export kalibr=imu.yaml --rate-random-walk gyro=upp
 sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
     ),
     "inspect": (
-        "What is in a log, and what is wrong with it: topics, columns, rates, damage.",
+        "Show the contents of a log and its faults: topics, columns, rates, damage.",
         """\
 sigmatau inspect static.csv
 sigmatau inspect counts.csv --unit gyro=deg/s --scale gyro=0.0061 --rate 100 --json found.json""",
     ),
     "deviation": (
-        "Deviations other than Allan's, of every axis: modified Allan, Hadamard, total, time, Theo1, MTIE, TIE rms.",
+        "Compute another deviation of every axis: modified Allan, Hadamard, total, time, Theo1, MTIE or TIE rms.",
         """\
 sigmatau deviation static.csv --kind hadamard --noise random_walk --plot hadamard.png
 sigmatau deviation static.csv --kind mtie --taus 0.1,1 --json mtie.json""",
     ),
     "psd": (
-        "Power spectral densities of every axis, two-sided, with intervals; and a noise model held against them.",
+        "Compute power spectral densities of every axis, two-sided, with intervals; compare them with a noise model.",
         """\
 sigmatau psd static.csv --plot psd.svg --json psd.json
 sigmatau psd static.csv --segment 1s --axes gyro,accel_x
@@ -56,61 +56,61 @@ sigmatau simulate imu.toml --hours 2 --rate 100 --temperature start=20degC,end=3
 sigmatau simulate rlg.toml --hours 2 --rate 100 --input increments --lsb gyro=0.1arcsec --jitter 20us -o laser.csv.gz""",
     ),
     "plan": (
-        "How long to record: what a record shows of one noise term, from the other terms alone.",
+        "Plan the length of a record that shows a noise term, or the smallest value that a record shows.",
         """\
 sigmatau plan imu.toml --term bias_instability --rate 100 --hours 2
 sigmatau plan imu.toml --term rate_random_walk --rate 100 --value "20 deg/h/sqrt(h)"
 sigmatau plan result.json --term bias_instability --hours 12""",
     ),
     "predict": (
-        "Errors of free inertial navigation at rest, from a noise model: angles, velocity, position, each term's share.",
+        "Predict the error growth of unaided inertial navigation at rest: attitude, velocity, position, by noise term.",
         """\
 sigmatau predict imu.toml --after 60s,10min --calibration 5min
 sigmatau predict result.json --after 1s,10s,100s --calibration 100s --json
 sigmatau predict imu.toml --after 1min --turn-on gyro="10 deg/h" --turn-on accel_x="1 mg" --plot errors.png""",
     ),
     "export": (
-        "Write the parameters for Kalibr, OpenVINS, VINS, ORB-SLAM3, GTSAM, LIO-SAM, FAST-LIO …, each in its own units.",
+        "Write the parameters for Kalibr, OpenVINS, VINS, ORB-SLAM3, GTSAM, LIO-SAM, FAST-LIO …, in their units.",
         """\
 sigmatau export --list
 sigmatau export result.json --to kalibr --rate-random-walk gyro=upper-limit,accel=upper-limit -o imu.yaml
 sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (
-        "Follow a sensor at rest while it is logged: curve and coefficients of all samples so far.",
+        "Follow a log while it is written: curve and coefficients of all samples so far.",
         """\
 logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
 sigmatau watch growing.csv --idle 60 --json last.json""",
     ),
     "compare": (
-        "Whether units keep to their datasheet, term by term and by how many sigmas; exit code 3 if one does not.",
+        "Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.",
         """\
 sigmatau compare result.json --datasheet icm42688p
 sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --json""",
     ),
     "datasheet": (
-        "Public values of common sensors with their sources; one of them as a noise model.",
+        "List published values of common sensors with their sources; print a sensor as a noise model.",
         """\
 sigmatau datasheet list
 sigmatau datasheet show ism330dhcx
 sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
     "demo": (
-        "Simulate a tactical-grade unit for two hours, analyse that log, and compare with the truth.",
+        "Simulate two hours of a tactical-grade unit, analyse the log, and compare the result with the truth.",
         "sigmatau demo --output demo",
     ),
 }
 
 EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
-"""Command lines of the help pages; the tests run them."""
+"""Command lines of the help pages, which the tests run."""
 
 app = App(
     name="sigmatau",
-    help="Noise of inertial sensors at rest: which random errors a record shows, how large, how sure.",
+    help="Noise of inertial sensors at rest: the random errors that a record shows, their size and uncertainty.",
     help_epilogue=_EXIT_CODES,
     version=f"sigmatau {__version__}",
     version_flags=["--version"],
-    suppress_keyboard_interrupt=False,  # `main` says what it was
+    suppress_keyboard_interrupt=False,  # `main` reports interruptions
 )
 app.register_install_completion_command(name="--install-completion")
 for _name, (_summary, _examples) in _COMMANDS.items():

@@ -1,4 +1,4 @@
-"""Several logs, one after the other or side by side: each in a process of its own, so that none can end the others."""
+"""Several logs, in sequence or in parallel: each in a separate process, so that a failure does not end the others."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from sigmatau.results import duration_text
 
 __all__ = ["Outcome", "gather", "names", "run", "summary"]
 
-# What lies beside logs in a folder and is none.
+# Files in folders of logs that are not logs.
 _BESIDE = (
     *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
     *(".png", ".svg", ".pdf", ".html", ".jpg", ".jpeg", ".gif", ".mp4", ".mov", ".doc", ".docx", ".odt"),
 )
 _PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
-_TABLES = (".csv", ".tsv", ".dat", ".gz")  # one without rows is a log that failed, not a remark
-_LOOKED_AT = 1 << 16  # bytes
+_TABLES = (".csv", ".tsv", ".dat", ".gz")  # a table without rows is a failed log, not a note
+_HEAD = 1 << 16  # bytes that decide whether a file is a log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What became of one log.
+    """The outcome of one log.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Outcome:
         Why there is no result; empty if there is one.
     findings : tuple of Finding
     rows : tuple of tuple of str
-        Of the table: channel, length, rate, coefficients, verdict.
+        Rows of the table: channel, length, rate, coefficients, verdict.
     usage : bool
         Whether the error is about an option.
     """
@@ -53,40 +53,40 @@ class Outcome:
 
     @property
     def code(self) -> int:
-        """Exit code that this log by itself would have had."""
+        """Exit code for this log alone."""
         return (2 if self.usage else 1) if self.error else damaged(self.findings)
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Logs, those of folders and the folders in them in the order of their names; and what is left out, which is no log.
+    """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped.
 
-    A log that is named and lies in a folder that is named too is read once.
+    A log that is named, and is in a named folder too, is read once.
 
     Raises
     ------
     DataError
-        If a folder holds no log.
+        If a folder contains no log.
     OptionError
         If a log is named twice.
     """
     named = [place for place in places if _is_log(place)]
-    logs: dict[Path, Path] = {}  # by where they are in truth
+    logs: dict[Path, Path] = {}  # by resolved path
     left_out: list[Path] = []
     for place in places:
         if _is_log(place):
             if named.count(place) > 1:
                 raise OptionError(f"{place} is given twice", option="log")
-            logs.setdefault(_truly(place), place)
+            logs.setdefault(_resolved(place), place)
             continue
         files = list(_files(place, ()))
         found = [f for f in files if _may_be_a_log(f)]
         if not found:
-            raise DataError(f"{place}: there is no log in this folder, nor in the folders in it")
+            raise DataError(f"{place}: no log in this folder or its subfolders")
         for log in found:
-            logs.setdefault(_truly(log), log)
+            logs.setdefault(_resolved(log), log)
         left_out += [f for f in files if f not in found]
-    asked = {_truly(place) for place in named}
-    return list(logs.values()), [file for file in left_out if _truly(file) not in asked]
+    asked = {_resolved(place) for place in named}
+    return list(logs.values()), [file for file in left_out if _resolved(file) not in asked]
 
 
 def _is_log(place: Path) -> bool:
@@ -94,42 +94,42 @@ def _is_log(place: Path) -> bool:
     return not place.is_dir() or bool(files_of(place))
 
 
-def _truly(path: Path) -> Path:
+def _resolved(path: Path) -> Path:
     try:
         return path.resolve()
-    except (OSError, RuntimeError, ValueError):  # a loop of links: the reader says so
+    except (OSError, RuntimeError, ValueError):  # a loop of links, which the reader reports
         return path.absolute()
 
 
 def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
-    """Files of a folder and of those in it, hidden ones left out; a link to a folder further up is not followed."""
-    above = (*above, _truly(folder))
+    """Files of a folder and its subfolders, without hidden files; links to a parent folder are not followed."""
+    above = (*above, _resolved(folder))
     try:
         entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
     except OSError as error:
         raise DataError(f"{folder}: cannot be read: {error.strerror or error}") from None
     yield from (entry for entry in entries if entry.is_file() or _is_log(entry))
     for entry in entries:
-        if not _is_log(entry) and entry.is_dir() and _truly(entry) not in above:
+        if not _is_log(entry) and entry.is_dir() and _resolved(entry) not in above:
             yield from _files(entry, above)
 
 
 def _may_be_a_log(file: Path) -> bool:
-    """Whether a file that was found, not named, is read: not if it is empty, a picture, or a text without numbers."""
+    """Whether a file found in a folder is read: not if it is empty, a picture, or a text without numbers."""
     if file.is_dir():
         return True
     if file.suffix.lower() in _BESIDE:
         return False
     try:
         with file.open("rb") as stream:
-            head = stream.read(_LOOKED_AT)
+            head = stream.read(_HEAD)
     except OSError:
-        return True  # the reader says why it cannot be read
+        return True  # the reader reports why it cannot be read
     if not head or head.startswith(_PICTURES):
         return False
     if file.suffix.lower() in _TABLES or b"\0" in head:
         return True
-    # Prose has a number here and there, and no line that is mostly numbers; a log has one in its first pages.
+    # A log has a line of mostly digits in its first 64 KiB; prose has none.
     return any(map(_mostly_digits, head.splitlines()))
 
 
@@ -138,17 +138,17 @@ def _mostly_digits(line: bytes) -> bool:
 
 
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
-    """What becomes of each log, in the order in which they end; `jobs` of them at a time.
+    """Outcomes of logs in the order of completion, `jobs` of them in parallel.
 
     Parameters
     ----------
     logs : sequence of Path
     work : callable
-        Analyses one log and writes what is to be written. It is sent to another process: a function of a module, or a
+        Analyses one log and writes its outputs. It is sent to another process, so it is a function of a module or a
         `functools.partial` of one.
     jobs : int
     """
-    context = multiprocessing.get_context("spawn")  # threads of this process would be missing in a forked one
+    context = multiprocessing.get_context("spawn")  # a forked process would lack the threads of this one
     waiting = list(logs)
     running: dict[multiprocessing.connection.Connection, tuple[Path, Any]] = {}
     try:
@@ -177,13 +177,13 @@ def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) ->
 
 
 def _one(log: Path, work: Callable[[Path], Analysis], send: multiprocessing.connection.Connection) -> None:
-    # Ctrl-C reaches all processes of the terminal; the first one ends the others.
+    # Ctrl-C reaches all processes of the terminal; the parent ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         analysis = work(log)
         outcome = Outcome(log=log, findings=analysis.findings, rows=tuple(_rows(analysis)))
     except OptionError as error:
-        outcome = Outcome(log=log, error=str(error), usage=True)
+        outcome = Outcome(log=log, error=error.for_command_line(), usage=True)
     except (DataError, ImportError) as error:
         outcome = Outcome(log=log, error=str(error))
     except MemoryError:
@@ -210,7 +210,7 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
         for term in _TERMS:
             if fit is not None:
                 value, interval, unit = fit.texts(term)[0] if term in fit else ("", "", "")
-                # A value of which nothing may be there is half the truth without its interval.
+                # A value that is consistent with zero is printed with its interval.
                 if value and fit[term].low == 0:
                     value = f"{value} {interval}"
             else:
@@ -238,7 +238,7 @@ def summary(outcomes: Sequence[Outcome]) -> str:
 
 
 def names(logs: Sequence[Path]) -> list[str]:
-    """A name for the result of each."""
+    """A unique name for the result of each log."""
     found = [name.replace(os.sep, "_") for name in _short(logs)]
     unique: list[str] = []
     for k, name in enumerate(found):
@@ -252,7 +252,7 @@ def names(logs: Sequence[Path]) -> list[str]:
 
 
 def _short(logs: Sequence[Path]) -> list[str]:
-    """Names as short as they can be told apart."""
+    """File names, or relative paths where file names repeat."""
     if len({log.name for log in logs}) == len(logs):
         return [log.name for log in logs]
     base = os.path.commonpath([log.absolute().parent for log in logs])

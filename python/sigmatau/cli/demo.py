@@ -1,4 +1,4 @@
-"""``sigmatau demo``: simulate the paper's tactical-grade unit, analyse the file, print what was found beside the truth."""
+"""``sigmatau demo``: simulate the paper's tactical-grade unit, analyse the file, compare the result with the truth."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def demo_command(
     seed: int = 0,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Simulate two hours of a tactical-grade unit, analyse that log, and compare with the truth.
+    """Simulate two hours of a tactical-grade unit, analyse the log, and compare the result with the truth.
 
     The unit is the Honeywell HG1700 of El-Sheimy, Hou & Niu (2008), Table IV: 100 Hz, six axes.
 
@@ -41,12 +41,12 @@ def demo_command(
     seed
         Seed of the noise.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise DataError(f"{output}: cannot be made a directory: {error.strerror or error}") from None
+        raise DataError(f"{output}: cannot be created: {error.strerror or error}") from None
     text = resources.files("sigmatau.data").joinpath("hg1700.toml").read_text(encoding="utf-8")
     model_file, log = output / "hg1700.toml", output / "static.csv"
     model_file.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""``sigmatau deviation``: a log in; a table of another deviation than Allan's, its figure and JSON out."""
+"""``sigmatau deviation``: table, figure and JSON of another deviation than Allan's."""
 
 from __future__ import annotations
 
@@ -36,29 +36,29 @@ def deviation_command(
     threads: int | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """A deviation other than Allan's, of every axis of a log of a sensor at rest.
+    """Compute another deviation than Allan's for every axis of a log of a sensor at rest.
 
     Parameters
     ----------
     log
-        Any file that is read, see `sigmatau inspect`.
+        A log of any supported format, see sigmatau inspect.
     kind
-        The estimator. time, mtie and tie_rms are angles and velocities; theo1 is slow: minutes for a million samples.
+        The estimator. time, mtie and tie_rms have units of angle and velocity. theo1 takes minutes for 1e6 samples.
     taus
-        Averaging times: octave, half, quarter or eighth octaves, or a list in seconds: 0.1,1,10.
+        Averaging times: octave, half, quarter, eighth (of an octave), or a list in seconds, 0.1,1,10.
     overlap
-        Of the Hadamard deviation: all its terms (full), or those of disjoint clusters (none).
+        For the Hadamard deviation: all terms (full), or disjoint clusters only (none).
     noise
-        Term that the noise is taken to be, for 95 % intervals: quantization, random_walk, bias_instability,
-        rate_random_walk. Without it there are none.
+        Noise term assumed for 95 % intervals: quantization, random_walk, bias_instability or rate_random_walk. Default: no
+        intervals.
     plot
         Draw all axes: .png, .svg or .pdf.
     json
-        Write the result; - for standard output, in place of the table.
+        Write the result as JSON; - writes it to standard output instead of the table.
     threads
-        Default: all cores. The result does not depend on it.
+        Number of threads (default: all cores). The result does not depend on it.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     as_text = json is not None and str(json) == "-"
     check_output(plot, FIGURE_ENDINGS, "plot")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -16,7 +15,7 @@ from sigmatau.exporting.choices import Axes, Choices
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
-__all__ = ["Choosing", "as_typed", "said", "typed"]
+__all__ = ["Choosing", "as_typed", "said"]
 
 
 @Parameter(name="*")
@@ -89,37 +88,20 @@ def _time(text: str) -> float:
     return time_of(text, text, option="horizon", forms="want a value with its unit, e.g. 10s, 5min, 2h")
 
 
-_NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"} | {
-    name: name.replace("_", "-") for name in ("axes", "horizon", "noise_factor", "walk_factor", "rate", "step")
-}
+_NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"}
 _UNITS = {"horizon": "s"}
-_BY_SENSOR = re.compile(r'`(walk|noise)=\{"(\w+)": "?([^"`}]*)"?\}`')
-_ONE = re.compile(r'`(axes|horizon|noise_factor|walk_factor|rate|step)="?([^"`]*)"?`')
-_BARE = re.compile(rf"`({'|'.join(_NAMES)})`")
-
-
-def typed(message: str) -> str:
-    """The words of an export with each option as it is typed here, where they have a function's argument in backticks."""
-
-    def by_sensor(match: re.Match[str]) -> str:
-        pair = f"{match[2]}={match[3]}"
-        return f"--{_NAMES[match[1]]} " + (f'"{pair}"' if " " in pair else pair)
-
-    message = _BY_SENSOR.sub(by_sensor, message)
-    message = _ONE.sub(lambda match: f"--{_NAMES[match[1]]} {match[2]}{_UNITS.get(match[1], '')}", message)
-    return _BARE.sub(lambda match: f"--{_NAMES[match[1]]}", message)
 
 
 @contextmanager
 def as_typed(before: str = "", after: str = "") -> Iterator[None]:
-    """Say errors of an export in the words of the command line."""
+    """Name the arguments in errors of an export as options of the command line."""
     try:
         yield
     except OptionError as error:
-        raise OptionError(f"{before}{typed(str(error))}{after}", option=error.option) from None
+        raise OptionError(f"{before}{error.for_command_line(_NAMES, _UNITS)}{after}", option=error.option) from None
 
 
 def said(findings: Iterable[Finding], *, quiet: bool) -> None:
     """Findings of an export for the terminal, each once."""
     for line in finding_lines(list(dict.fromkeys(findings))):
-        say(typed(line), quiet=quiet)
+        say(line, quiet=quiet)

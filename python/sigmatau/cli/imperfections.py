@@ -1,4 +1,4 @@
-"""Options of ``sigmatau simulate`` for what a real log has beside noise: values with units in, `Imperfections` out."""
+"""Options of ``sigmatau simulate`` for imperfections of a log: values with units, as `Imperfections`."""
 
 from __future__ import annotations
 
@@ -19,10 +19,13 @@ __all__ = ["imperfections_of"]
 
 T = TypeVar("T")
 
+_NAMES = {"lost": "gaps", "output": "input"}  # options of arguments with another name
+_SUMMED = ("rad/s", "m/s^2")  # units of rates that increments and accumulated values sum
+
 _DEGREES = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) *(°C|degC|C|K)")
-_ZERO = 273.15  # °C in K
-_DIGITS = 9  # of a temperature converted: 300 K are 26.85 °C
-_WARMTH = "start=20degC,end=35degC,time=20min"
+_ZERO_CELSIUS = 273.15  # [K]
+_DIGITS = 9  # decimals of a converted temperature, so that 300 K are 26.85 °C
+_TEMPERATURE_EXAMPLE = "start=20degC,end=35degC,time=20min"
 
 
 def imperfections_of(
@@ -38,32 +41,34 @@ def imperfections_of(
     gaps: Sequence[str],
     jitter: str | None,
 ) -> Imperfections:
-    """What the options say, in SI; raises `OptionError` that names the option."""
+    """The imperfections in SI; raises `OptionError` with the name of the option."""
     if sensitivity and not temperature:
-        raise OptionError("--sensitivity needs --temperature, which it is to", option="temperature")
+        raise OptionError("--sensitivity needs --temperature", option="temperature")
     units = _units(model)
     sums = {name: unit if output == "rate" or unit not in _SUMMED else integral(unit) for name, unit in units.items()}
     lost, outages = _gaps(gaps)
-    return Imperfections(
-        level=_values(level, "level", "accel_z=1g", units, value_in_si),
-        warm_up=_values(warm_up, "warm-up", "gyro=20deg/h:10min", units, _warm_up),
-        temperature=_temperature(temperature, _values(sensitivity, "sensitivity", "gyro=5deg/h/K", units, _per_kelvin))
-        if temperature
-        else None,
-        saturation=_values(saturation, "saturation", "gyro=250deg/s", units, value_in_si),
-        output=output,
-        lsb=_values(lsb, "lsb", "gyro=0.01deg/s" if output == "rate" else "gyro=0.1arcsec", sums, value_in_si),
-        lost=lost,
-        outages=outages,
-        jitter=0.0 if jitter is None else value_in_si(jitter, "s", "--jitter"),
-    )
-
-
-_SUMMED = ("rad/s", "m/s^2")
+    try:
+        return Imperfections(
+            level=_values(level, "level", "accel_z=1g", units, value_in_si),
+            warm_up=_values(warm_up, "warm-up", "gyro=20deg/h:10min", units, _warm_up),
+            temperature=_temperature(
+                temperature, _values(sensitivity, "sensitivity", "gyro=5deg/h/K", units, _per_kelvin)
+            )
+            if temperature
+            else None,
+            saturation=_values(saturation, "saturation", "gyro=250deg/s", units, value_in_si),
+            output=output,
+            lsb=_values(lsb, "lsb", "gyro=0.01deg/s" if output == "rate" else "gyro=0.1arcsec", sums, value_in_si),
+            lost=lost,
+            outages=outages,
+            jitter=0.0 if jitter is None else value_in_si(jitter, "s", "--jitter"),
+        )
+    except OptionError as error:
+        raise OptionError(error.for_command_line(_NAMES), option=error.option) from None
 
 
 def _units(model: NoiseModel) -> dict[str, str]:
-    """Units of the rates of channels and sensors."""
+    """Rate units of channels and sensors."""
     units: dict[str, str] = {}
     for name, channel in model.channels.items():
         units[name] = units[stream_name(name)] = channel.unit
@@ -73,7 +78,7 @@ def _units(model: NoiseModel) -> dict[str, str]:
 def _values(
     texts: Sequence[str], option: str, example: str, units: Mapping[str, str], value: Callable[[str, str, str], T]
 ) -> dict[str, T]:
-    """NAME=VALUE by channel or sensor, each value in the unit of its rate."""
+    """Values of NAME=VALUE by channel or sensor, converted to its unit."""
     found = {}
     for name, text in key_values(texts, option, example).items():
         if name not in units:
@@ -85,23 +90,23 @@ def _values(
 def _warm_up(text: str, unit: str, what: str) -> WarmUp:
     amplitude, colon, time = text.partition(":")
     if not colon:
-        raise OptionError(f"{what} {text!r}: want amplitude:time, e.g. 20deg/h:10min", option="warm-up")
+        raise OptionError(f"{what} {text!r}: must be amplitude:time, e.g. 20deg/h:10min", option="warm-up")
     return WarmUp(amplitude=value_in_si(amplitude, unit, what), time=value_in_si(time, "s", what))
 
 
 def _per_kelvin(text: str, unit: str, what: str) -> float:
     rate, slash, kelvin = text.rpartition("/")
     if not slash or kelvin.strip() not in ("K", "degC", "°C", "C"):
-        raise OptionError(f"{what} {text!r}: want a rate for each kelvin, e.g. 5deg/h/K", option="sensitivity")
+        raise OptionError(f"{what} {text!r}: must be a rate per kelvin, e.g. 5deg/h/K", option="sensitivity")
     return value_in_si(rate, unit, what)
 
 
 def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temperature:
-    given = key_values(texts, "temperature", _WARMTH)
+    given = key_values(texts, "temperature", _TEMPERATURE_EXAMPLE)
     if not {"start", "end"} <= set(given) <= {"start", "end", "time", "swing", "resolution"}:
         raise OptionError(
-            f"--temperature {','.join(texts)}: want start and end, and time, swing and resolution if you like, e.g."
-            f" {_WARMTH},swing=3K,resolution=0.0625K",
+            f"--temperature {','.join(texts)}: must have start and end, and optionally time, swing and resolution, e.g."
+            f" {_TEMPERATURE_EXAMPLE},swing=3K,resolution=0.0625K",
             option="temperature",
         )
     degrees = {}
@@ -112,16 +117,16 @@ def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temp
         difference = name in ("swing", "resolution")
         if match is None:
             example = "3K" if difference else "20degC or 293.15K"
-            raise OptionError(f"--temperature {name}={text}: want degrees, e.g. {example}", option="temperature")
+            raise OptionError(f"--temperature {name}={text}: must be degrees, e.g. {example}", option="temperature")
         degrees[name] = float(match[1])
         if match[2] == "K" and not difference:
-            degrees[name] = round(degrees[name] - _ZERO, _DIGITS)
+            degrees[name] = round(degrees[name] - _ZERO_CELSIUS, _DIGITS)
     time = {"time": value_in_si(given["time"], "s", "--temperature time")} if "time" in given else {}
     return Temperature(**degrees, **time, sensitivity=sensitivity)
 
 
 def _gaps(texts: Sequence[str]) -> tuple[float, tuple[Outage, ...]]:
-    """``["0.1%", "600s:2s"]``: the part of the rows that is lost by chance, and outages."""
+    """``["0.1%", "600s:2s"]``: the random share of lost rows, and outages."""
     lost, outages = 0.0, []
     for part in (part.strip() for text in texts for part in text.split(",")):
         start, colon, length = part.partition(":")
@@ -135,7 +140,7 @@ def _gaps(texts: Sequence[str]) -> tuple[float, tuple[Outage, ...]]:
             lost = float(part[:-1]) / 100
         except ValueError:
             raise OptionError(
-                f"--gaps {part}: want a part of the rows, once, and outages as start:length, e.g. 0.1%,600s:2s",
+                f"--gaps {part}: must be a share of the rows, given once, and outages as start:length, e.g. 0.1%,600s:2s",
                 option="gaps",
             ) from None
     return lost, tuple(outages)

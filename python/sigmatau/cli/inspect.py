@@ -1,4 +1,4 @@
-"""``sigmatau inspect``: what is in a log, and what is wrong with it."""
+"""``sigmatau inspect``: contents and faults of a log."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ def inspect_command(
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """What is in a log, and what is wrong with it: topics, columns, rates, damage; motion, spikes, filters, lines, units.
+    """Show the contents of a log and its faults: topics, columns, rates, damage, motion, spikes, filters, lines, units.
 
     Parameters
     ----------
     log
-        Any file that is read.
+        A log of any supported format.
     bandwidth
-        The sensor's own bandwidth by its data sheet: gyro=30Hz, or gyro=30Hz/2 for a filter of second order.
+        Bandwidth of the sensor by its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter.
     leave_out
-        Stretches to take for missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies.
+        Stretches to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies.
     json
-        Write it as JSON; - for standard output, in place of the list.
+        Write JSON; - writes it to standard output instead of the list.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     as_text = json is not None and str(json) == "-"
     check_output(None if as_text else json, (), "json")

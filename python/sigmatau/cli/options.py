@@ -1,4 +1,4 @@
-"""What several commands share: options of the form KEY=VALUE, progress, checks of output files."""
+"""Options of the form KEY=VALUE, progress, and checks of output files, for several commands."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ __all__ = [
 ]
 
 
-_EVERY = 0.2  # s
-_SMALL = 1 << 24  # bytes: read before anybody looks
+_PROGRESS_INTERVAL = 0.2  # [s]
+_LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 
 
 def key_values(values: Sequence[str], option: str, example: str) -> dict[str, str]:
@@ -44,7 +44,7 @@ def key_values(values: Sequence[str], option: str, example: str) -> dict[str, st
             key, equals, value = part.partition("=")
             key, value = key.strip(), value.strip()
             if not (key and equals and value):
-                raise OptionError(f"--{option} {text!r}: want NAME=VALUE, e.g. --{option} {example}", option=option)
+                raise OptionError(f"--{option} {text!r}: must be NAME=VALUE, e.g. --{option} {example}", option=option)
             if result.setdefault(key, value) != value:
                 raise OptionError(f"--{option}: {key!r} is given twice, {result[key]!r} and {value!r}", option=option)
     return result
@@ -59,13 +59,13 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
         except (ValueError, ZeroDivisionError, OverflowError):
             number = math.nan
         if not math.isfinite(number):
-            raise OptionError(f"--{option} {key}={value}: {value!r} is no number, e.g. {example}", option=option)
+            raise OptionError(f"--{option} {key}={value}: {value!r} is not a number; e.g. {example}", option=option)
         result[key] = number
     return result
 
 
 def check_output(path: Path | None, endings: Sequence[str], option: str) -> None:
-    """Refuse an output that could not be written, before hours are spent on computing it."""
+    """Raise an error for an output that cannot be written, before a long computation."""
     if path is None:
         return
     if endings and not path.name.endswith(tuple(endings)):
@@ -73,13 +73,13 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
     if path.is_dir():
         raise DataError(f"{path}: is a directory; give the name of a file")
     if path.exists() and not path.is_file():
-        raise DataError(f"{path}: is no regular file, and would be replaced; give the name of a file")
+        raise DataError(f"{path}: is not a regular file, and would be replaced; give the name of a file")
     if not path.parent.is_dir():
         raise DataError(f"{path}: there is no directory {path.parent}")
 
 
 def check_folder(path: Path | None, option: str) -> None:
-    """Make the folder that several results go into, or refuse what is none."""
+    """Create the folder for several results; raise an error for anything but a folder."""
     if path is None:
         return
     if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf") or path.is_file():
@@ -87,11 +87,11 @@ def check_folder(path: Path | None, option: str) -> None:
     try:
         path.mkdir(exist_ok=True)
     except OSError as error:
-        raise DataError(f"{path}: cannot be made: {error.strerror or error}") from None
+        raise DataError(f"{path}: cannot be created: {error.strerror or error}") from None
 
 
 def refuse_same(log: Path, /, **outputs: Path | None) -> None:
-    """No output may take the place of the log or of another output; by option."""
+    """Raise an error if an output, by option, would replace the log or another output."""
     seen: dict[Path, str] = {}
     for option, path in outputs.items():
         if path is None:
@@ -111,7 +111,7 @@ def averaging_times(text: str) -> str | list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise OptionError(
-            f"--taus {text!r}: want {', '.join(grids)}, or times in s such as 0.1,1,10", option="taus"
+            f"--taus {text!r}: must be {', '.join(grids)}, or times in s, e.g. 0.1,1,10", option="taus"
         ) from None
 
 
@@ -129,7 +129,7 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
             hertz = math.nan
         if match is None or not (0 < hertz < 1e6):
             raise OptionError(
-                f"--bandwidth {name}={text}: want hertz, and the order of the filter if it is known, e.g. gyro=30Hz or"
+                f"--bandwidth {name}={text}: must be a frequency, and the order of the filter if known, e.g. gyro=30Hz or"
                 " gyro=30Hz/2",
                 option="bandwidth",
             )
@@ -138,44 +138,44 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
-    """Findings for a terminal, those of one kind together, with what to do said once for all for whom it is the same."""
+    """Findings for a terminal, grouped by kind; findings without details share one line for an equal remedy."""
     lines = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for alike in kinds.values():
-        lines += [str(replace(finding, remedy="")) for finding in alike]
-        remedies = list(dict.fromkeys(finding.remedy for finding in alike if finding.remedy))
+        lines += [str(one if one.details is not None else replace(one, remedy="")) for one in alike]
+        remedies = list(dict.fromkeys(one.remedy for one in alike if one.remedy and one.details is None))
         lines += [f"  -> {remedy}" for remedy in remedies]
     return lines
 
 
 def say(message: str, *, quiet: bool = False) -> None:
-    """A message for the person at the terminal."""
+    """Print a message on standard error."""
     if not quiet:
         sys.stderr.write(message + "\n")
 
 
 @contextlib.contextmanager
 def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
-    """Show that a log is read, with a bar where its bytes are counted; anew each time they are gone through."""
+    """Show the progress of reading a log, with a bar if its bytes are counted; anew for each pass."""
     from sigmatau._native.formats import bytes_read
 
     try:
         size = log.stat().st_size
-    except OSError:  # which the reader says better
+    except OSError:  # the reader reports it
         size = 0
     begun, over = bytes_read(), threading.Event()
 
     with working(f"reading {log}", quiet=quiet) as done:
 
         def follow() -> None:
-            while not over.wait(_EVERY):
+            while not over.wait(_PROGRESS_INTERVAL):
                 taken = bytes_read() - begun
                 if taken:
                     done((taken - 1) % size / size)
 
-        if size > _SMALL and not quiet and sys.stderr.isatty():
+        if size > _LEAST_PROGRESS and not quiet and sys.stderr.isatty():
             threading.Thread(target=follow, daemon=True).start()
         try:
             yield
@@ -185,9 +185,9 @@ def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
 
 @contextlib.contextmanager
 def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """Show on a terminal that something is going on, and for how long.
+    """Show an activity and its duration on a terminal.
 
-    What it yields takes the part that is done, 0 to 1, where that is known: then there is a bar.
+    It yields a function that takes the completed share, 0 to 1, and then shows a bar.
     """
     if quiet or not sys.stderr.isatty():
         yield lambda _: None

@@ -1,4 +1,4 @@
-"""``sigmatau plan``: a model or a result in; how long to record out."""
+"""``sigmatau plan``: the length of a record that shows a noise term."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["plan_command"]
 
 @dataclass(frozen=True)
 class _Channel:
-    """Noise of one channel, and the record it comes from if it comes from one."""
+    """Noise of one channel, and the parameters of its record if it has one."""
 
     name: str
     quantity: str
@@ -50,35 +50,35 @@ def plan_command(
     json: bool = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """How long to record: what a record shows of one noise term, from the other terms alone.
+    """Plan the length of a record that shows a noise term, or the smallest value that a record shows.
 
     Parameters
     ----------
     source
         A model file (.toml), or the JSON that analyze writes.
     term
-        What is sought: quantization, random_walk, bias_instability, rate_random_walk or rate_ramp.
+        The noise term: quantization, random_walk, bias_instability, rate_random_walk or rate_ramp.
     hours
-        Length of a record: the least value that it shows. Default: that of the result.
+        Length of the record, to find the smallest value that it shows. Default: the length of the result's record.
     value
-        A value with its unit, "0.5 deg/h": the length of a record that shows it. Default: that of the source.
+        A value with its unit, "0.5 deg/h", to find the length of a record that shows it. Default: the source's value.
     rate
-        Sampling rate in Hz; not needed with a result.
+        Sampling rate in Hz; a result contains it.
     channels
-        Which channels. Default: all that have other noise, and whose unit the value has.
+        Channels to plan for. Default: all with other noise terms and the unit of the value.
     json
-        Print JSON in place of text.
+        Print JSON instead of text.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     if term not in TERMS:
-        raise OptionError(f"--term {term!r}: want one of {', '.join(TERMS)}", option="term")
+        raise OptionError(f"--term {term!r}: must be one of {', '.join(TERMS)}", option="term")
     found = _channels(source)
     unknown = sorted(set(channels or ()) - set(found))
     if unknown:
         raise OptionError(f"--channels {unknown[0]}: {source} has {', '.join(found)}", option="channels")
     if hours is not None and not 0 < hours < float("inf"):
-        raise OptionError(f"--hours {hours:g}: want a positive number", option="hours")
+        raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
     plans = []
     misfit: OptionError | None = None
     for name in channels or found:
@@ -86,7 +86,9 @@ def plan_command(
         processes = getattr(channel.noise, "gauss_markov", ())
         if not processes and not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
             if channels:
-                raise OptionError(f"{name}: no noise beside {term}; any value of it shows", option="channels")
+                raise OptionError(
+                    f"{name}: has no noise beside {term}, so any value of it is visible", option="channels"
+                )
             continue
         frequency = rate if rate is not None else channel.rate
         if frequency is None:
@@ -97,16 +99,16 @@ def plan_command(
         except OptionError as error:
             if channels:
                 raise
-            # "deg/h" is no value of an accelerometer.
+            # "deg/h" does not fit an accelerometer.
             misfit = error
             continue
         duration = channel.duration if hours is None else 3600 * hours
         if sought is None and duration is None:
-            raise OptionError(f"--hours or --value: {name} has no {term}; say how long, or which value", option="hours")
+            raise OptionError(f"{name} has no {term}; give --hours or --value", option="hours")
         if channel.verdict != "adequate":
-            say(f"warning: {name}: {source} has no adequate model of it; the answer is no better", quiet=quiet)
+            say(f"warning: {name}: {source} has no adequate model of it, so the plan is uncertain", quiet=quiet)
         if channel.beside:
-            say(f"warning: {name}: its {channel.beside} is left out of account", quiet=quiet)
+            say(f"warning: {name}: its {channel.beside} is ignored", quiet=quiet)
         with working(f"planning {name}", quiet=quiet):
             plans.append(
                 plan(
@@ -141,7 +143,7 @@ def _channels(source: Path) -> dict[str, _Channel]:
     except OSError as error:
         raise DataError(f"{source}: {error.strerror or error}") from None
     except ValueError as error:
-        raise DataError(f"{source}: no JSON: {error}") from None
+        raise DataError(f"{source}: not JSON: {error}") from None
     try:
         return {name: _of_result(name, channel) for name, channel in content["channels"].items()}
     except (KeyError, TypeError, AttributeError, ValueError) as error:
@@ -151,7 +153,7 @@ def _channels(source: Path) -> dict[str, _Channel]:
 
 
 def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], str]:
-    """What of a model planning counts, and in words what it leaves out."""
+    """The part of a model that planning uses, and the names of the ignored parts."""
     left = {
         "sinusoid": bool(noise.sinusoid),
         "bandwidth": noise.bandwidth is not None,

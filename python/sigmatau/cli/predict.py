@@ -1,4 +1,4 @@
-"""``sigmatau predict``: a model or a result in; errors of free inertial navigation at rest out."""
+"""``sigmatau predict``: error growth of unaided inertial navigation at rest."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from sigmatau.record.record import stream_name
 __all__ = ["predict_command"]
 
 _RATE = 100.0
-"""Steps a second where nothing says how many: for all but the velocity of quantization noise, any number does. [Hz]"""
+"""Default steps per second: only the velocity error of quantization noise depends on them. [Hz]"""
 
 _SPAN, _POINTS = 1000.0, 50
-"""How far back from the last time a figure goes, and how many times it is drawn at besides those asked for."""
+"""Ratio of the last to the first time of a figure, and its number of times besides those of ``--after``."""
 
 
 def predict_command(
@@ -42,32 +42,32 @@ def predict_command(
     json: bool = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Errors of free inertial navigation at rest, from a noise model: angles, velocity, position, each term's share.
+    """Predict the error growth of unaided inertial navigation at rest: attitude, velocity, position, by noise term.
 
     Parameters
     ----------
     source
         A model file (.toml), or the JSON that analyze writes.
     after
-        Times since the start, with units: 60s,10min.
+        Times from the start, with units: 60s,10min.
     calibration
-        Length of time at rest before the start, with its unit: the mean of each rate over it is subtracted, which levels
-        and takes away the bias. Default: none; the state at the start is known, walks and all that flicker noise is made of
-        begin at 0. A simulated record, which has but its first sample at 0, then shows more: the answer says how much.
+        Time at rest before the start, with its unit. The mean of each rate over it is subtracted, which levels the unit and
+        removes the bias. Default: none; then the state at the start is known, and random walks and flicker noise begin at
+        0. A simulated record begins at 0 with its first sample only and shows larger errors; the result says by how much.
     rate
-        Steps a second, in Hz. Default: the sampling rate of the result, or 100.
+        Steps per second in Hz. Default: the sampling rate of the result, or 100.
     turn_on
-        Without a calibration, standard deviation of a constant bias: gyro="10 deg/h" or accel_x="1 mg".
+        Standard deviation of a constant bias, without --calibration: gyro="10 deg/h" or accel_x="1 mg".
     earth
-        round, with Schuler's feedback, or flat.
+        round, with Schuler feedback, or flat.
     channels
-        Which channels. Default: all.
+        Channels to use. Default: all.
     plot
-        Draw the errors against time up to the last of `after`: .png, .svg or .pdf.
+        Draw the errors against time up to the last time of --after: .png, .svg or .pdf.
     json
-        Print JSON in place of text.
+        Print JSON instead of text.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     check_output(plot, (".png", ".svg", ".pdf"), "plot")
     refuse_same(source, plot=plot)
@@ -83,7 +83,9 @@ def predict_command(
     steps = rate if rate is not None else found or _RATE
     biases = _turn_on(turn_on or [], model)
     if biases and average is not None:
-        raise OptionError("--turn-on: a calibration takes a constant bias away; give one of the two", option="turn_on")
+        raise OptionError(
+            "--turn-on: a calibration removes a constant bias; give --turn-on or --calibration", option="turn_on"
+        )
 
     def predicted(at: Sequence[float]) -> Prediction:
         return predict(model, after=at, calibration=average, rate=steps, earth=earth, turn_on=biases)
@@ -108,11 +110,13 @@ def _time(text: str, option: str) -> float:
     try:
         return value_in_si(text, "s", f"--{option}")
     except OptionError:
-        raise OptionError(f"--{option} {text!r}: want a time with its unit, e.g. 60s or 10min", option=option) from None
+        raise OptionError(
+            f"--{option} {text!r}: must be a time with its unit, e.g. 60s or 10min", option=option
+        ) from None
 
 
 def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
-    """Biases by channel; a stream's name stands for all of its channels."""
+    """Biases by channel; the name of a stream stands for all its channels."""
     found: dict[str, float] = {}
     for key, text in key_values(values, "turn-on", 'gyro="10 deg/h"').items():
         named = [name for name in model.channels if key in (name, stream_name(name))]
@@ -121,16 +125,10 @@ def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
         for name in named:
             if stream_name(name) not in ("gyro", "accel"):
                 raise OptionError(
-                    f"--turn-on {key}: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
+                    f"--turn-on {key}: {name} is neither a gyro nor an accelerometer",
                     option="turn_on",
                 )
-            try:
-                value = value_in_si(text, model.channels[name].unit, f"--turn-on {key}")
-            except OptionError as error:
-                message = str(error)
-                raise OptionError(
-                    message if message.startswith("--") else f"--turn-on {key}: {message}", option="turn_on"
-                ) from None
+            value = value_in_si(text, model.channels[name].unit, f"--turn-on {key}")
             if name not in found or key == name:
                 found[name] = value
     return found
@@ -145,7 +143,10 @@ def _of_result(source: Path, *, quiet: bool) -> float:
         for name, channel in channels.items():
             fitted = channel.get("fit")
             if isinstance(fitted, Mapping) and fitted["verdict"] != "adequate":
-                say(f"warning: {name}: {source} has no adequate model of it; the answer is no better", quiet=quiet)
+                say(
+                    f"warning: {name}: {source} has no adequate model of it, so the prediction is uncertain",
+                    quiet=quiet,
+                )
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise DataError(f"{source}: not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
     return max(rates)

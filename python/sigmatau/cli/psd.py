@@ -1,4 +1,4 @@
-"""``sigmatau psd``: a log in; power spectral densities, their figure and JSON out, and a model held against them."""
+"""``sigmatau psd``: power spectral densities of a log, and their comparison with a noise model."""
 
 from __future__ import annotations
 
@@ -48,30 +48,30 @@ def psd_command(
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Power spectral densities of every axis of a log of a sensor at rest.
+    """Compute power spectral densities of every axis of a log of a sensor at rest.
 
     Parameters
     ----------
     log
-        Any file that is read, see `sigmatau inspect`.
+        A log of any supported format, see sigmatau inspect.
     method
-        Averaged segments for all frequencies (welch), or sine tapers of the whole record for the low ones (multitaper).
+        Averaged segments for all frequencies (welch), or sine tapers of the record for low frequencies (multitaper).
     segment
-        Length of the segments of welch, e.g. 40s: the longer, the lower the lowest frequency, and the fewer they are.
+        Length of the segments of welch, e.g. 40s. Longer segments reach lower frequencies with more scatter.
     tapers
-        How many tapers of multitaper, 8 if not said: the more, the smaller the error, and the wider what a frequency sees.
+        Number of tapers of multitaper (default 8). More tapers reduce the scatter and the frequency resolution.
     f_max
         Highest frequency of multitaper, e.g. 5Hz.
     axes
-        Which channels of the log: gyro_x,accel_z, or gyro for all of a sensor. Default: all but temperatures.
+        Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all but temperatures.
     model
-        A model file (.toml) or the JSON that analyze writes: its density beside, and the ratio to it by band.
+        A model file (.toml) or the JSON of analyze, to compare: its density, and the ratio to it by band.
     plot
         Draw all axes: .png, .svg or .pdf.
     json
-        Write the densities, two-sided, in thirds of an octave; - for standard output, in place of the table.
+        Write the two-sided densities in thirds of an octave as JSON; - writes it to standard output.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     as_text = json is not None and str(json) == "-"
     check_output(plot, FIGURE_ENDINGS, "plot")
@@ -104,13 +104,13 @@ def psd_command(
 
 
 def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: str | None) -> dict[str, Any]:
-    """As `sigmatau.psd` takes them; an option of the other method is refused."""
+    """Arguments of `sigmatau.psd`; an option of the other method is an error."""
     of: dict[str, dict[str, object]] = {"welch": {"segment": segment}, "multitaper": {"tapers": tapers, "f_max": f_max}}
     for other, values in of.items():
         for name, value in values.items():
             if value is not None and other != method:
                 option = f"--{name.replace('_', '-')}"
-                raise OptionError(f"{option} is of --method {other}, not of {method}", option=name)
+                raise OptionError(f"{option} needs --method {other}, not {method}", option=name)
     given: dict[str, Any] = {}
     if segment is not None:
         given["segment"] = value_in_si(segment, "s", "--segment")
@@ -122,7 +122,7 @@ def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: 
 
 
 def _of(record: Record, axes: list[str] | None) -> Record:
-    """The channels that are asked for; without a word all but temperatures, which drift and are no noise."""
+    """The named channels; by default all but temperatures, which drift."""
     if axes is None:
         kept = [stream.channels if stream.quantity != "temperature" else () for stream in record.streams]
     else:
@@ -132,16 +132,14 @@ def _of(record: Record, axes: list[str] | None) -> Record:
         kept = [tuple(c for c in s.channels if c in axes or stream_name(c) in axes) for s in record.streams]
     streams = [s.of(names) for s, names in zip(record.streams, kept, strict=True) if names]
     if not streams:
-        raise DataError("the log has temperatures only; name them with --axes if their densities are meant")
+        raise DataError("the log has temperatures only; name them with --axes to get their densities")
     return replace(record, streams=tuple(streams))
 
 
 def _compared(found: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
     compared = {name: found[name].over(expected) for name in found if name in expected.channels}
     if not compared:
-        raise DataError(
-            f"{path}: none of its channels, {', '.join(expected.channels)}, is in the log: {', '.join(found)}"
-        )
+        raise DataError(f"{path}: its channels are {', '.join(expected.channels)}, those of the log {', '.join(found)}")
     for name in found:
         if name not in compared:
             say(f"warning: {name}: {path} has no model of it", quiet=quiet)
@@ -154,7 +152,7 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     low, high = bands.interval()
     unit, factor = display_units("random_walk", spectrum.quantity, spectrum.unit)[0]
     sheet = _DATASHEET.get(spectrum.quantity)
-    # Without one of the field's own, in the signal's.
+    # Signals without a datasheet unit use their own.
     other = find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
     one_unit, one_factor = (f"{spectrum.unit}/√Hz", 1.0) if other is None else (other.text, other.factor)
     kind = "sine tapers" if spectrum.method == "multitaper" else "segments"
@@ -169,21 +167,19 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     for f, s, a, b in zip(bands.frequency, bands.density, low, high, strict=True):
         root, begin, end = (math.sqrt(x) / factor for x in (s, a, b))
         interval = f"{root:.4g} [{begin:.4g}, {end:.4g}]"
-        # Whatever is red may be wrong there, see `Spectrum.trusted`.
+        # Leakage of steep spectra biases these densities, see `Spectrum.trusted`.
         mark = " " if f >= spectrum.trusted else "~"
         line = f" {mark}{f:10.4g}  {s:30.4g}  {interval:>42}  {math.sqrt(2 * s) / one_factor:30.4g}"
         lines.append(f"{line}  {ratios.get(float(f), '-'):>32}" if ratios else line)
-    without = "; a band that begins below it has no ratio" if ratios else ""
-    lines.append(
-        f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² comes out wrong{without}"
-    )
+    without = "; bands that begin below it have no ratio" if ratios else ""
+    lines.append(f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² is biased{without}")
     if compared is not None:
         lines += [f"  {text}" for text in (compared.statement(), compared.notes()) if text]
     return "\n".join(lines)
 
 
 def _ratios(compared: Comparison) -> dict[float, str]:
-    """By frequency, of the same bands as those of the densities."""
+    """Ratios by frequency, in the bands of the densities."""
     low, high = compared.interval()
     rows = zip(compared.frequency, compared.ratio, low, high, strict=True)
     return {float(f): f"{r:.4f} [{a:.4f}, {b:.4f}]" for f, r, a, b in rows}

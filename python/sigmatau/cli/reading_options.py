@@ -1,4 +1,4 @@
-"""How a log is to be read: the options that all commands share which take one."""
+"""Options of reading, shared by all commands that take a log."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ class Reading:
     Parameters
     ----------
     rate
-        Sampling rate in Hz; without it the log's time column gives it.
+        Sampling rate in Hz. Default: by the time column of the log.
     unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the log does not say.
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Needed where the log does not state it.
     topic
-        Which topic, message or variable of a log that holds several: one, or one for each sensor.
+        Topic, message or variable of a log that contains several: one, or one for each sensor.
     layout
-        Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x passes bytes over.
+        Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
     channels
-        Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Any other name is a signal of its own.
-        time=none leaves wrong stamps out.
+        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names are further signals.
+        time=none ignores the time stamps.
     input
-        What the columns hold: rates, increments per sample, or accumulated angle and velocity.
+        Content of the columns: rates, increments per sample, or accumulated angle and velocity.
     scale
-        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
     offset
         Reading at zero, in counts or volts: gyro=2048.
     """
@@ -51,7 +51,7 @@ class Reading:
     offset: Annotated[list[str] | None, Parameter(negative=())] = None
 
     def options(self) -> dict[str, Any]:
-        """As `sigmatau.read` takes them."""
+        """Arguments of `sigmatau.read`."""
         return {
             "rate": self.rate,
             "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
@@ -65,7 +65,7 @@ class Reading:
 
 
 def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:
-    """The record, with a sign of life on the terminal."""
+    """Read the record, with progress on the terminal."""
     options = (how or Reading()).options()
     with reading(log, quiet=quiet):
         return read(log, **options)

@@ -1,4 +1,4 @@
-"""``sigmatau simulate``: a model file in, a log out."""
+"""``sigmatau simulate``: a log from a noise model."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def simulate_command(
     rate: float,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     seed: int = 0,
-    input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  as `analyze` is to be told
+    input: Literal["rate", "increments", "accumulated"] = "rate",  # noqa: A002  the option of `analyze`
     level: _Values = None,
     warm_up: _Values = None,
     temperature: _Values = None,
@@ -44,40 +44,39 @@ def simulate_command(
     Parameters
     ----------
     model
-        TOML: tables [channels.gyro_x] with random_walk = "0.3 deg/sqrt(h)" and so on, each value with its unit.
+        A model file (.toml): tables [channels.gyro_x] with values and units, random_walk = "0.3 deg/sqrt(h)".
     hours
-        Length of the record. It need not fit in memory.
+        Length of the record in hours. The record may be larger than the memory.
     rate
         Sampling rate in Hz.
     output
-        .csv, .csv.gz, .npy, .npz, .parquet or .h5; time and channels in SI.
+        The log to write: .csv, .csv.gz, .npy, .npz, .parquet or .h5; time and channels in SI.
     seed
         The same seed gives the same log.
     input
-        What the columns hold, as the readers of the log will have to say by their own --input: rates, increments per
-        sample, or accumulated angle and velocity. Of a model of gyros and accelerometers alone if not rates.
+        Content of the columns: rates, increments per sample, or accumulated angle and velocity. Readers of the log need the
+        same --input. Increments and accumulated values are for gyros and accelerometers only.
     level
-        A constant by channel or sensor: accel_z=1g.
+        Constant level by channel or sensor: accel_z=1g.
     warm_up
-        A level that dies away, amplitude:time to 1/e: gyro=20deg/h:10min.
+        Exponential warm-up, amplitude:time constant: gyro=20deg/h:10min.
     temperature
-        Of the sensor, which becomes a column: start=20degC,end=35degC,time=20min (or start=293.15K), and if you like
-        swing=3K by day and night and resolution=0.0625K of the thermometer.
+        Temperature of the sensor, written as a column: start=20degC,end=35degC,time=20min (or start=293.15K). Optional:
+        swing=3K for a daily cycle, resolution=0.0625K for the thermometer.
     sensitivity
-        To the temperature: gyro=5deg/h/K.
+        Sensitivity to temperature: gyro=5deg/h/K.
     saturation
-        The largest rate that is shown: gyro=250deg/s.
+        Largest rate of the output: gyro=250deg/s.
     lsb
-        Step of the numbers: gyro=0.01deg/s; of increments and accumulated output that of the running sum, gyro=0.1arcsec.
+        Resolution: gyro=0.01deg/s; for increments and accumulated values that of the sum, gyro=0.1arcsec.
     gaps
-        Rows that are lost: a part of them by chance, 0.1%, and outages as start:length, 600s:2s.
+        Missing rows: a random share, 0.1%, and outages as start:length, 600s:2s.
     jitter
-        Standard deviation of the time stamps about the regular times of the samples: 20us.
+        Standard deviation of the time stamps: 20us.
     flicker
-        How bias instability is made: by poles, whose Allan deviation is within 0.002 % of the exact one, or exactly, in
-        memory.
+        Generator of bias instability: poles, with an Allan deviation within 0.002 %, or exact, which needs memory.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     check_output(output, RECORD_ENDINGS, "output")
     if output.exists() and model.exists() and output.samefile(model):

@@ -1,4 +1,4 @@
-"""``sigmatau watch``: live samples in; curve and coefficients on the screen, again and again."""
+"""``sigmatau watch``: curve and coefficients of a log while it is written."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.live import LinesLost
+from sigmatau.findings.kinds.stamps import IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
 from sigmatau.record.record import MIN_SAMPLES, Provenance
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 
 __all__ = ["watch_command"]
 
-_AGREE = 1e-3  # relative difference of two rates that are the same
-_FIRST = 1000  # samples before anything is fitted
+_EQUAL_RATES = 1e-3  # relative difference up to which two rates are taken as equal
+_FIRST_FIT = 1000  # samples from which on the screen shows a fit
 
 
 def watch_command(
@@ -49,50 +50,50 @@ def watch_command(
     json: Path | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Follow a sensor at rest while it is logged: curve and coefficients of all samples so far, again and again.
+    """Follow a log while it is written: curve and coefficients of all samples so far.
 
-    Memory stays at some megabytes a channel however long it runs. Clusters of up to 4096 samples are exact; longer ones
-    begin at every 64th sample or less often. Ends with the input, or at Ctrl-C, and prints the table of coefficients.
+    A channel needs some megabytes of memory for any length. Clusters of up to 4096 samples are exact; longer clusters use
+    every 64th pair or fewer. At the end of the input, or at Ctrl-C, the table of coefficients is printed.
 
     Parameters
     ----------
     source
-        A text file that grows; - for standard input.
+        A growing text file; - for standard input.
     rate
-        Sampling rate in Hz; without it the time stamps of the first lines give it.
+        Sampling rate in Hz. Default: by the time stamps of the first lines.
     unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Asked for where the input does not say.
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Needed where the input does not state it.
     channels
-        Which column is what, by name or number from 1: gyro_x=wx, time=1, gyro=2:4.
+        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4.
     input
-        What the columns hold: rates, or increments per sample.
+        Content of the columns: rates, or increments per sample.
     scale
-        Counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
     offset
         Reading at zero, in counts or volts: gyro=2048.
     every
-        Seconds between two screens.
+        Seconds between updates of the screen.
     idle
-        End when nothing has come for so many seconds; without it, only at the end of the input or at Ctrl-C.
+        End after this many seconds without input. Default: at the end of the input or at Ctrl-C.
     plot
-        Draw the last curves: .png, .svg or .pdf.
+        Draw the final curves: .png, .svg or .pdf.
     json
-        Write the last result.
+        Write the final result as JSON.
     quiet
-        No screen; only the table at the end.
+        Print only the table at the end.
     """
     for option, seconds in (("every", every), ("idle", idle)):
         if seconds is not None and not 0 < seconds < float("inf"):
-            raise OptionError(f"--{option} {seconds}: want a positive number of seconds", option=option)
+            raise OptionError(f"--{option} {seconds}: must be a positive number of seconds", option=option)
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(json, (), "json")
     if source != "-" and not Path(source).is_file():
-        what = "is no regular file" if Path(source).exists() else "there is no such file"
+        what = "is not a regular file" if Path(source).exists() else "there is no such file"
         raise DataError(f"{source}: {what}; - is standard input")
     if source == "-" and (sys.stdin is None or sys.stdin.closed):
         raise DataError("standard input is closed")
     if source == "-" and sys.stdin.isatty():
-        raise OptionError("nothing is piped in: name a file, or say logger | sigmatau watch", option="source")
+        raise OptionError("no input is piped in: name a file, or run logger | sigmatau watch", option="source")
     options = Options.check(
         rate=rate,
         unit=key_values(unit or [], "unit", "gyro=deg/s"),
@@ -114,13 +115,13 @@ def watch_command(
                     screen.update(watched.draw(), refresh=True)
                     shown = time.monotonic()
     except KeyboardInterrupt:
-        pass  # which is how one stops watching
+        pass  # the usual end
     except OptionError as error:
-        raise OptionError(f"{watched.name}: {error}", option=error.option) from None
+        raise error.about(watched.name) from None
     except DataError as error:
         if watched.sums is None or watched.sums.n < MIN_SAMPLES:
             raise
-        broken = error  # what has come until then is not lost
+        broken = error  # the samples so far are analysed
     if broken is None:
         watched.take(b"", last=True)
     analysis = watched.analysis()
@@ -141,7 +142,7 @@ def _stop(*_: object) -> None:
 
 
 class _Watched:
-    """What has come so far."""
+    """The samples so far."""
 
     def __init__(self, source: str, live: Live) -> None:
         self.name = "standard input" if source == "-" else source
@@ -152,10 +153,7 @@ class _Watched:
         try:
             samples = self.live.push(piece, last=last)
         except DataError as error:
-            if str(error).startswith(self.name):
-                raise
-            place = "" if str(error).startswith(",") else ": "
-            raise DataError(f"{self.name}{place}{error}") from None
+            raise error.about(self.name) from None
         if self.live.channels and self.sums is None:
             stated = {c: u for c, u in self.live.unit.items() if c in self.live.channels}
             kind: Any = self.live.options.input
@@ -164,7 +162,7 @@ class _Watched:
             self.sums.push(samples)
 
     def _set_rate(self) -> None:
-        """By all the stamps so far, which say it better than the first ones did. Increments were divided already."""
+        """Use the rate by all stamps so far instead of the first ones; increments are divided by it already."""
         measured = self.live.rate_by_stamps()
         if self.sums is not None and measured and self.live.options.rate is None and self.live.options.input == "rate":
             self.sums.tau0 = 1 / measured
@@ -174,7 +172,7 @@ class _Watched:
         if self.sums is None or self.sums.n < MIN_SAMPLES:
             n = 0 if self.sums is None else self.sums.n
             raise RecordTooShortError(
-                f"{self.name}: {n} samples came; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n
+                f"{self.name}: has {n} samples; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n
             )
         self._set_rate()
         return of_curves(
@@ -201,30 +199,18 @@ class _Watched:
             found.append(Finding(details=lost, severity="warning"))
         if self.live.leaps:
             found.append(
-                Finding(
-                    code="irregular_stamps",
-                    severity="warning",
-                    message=f"{self.live.leaps} of the intervals between stamps are negative or longer than 20 samples",
-                    effect="samples behind are taken to follow at once; if samples were lost, they bend the curve",
-                )
+                Finding(details=IrregularStamps(interval=1 / self.live.rate, leaps=self.live.leaps), severity="warning")
             )
         measured = self.live.rate_by_stamps()
-        if measured is not None and abs(measured / self.live.rate - 1) > _AGREE:
-            found.append(
-                Finding(
-                    code="rate_mismatch",
-                    severity="warning",
-                    message=f"{measured:.6g} Hz by the stamps so far, {self.live.rate:.6g} Hz is used",
-                    effect="every averaging time is off by the same factor, and every coefficient with it",
-                )
-            )
+        if measured is not None and abs(measured / self.live.rate - 1) > _EQUAL_RATES:
+            found.append(Finding(details=RateMismatch(used=self.live.rate, by_stamps=measured), severity="warning"))
         return found
 
     def draw(self) -> RenderableType:
-        """The screen: heading, curves, coefficients, as far as there are any."""
+        """The screen: heading, curves and coefficients, as far as they exist."""
         from rich.text import Text
 
-        if self.sums is None or self.sums.n < _FIRST:
+        if self.sums is None or self.sums.n < _FIRST_FIT:
             return Text(self.heading())
         try:
             analysis = self.analysis()
@@ -232,7 +218,7 @@ class _Watched:
             return Text(f"{self.heading()}\n{error}")
         size = shutil.get_terminal_size()
         panels = _panels(analysis)
-        table = analysis.coefficients().split("\n\n")[0]  # without the legend, which never changes
+        table = analysis.coefficients().split("\n\n")[0]  # without the constant legend
         height = max((size.lines - table.count("\n") - 6) // max(len(panels), 1), 10)
         from sigmatau.plot.terminal import text_plot
 
@@ -244,7 +230,7 @@ class _Watched:
             more = len(lines) - room + 1
             lines = [
                 *lines[: room - 1],
-                f"… {more} lines more than this window holds; Ctrl-C ends, and prints the whole table",
+                f"… {more} more lines than the window; Ctrl-C ends and prints the whole table",
             ]
         return Text("\n".join(lines), no_wrap=True, overflow="ellipsis")
 

@@ -78,9 +78,9 @@ _MEANINGS = {
 def check_meanings(sided: str | None, bias: str | None) -> None:
     """Raise `OptionError` unless both are what a sheet may leave open, or None."""
     if sided not in (None, "one", "two"):
-        raise OptionError(f"`sided` must be 'one' or 'two', not {sided!r}", option="sided")
+        raise OptionError(f"{{option}} must be 'one' or 'two', not {sided!r}", option="sided")
     if bias not in (None, "minimum", "coefficient"):
-        raise OptionError(f"`bias` must be 'minimum' or 'coefficient', not {bias!r}", option="bias")
+        raise OptionError(f"{{option}} must be 'minimum' or 'coefficient', not {bias!r}", option="bias")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

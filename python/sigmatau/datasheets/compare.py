@@ -96,9 +96,9 @@ def compare_with(
     """
     check_meanings(sided, bias)
     if not (_is_number(level) and 0.5 <= level < 1):
-        raise OptionError(f"`level` must be a number from 0.5 to below 1, not {level!r}", option="level")
+        raise OptionError(f"{{option}} must be a number from 0.5 to below 1, not {level!r}", option="level")
     if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
-        raise OptionError(f"`factor` must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
+        raise OptionError(f"{{option}} must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
     sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
     models, without = _models(result)
     judged, unsaid = [], []

@@ -170,8 +170,7 @@ def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:
     try:
         value = value_in_si(_text(text, what), si, what)
     except OptionError as error:
-        message = str(error)
-        raise DataError(message if message.startswith(sensor) else f"{what}: {message}") from None
+        raise DataError(str(error)) from None
     if not (math.isfinite(value) and value > 0):
         raise DataError(f"{what} must be positive, not {text}")
     if not SMALLEST <= value <= LARGEST:

@@ -119,7 +119,7 @@ class Datasheet(Printed):
         """
         check_meanings(sided, bias)
         if use not in ("typical", "maximum"):
-            raise OptionError(f"`use` must be 'typical' or 'maximum', not {use!r}", option="use")
+            raise OptionError(f"{{option}} must be 'typical' or 'maximum', not {use!r}", option="use")
         channels = {
             channel: {claim.term: self._number(claim, use, sided, bias) for claim in _chosen(self.of(channel))}
             for channel in self._stated()
@@ -279,7 +279,7 @@ def datasheet(name: str | Path) -> Datasheet:
     """
     if not isinstance(name, str | Path):
         raise OptionError(
-            f"`datasheet` must be a name of the library or the path of a .toml file, not {name!r}", option="datasheet"
+            f"{{option}} must be a name of the library or the path of a .toml file, not {name!r}", option="datasheet"
         )
     if isinstance(name, Path) or name.lower().endswith(".toml"):
         return Datasheet.read(name)

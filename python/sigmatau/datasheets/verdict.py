@@ -167,7 +167,7 @@ class Verdict(Printed):
         What is undecided about a typical value alone fails no unit, as a value above it does not.
         """
         if undecided not in ("pass", "fail"):
-            raise OptionError(f"`undecided` must be 'pass' or 'fail', not {undecided!r}", option="undecided")
+            raise OptionError(f"{{option}} must be 'pass' or 'fail', not {undecided!r}", option="undecided")
         return self.out or (undecided == "fail" and self.may_be_out)
 
     def of(self, status: Status) -> tuple[Judged, ...]:

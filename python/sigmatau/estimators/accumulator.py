@@ -84,13 +84,13 @@ class Accumulator(Printed):
         start: int = 0,
     ) -> None:
         if not channels or len(set(channels)) < len(channels) or not all(isinstance(c, str) and c for c in channels):
-            raise OptionError(f"`channels` must be different names, not {channels!r}", option="channels")
+            raise OptionError(f"{{option}} must be different names, not {channels!r}", option="channels")
         if not (isinstance(rate, int | float | np.integer | np.floating) and np.isfinite(rate) and rate > 0):
-            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+            raise OptionError(f"{{option}} must be a positive number of hertz, not {rate!r}", option="rate")
         if input not in ("rate", "increments"):
-            raise OptionError(f"`input` must be 'rate' or 'increments', not {input!r}", option="input")
+            raise OptionError(f"{{option}} must be 'rate' or 'increments', not {input!r}", option="input")
         if isinstance(start, bool) or not isinstance(start, int | np.integer) or not 0 <= start < 1 << 62:
-            raise OptionError(f"`start` must be the index of a sample, not {start!r}", option="start")
+            raise OptionError(f"{{option}} must be the index of a sample, not {start!r}", option="start")
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
         self.channels = channels
@@ -100,12 +100,12 @@ class Accumulator(Printed):
         kinds = [conversion(channel, unit or {}, input) for channel in channels]
         unknown = set(unit or {}) - {name for channel in channels for name in (channel, channel.split("_")[0])}
         if unknown:
-            raise OptionError(f"`unit` names {min(unknown)!r}, which is no channel", option="unit")
+            raise OptionError(f"{{option}} names {min(unknown)!r}, which is no channel", option="unit")
         self._quantities = [quantity for quantity, _, _ in kinds]
         self._units = [unit for _, unit, _ in kinds]
         self._factors = [factor / (self.tau0 if input == "increments" else 1.0) for _, _, factor in kinds]
         if isinstance(taus, str) and taus == "all":
-            raise OptionError("`taus` 'all' takes a whole record: see `sigmatau.allan`", option="taus")
+            raise OptionError("{option} 'all' takes a whole record: see `sigmatau.allan`", option="taus")
         sizes = cluster_sizes(taus, n=_LONGEST, tau0=self.tau0)
         if long == "strided":
             sizes = strided_sizes(sizes)
@@ -254,7 +254,7 @@ def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strid
     """
     refuse_missing(stream, "a sum in bounded memory")
     if isinstance(taus, str) and taus == "all":
-        raise OptionError("`taus` 'all' needs the whole record in memory; take a grid", option="taus")
+        raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")
     sizes = cluster_sizes(taus, n=stream.grid.n, tau0=stream.grid.tau0)
     sums = Accumulator(*stream.channels, rate=stream.grid.rate, taus=sizes * stream.grid.tau0, long=long)
     sums._quantities = [stream.quantity] * len(stream.channels)
@@ -276,5 +276,5 @@ def strided_sizes(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _checked(long: Long) -> Long:
     if long not in ("exact", "strided"):
-        raise OptionError(f"`long` must be 'exact' or 'strided', not {long!r}", option="long")
+        raise OptionError(f"{{option}} must be 'exact' or 'strided', not {long!r}", option="long")
     return long

@@ -301,7 +301,7 @@ def _of_stream(
             continue
         if isinstance(taus, str) and taus == "all" and stream.grid.n > _MOST_ALL_WITH_GAPS:
             raise OptionError(
-                f"`taus` 'all' is for at most {_MOST_ALL_WITH_GAPS} samples where some are missing; take a grid",
+                f"{{option}} 'all' is for at most {_MOST_ALL_WITH_GAPS} samples where some are missing; take a grid",
                 option="taus",
             )
         avar, ramp, pairs = kernels.masked_variances(

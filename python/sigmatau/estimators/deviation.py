@@ -236,7 +236,7 @@ def deviation(
     estimator(kind)
     if overlap is not None and kind != "hadamard":
         raise OptionError(
-            f"`overlap` is an option of the Hadamard deviation; the {KINDS[kind].label} has one form only: leave it out",
+            f"{{option}} is an option of the Hadamard deviation; the {KINDS[kind].label} has one form only: leave it out",
             option="overlap",
         )
     for stream in record.streams:

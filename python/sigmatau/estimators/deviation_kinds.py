@@ -76,8 +76,8 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         )
     if isinstance(taus, str) and taus == "all" and n > _ALL:
         raise OptionError(
-            f"`taus` 'all' of {n} samples takes some N² steps for the {chosen.label}; it is done up to {_ALL}: take a grid"
-            " such as 'eighth'",
+            f"{{option}} 'all' of {n} samples takes some N² steps for the {chosen.label}; it is done up to {_ALL}: take a"
+            " grid such as 'eighth'",
             option="taus",
         )
     even = 2 if chosen.kernel == "theo1" else 1
@@ -89,7 +89,7 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         return sizes if sizes.size else np.array([smallest], dtype=np.int64)
     times = np.atleast_1d(np.asarray(taus, dtype=float))
     if times.ndim != 1 or times.size == 0:
-        raise OptionError("`taus` must be a list of averaging times in s", option="taus")
+        raise OptionError("{option} must be a list of averaging times in s", option="taus")
     bad = times[~(np.isfinite(times) & (times > 0))]
     if bad.size:
         raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")

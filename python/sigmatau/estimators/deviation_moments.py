@@ -34,15 +34,16 @@ def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
         noise = {noise: 1.0}
     if not isinstance(noise, Mapping):
         raise OptionError(
-            f"`noise` must be the name of a term or a mapping from terms to coefficients, not {noise!r}", option="noise"
+            f"{{option}} must be the name of a term or a mapping from terms to coefficients, not {noise!r}",
+            option="noise",
         )
     unknown = [name for name in noise if name not in TERMS]
     if unknown:
-        raise OptionError(f"unknown term {unknown[0]!r} in `noise`; terms: {', '.join(TERMS)}", option="noise")
+        raise OptionError(f"unknown term {unknown[0]!r} in {{option}}; terms: {', '.join(TERMS)}", option="noise")
     if not all(math.isfinite(value) for value in noise.values()):
-        raise OptionError(f"the coefficients of `noise` must be finite numbers, got {dict(noise)}", option="noise")
+        raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
     if not any(noise.get(name) for name in _NOISE):
-        raise OptionError(f"`noise` has no noise in it: want one of {', '.join(_NOISE)}", option="noise")
+        raise OptionError(f"{{option}} has no noise in it: want one of {', '.join(_NOISE)}", option="noise")
     return dict(noise)
 
 
@@ -93,7 +94,7 @@ def degrees_of_freedom(
     if coefficients.get("rate_ramp"):
         raise OptionError(
             f"the degrees of freedom of the {estimator(kind).label} do not allow for a ramp: leave `rate_ramp` out of"
-            " `noise`, or take the Hadamard deviation, which does not see it",
+            " {option}, or take the Hadamard deviation, which does not see it",
             option="noise",
         )
     return kernels.quadratic_edf(kernel, n=n, m=m, coefficients=coefficients, tau0=tau0)

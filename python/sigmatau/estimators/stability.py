@@ -189,7 +189,7 @@ def dynamic_allan(
     stride = _samples("step", step, tau0) if step is not None else max(n // 2, 1)
     count = (total - n) // stride + 1
     if count > _MOST_WINDOWS:
-        raise OptionError(f"`step` makes {count} windows; at most {_MOST_WINDOWS} can be asked for", option="step")
+        raise OptionError(f"{{option}} makes {count} windows; at most {_MOST_WINDOWS} can be asked for", option="step")
     sizes = cluster_sizes(taus, n=n, tau0=tau0)
     if isinstance(taus, str):
         sizes = sizes[sizes <= n // 3]
@@ -216,5 +216,5 @@ def dynamic_allan(
 
 def _samples(name: str, value: float, tau0: float) -> int:
     if not (math.isfinite(value) and value >= tau0 / 2):
-        raise OptionError(f"`{name}` must be a positive number of seconds, not {value!r}", option=name)
+        raise OptionError(f"{{option}} must be a positive number of seconds, not {value!r}", option=name)
     return max(round(value / tau0), 1)

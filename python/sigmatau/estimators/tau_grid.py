@@ -41,7 +41,7 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
         return np.array(sorted(size for size in sizes if size <= largest), dtype=np.int64)
     times = np.atleast_1d(np.asarray(taus, dtype=float))
     if times.ndim != 1 or times.size == 0:
-        raise OptionError("`taus` must be a list of averaging times in s", option="taus")
+        raise OptionError("{option} must be a list of averaging times in s", option="taus")
     bad = times[~(np.isfinite(times) & (times > 0))]
     if bad.size:
         raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")

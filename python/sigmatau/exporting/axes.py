@@ -52,4 +52,4 @@ def refuse(numbers: Numbers, target: str, why: str, *choices: str) -> None:
     default = Choices()
     for name in choices:
         if getattr(numbers.choices, name) != getattr(default, name):
-            raise NoPlaceError(f"`{name}` has no place in {target}: {why}", choice=name)
+            raise NoPlaceError(f"{{@{name}}} has no place in {target}: {why}", choice=name)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from sigmatau.errors import OptionError
+from sigmatau.errors import OptionError, argument
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, RATES, SMALLEST, real
 from sigmatau.noise.terms import coefficient_unit
@@ -66,9 +66,8 @@ class NotChosenError(OptionError):
 
 
 def given(choice: str, value: object, sensor: str | None = None) -> str:
-    """A choice as it is written in Python, in backticks; the command line says it in its own way, see `cli.choosing`."""
-    text = f'"{value}"' if isinstance(value, str) else f"{value}"
-    return f"`{choice}={text}`" if sensor is None else f'`{choice}={{"{sensor}": {text}}}`'
+    """A placeholder for a choice in the message of an `OptionError`, as it is written in Python or on the command line."""
+    return argument(choice, value, key=sensor)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,14 +116,14 @@ class Choices:
 
     def __post_init__(self) -> None:
         if self.axes not in ("worst", "mean", "each"):
-            raise OptionError(f"`axes` must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
+            raise OptionError(f"{{option}} must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
         for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
             value = getattr(self, name)
             low, high, unit = RANGES[name]
             absent = value is None and not name.endswith("factor")
             if not absent and not _between(value, low, high):
                 raise OptionError(
-                    f"`{name}` must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}", option=name
+                    f"{{@{name}}} must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}", option=name
                 )
         object.__setattr__(self, "walk", _in_si("walk", self.walk, ("upper-limit", "horizon")))
         object.__setattr__(self, "noise", _in_si("noise", self.noise, ("upper-limit",)))
@@ -132,11 +131,11 @@ class Choices:
             isinstance(text, str) for pair in self.names.items() for text in pair
         ):
             raise OptionError(
-                f'`names` must be a mapping of texts, e.g. {{"topic": "/imu0"}}, not {self.names!r}', option="name"
+                f'{{@names}} must be a mapping of texts, e.g. {{"topic": "/imu0"}}, not {self.names!r}', option="name"
             )
         if "horizon" in self.walk.values() and self.horizon is None:
             raise OptionError(
-                f"a walk that matches the Allan variance at a horizon needs `horizon`: give e.g. {given('horizon', 10)},"
+                f"a walk that matches the Allan variance at a horizon needs {{option}}: give e.g. {given('horizon', 10)},"
                 " in s",
                 option="horizon",
             )
@@ -159,23 +158,24 @@ def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str |
     option = _TERMS[name]
     if not isinstance(chosen, Mapping):
         raise OptionError(
-            f"`{name}` must be a mapping by sensor, e.g. {given(name, words[0], 'gyro')}, not {chosen!r}", option=option
+            f"{{@{name}}} must be a mapping by sensor, e.g. {given(name, words[0], 'gyro')}, not {chosen!r}",
+            option=option,
         )
     found: dict[str, str | float] = {}
     for sensor, wanted in chosen.items():
         if sensor not in KINDS:
-            raise OptionError(f"`{name}`: {sensor!r} is no sensor; there are gyro and accel", option=option)
+            raise OptionError(f"{{@{name}}}: {sensor!r} is no sensor; there are gyro and accel", option=option)
         value = wanted
         if isinstance(wanted, str) and wanted not in words:
             unit = coefficient_unit(option, *_QUANTITIES[sensor])
             try:
-                value = value_in_si(wanted, unit, f"`{name}` of {sensor}")
+                value = value_in_si(wanted, unit, f"{argument(name)} of {sensor}")
             except OptionError as error:
                 others = ", ".join(given(name, word, sensor) for word in words)
-                raise OptionError(f"{error}; or {others}", option=option) from None
+                raise OptionError(f"{error.message}; or {others}", option=option) from None
         if not isinstance(value, str) and not _between(value, SMALLEST, LARGEST):
             raise OptionError(
-                f"`{name}` of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
+                f"{{@{name}}} of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
                 option=option,
             )
         found[sensor] = value

@@ -267,8 +267,8 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
     k, horizon = numbers.walk(sensor), numbers.choices.horizon
     if horizon is None:
         raise OptionError(
-            f"{sensor}: a rate random walk as a Gauss-Markov process needs `horizon`, e.g. {given('horizon', 10)}, in s; its"
-            f" correlation time is {WALK_TIME:g} times that",
+            f"{sensor}: a rate random walk as a Gauss-Markov process needs {{option}}, e.g. {given('horizon', 10)}, in s;"
+            f" its correlation time is {WALK_TIME:g} times that",
             option="horizon",
         )
     time = WALK_TIME * horizon

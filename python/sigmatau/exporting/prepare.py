@@ -52,7 +52,7 @@ class Prepared(Printed):
     def write(self) -> None:
         """Write the file, whole or not at all; raises `DataError` if it cannot be written."""
         if self.path is None:
-            raise OptionError(f"{self.to}: no `path` was given to write to", option="path")
+            raise OptionError(f"{self.to}: no {{option}} was given to write to", option="path")
         with atomic(self.path) as temporary:
             if isinstance(self.content, bytes):
                 temporary.write_bytes(self.content)
@@ -69,7 +69,7 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
     try:
         file = None if path is None else Path(path)
     except TypeError:
-        raise OptionError(f"`path` must be the name of a file, not {path!r}", option="path") from None
+        raise OptionError(f"{{option}} must be the name of a file, not {path!r}", option="path") from None
     return prepare_all(model, {to: file}, choices=choices)[0]
 
 
@@ -123,16 +123,16 @@ def check_choices(target: Target, choices: Choices) -> None:
         listed = ", ".join(target.names) or "none"
         raise NoPlaceError(f"{target.name} has no name {key!r}; it has: {listed}", choice="names", key=key)
     if choices.step is not None and not target.has_step:
-        raise NoPlaceError(f"`step` has no place in {target.name}: it has no step of its own", choice="step")
+        raise NoPlaceError(f"{{@step}} has no place in {target.name}: it has no step of its own", choice="step")
     if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
         raise NoPlaceError(
-            f"`horizon` has no place in {target.name} but with {given('walk', 'horizon', 'gyro')}", choice="horizon"
+            f"{{@horizon}} has no place in {target.name} but with {given('walk', 'horizon', 'gyro')}", choice="horizon"
         )
     if choices.axes == "each" and not (target.per_axis or target.every_axis):
         raise NoPlaceError(f"{target.name} has one number for all axes: choose worst or mean, not each", choice="axes")
     if choices.axes == "mean" and target.every_axis:
         raise NoPlaceError(
-            f"{target.name} has every axis by itself, and no mean of them: leave `axes` out", choice="axes"
+            f"{target.name} has every axis by itself, and no mean of them: leave {{@axes}} out", choice="axes"
         )
 
 
@@ -152,7 +152,7 @@ def _chosen(choices: object) -> Choices:
         return Choices()
     if not isinstance(choices, Choices):
         raise OptionError(
-            f"`choices` must be a sigmatau.exporting.choices.Choices, e.g. Choices(rate=100), not {choices!r}",
+            f"{{option}} must be a sigmatau.exporting.choices.Choices, e.g. Choices(rate=100), not {choices!r}",
             option="choices",
         )
     return choices
@@ -164,7 +164,7 @@ def _placed(
     """What `attempt` makes of each target, each with the choices that it has a place for."""
 
     def of(name: str, error: OptionError) -> OptionError:
-        return OptionError(f"{name}: {error}", option=error.option) if named else error
+        return error.about(name) if named else error
 
     made: list[Prepared] = []
     dropped: list[dict[tuple[str, str | None], NoPlaceError]] = []
@@ -230,7 +230,7 @@ def _not_chosen(
             pass
         if len(found) == 1:
             return first
-        return OptionError("; ".join(map(str, found)), option=first.option)
+        return OptionError("; ".join(error.message for error in found), option=first.option)
 
 
 def _doubts(wanted: Target, source: Source) -> list[Finding]:

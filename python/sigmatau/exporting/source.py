@@ -110,7 +110,9 @@ def source_of(given: object) -> Source:
         more = f": read it first, sigmatau.exporting.source.read_source({str(given)!r})"
     elif hasattr(given, "streams"):
         more = ": analyse it first, sigmatau.analyze(record)"
-    raise OptionError(f"`model` must be a NoiseModel or an Analysis, not {type(given).__name__}{more}", option="model")
+    raise OptionError(
+        f"{{option}} must be a NoiseModel or an Analysis, not {type(given).__name__}{more}", option="model"
+    )
 
 
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
@@ -136,7 +138,7 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None
         except OptionError as error:
-            raise OptionError(f"{path}: {error}", option=error.option) from None
+            raise error.about(str(path)) from None
         except ValueError as error:  # of which a DataError and Unicode's are kinds
             raise DataError(f"{path}: {error}") from None
         rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
@@ -193,6 +195,6 @@ def one_rate(rates: Mapping[str, float]) -> float | None:
     if max(found.values()) > (1 + _SAME) * min(found.values()):
         listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in found.items())
         raise OptionError(
-            f"the channels have several sampling rates ({listed}): give `rate`, the filter's", option="rate"
+            f"the channels have several sampling rates ({listed}): give {{option}}, the filter's", option="rate"
         )
     return next(iter(found.values()))

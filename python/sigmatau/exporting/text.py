@@ -90,7 +90,7 @@ def plain_name(text: str, key: str) -> str:
     """A name for a place where nothing can be quoted; `OptionError` for more than letters, digits and ``_ . / ~ -``."""
     if not re.fullmatch(r"[A-Za-z0-9_./~-]{1,255}", text, flags=re.ASCII):
         raise OptionError(
-            f"`name` {key}={text[:80]!r}: letters, digits, _ . / ~ and - are allowed there", option="name"
+            f"{{option}} {key}={text[:80]!r}: letters, digits, _ . / ~ and - are allowed there", option="name"
         )
     return text
 
@@ -102,7 +102,7 @@ def topic(text: str) -> str:
     """
     if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
         raise OptionError(
-            f"`name` topic={text[:80]!r}: a topic has letters, digits, _ and /, e.g. topic=/imu0", option="name"
+            f"{{option}} topic={text[:80]!r}: a topic has letters, digits, _ and /, e.g. topic=/imu0", option="name"
         )
     return f'"{text}"'
 
@@ -112,7 +112,8 @@ def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) ->
     value = float(text) if re.fullmatch(_NUMBER, text, flags=re.ASCII) else math.nan
     if not least <= value <= most:
         raise OptionError(
-            f"`name` {key}={text!r}: want a {'positive ' * (least > 0)}number from {least:g} to {most:g}", option="name"
+            f"{{option}} {key}={text!r}: want a {'positive ' * (least > 0)}number from {least:g} to {most:g}",
+            option="name",
         )
     return value
 

@@ -96,7 +96,8 @@ class Numbers:
         found = one_rate(self.source.rates) if self.choices.rate is None else self.choices.rate
         if found is None:
             raise OptionError(
-                "the sampling rate of the sensor is needed, and a model file has none: give `rate` in Hz", option="rate"
+                "the sampling rate of the sensor is needed, and a model file has none: give {option} in Hz",
+                option="rate",
             )
         return found
 

@@ -74,11 +74,11 @@ def fit(
     if curve.overlap != "full":
         raise OptionError("a fit needs overlapping clusters, overlap='full'", option="overlap")
     if not 0.5 <= level <= 0.999:
-        raise OptionError(f"`level` must lie in 0.5 … 0.999, not {level!r}", option="level")
+        raise OptionError(f"{{option}} must lie in 0.5 … 0.999, not {level!r}", option="level")
     wanted = set(TERMS) if terms is None else set(terms)
     if wanted - set(TERMS) or not wanted & set(LINEAR):
         raise OptionError(
-            f"`terms` must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
+            f"{{option}} must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
     isolated = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _isolated(curve.gaps)
     if isolated:
@@ -92,7 +92,7 @@ def fit(
         first = int(np.searchsorted(curve.tau[chosen], tau_min * (1 - 1e-9)))
         if not math.isfinite(tau_min) or len(chosen) - first < LEAST_TIMES:
             last = curve.tau[chosen][-LEAST_TIMES]
-            raise OptionError(f"`tau_min` may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
+            raise OptionError(f"{{option}} may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
         return no_fit(curve, level, ZeroVariance())

@@ -204,15 +204,15 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         """
         frequency = np.atleast_1d(np.asarray(f, dtype=np.float64))
         if frequency.size and not (np.isfinite(frequency).all() and frequency.min() > 0):
-            raise OptionError("`f` must be positive frequencies", option="f")
+            raise OptionError("{option} must be positive frequencies", option="f")
         if tau0 is None and "quantization" in self.terms:
-            raise OptionError("the density of quantization noise needs the sample interval `tau0`", option="tau0")
+            raise OptionError("the density of quantization noise needs the sample interval {option}", option="tau0")
         if tau0 is not None:
             nyquist = 0.5 / interval("tau0", tau0)
             if frequency.size and frequency.max() > nyquist * (1 + 1e-9):
                 raise OptionError(
-                    f"`f` must be at most 1/(2·tau0), {nyquist:g} Hz, not {frequency.max():g}: samples have no frequency"
-                    " above, what is there folds back",
+                    f"{{option}} must be at most 1/(2·tau0), {nyquist:g} Hz, not {frequency.max():g}: samples have no"
+                    " frequency above, what is there folds back",
                     option="f",
                 )
         total = np.zeros(frequency.shape)

@@ -42,7 +42,7 @@ def whole_lags(lags: ArrayLike) -> Floats:
     given = np.asarray(lags).ravel()
     size = given.astype(np.float64) if given.dtype.kind in "iuf" else np.array([math.nan])
     if not np.isfinite(size).all() or (size != np.round(size)).any():
-        raise OptionError("`lags` must be whole numbers of samples", option="lags")
+        raise OptionError("{option} must be whole numbers of samples", option="lags")
     return np.asarray(np.abs(size))
 
 

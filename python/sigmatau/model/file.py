@@ -153,7 +153,7 @@ def value_in_si(text: str, si: str, what: str) -> float:
     try:
         value = float(match[1]) * _factor(match[2], si)
     except OptionError as error:
-        raise OptionError(f"{what}: {error}", option=error.option) from None
+        raise error.about(what) from None
     if not math.isfinite(value):
         raise OptionError(f"{what} {text!r}: is more than a double holds", option="value")
     return value

@@ -30,8 +30,8 @@ def one_channel(model: object, *, kind: type, function: str) -> None:
     channels = getattr(model, "channels", None)
     if isinstance(channels, Mapping) and channels:
         raise OptionError(
-            f"`model` is one of {len(channels)} channel{'s' * (len(channels) > 1)}, and {function} takes a single one:"
+            f"{{option}} is one of {len(channels)} channel{'s' * (len(channels) > 1)}, and {function} takes a single one:"
             f" {function}(model[{next(iter(channels))!r}], …)",
             option="model",
         )
-    raise OptionError(f"`model` must be a {kind.__name__}, not {type(model).__name__}", option="model")
+    raise OptionError(f"{{option}} must be a {kind.__name__}, not {type(model).__name__}", option="model")

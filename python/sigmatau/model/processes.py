@@ -122,19 +122,19 @@ def real(value: object) -> float:
 def interval(name: str, value: float) -> float:
     """A time between samples: `OptionError` unless it is positive, and that of a rate that may be."""
     if not (math.isfinite(real(value)) and value > 0):
-        raise OptionError(f"`{name}` must be a positive number of seconds, not {value!r}", option=name)
+        raise OptionError(f"{{option}} must be a positive number of seconds, not {value!r}", option=name)
     shortest, longest = 1 / RATES[1], 1 / RATES[0]
     if not shortest <= value <= longest:
-        raise OptionError(f"`{name}` must be from {shortest:g} to {longest:g} s, not {value!r}", option=name)
+        raise OptionError(f"{{option}} must be from {shortest:g} to {longest:g} s, not {value!r}", option=name)
     return float(value)
 
 
 def sampling_rate(value: float) -> float:
     """A rate: `OptionError` unless it is positive and in `RATES`."""
     if not (math.isfinite(real(value)) and value > 0):
-        raise OptionError(f"`rate` must be a positive number of hertz, not {value!r}", option="rate")
+        raise OptionError(f"{{option}} must be a positive number of hertz, not {value!r}", option="rate")
     if not RATES[0] <= value <= RATES[1]:
-        raise OptionError(f"`rate` must be from {RATES[0]:g} to {RATES[1]:g} Hz, not {value!r}", option="rate")
+        raise OptionError(f"{{option}} must be from {RATES[0]:g} to {RATES[1]:g} Hz, not {value!r}", option="rate")
     return float(value)
 
 

@@ -117,17 +117,17 @@ def avar_from_psd(
     """
     times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
     if not (np.isfinite(times).all() and (times > 0).all()):
-        raise OptionError("`tau` must be positive numbers of seconds", option="tau")
+        raise OptionError("{option} must be positive numbers of seconds", option="tau")
     for name, value in (("tau0", tau0), ("f_max", f_max)):
         if value is not None and not (math.isfinite(value) and value > 0):
-            raise OptionError(f"`{name}` must be a positive number, not {value!r}", option=name)
+            raise OptionError(f"{{option}} must be a positive number, not {value!r}", option=name)
     if not 1e-12 <= rtol < 1:
-        raise OptionError(f"`rtol` must be from 1e-12 to 1, not {rtol!r}", option="rtol")
+        raise OptionError(f"{{option}} must be from 1e-12 to 1, not {rtol!r}", option="rtol")
     sizes = None
     if tau0 is not None:
         sizes = np.round(times / tau0)
         if (sizes < 1).any() or (np.abs(sizes * tau0 - times) > 1e-6 * tau0).any():
-            raise OptionError(f"`tau` must be whole multiples of `tau0`, {tau0!r} s", option="tau")
+            raise OptionError(f"{{option}} must be whole multiples of `tau0`, {tau0!r} s", option="tau")
         f_max = min(f_max or math.inf, 0.5 / tau0)
     results = []
     for k, time in enumerate(times.tolist()):

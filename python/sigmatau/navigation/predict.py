@@ -86,16 +86,16 @@ def predict(
     """
     if not isinstance(model, NoiseModel):
         raise OptionError(
-            "`model` must be a NoiseModel, whose channels have names like gyro_z: NoiseModel(channels={'gyro_z': …});"
+            "{option} must be a NoiseModel, whose channels have names like gyro_z: NoiseModel(channels={'gyro_z': …});"
             f" not {type(model).__name__}",
             option="model",
         )
     steps = _steps(after, rate)
     average = 0 if calibration is None else _whole("calibration", calibration, rate)
     if earth not in ("round", "flat"):
-        raise OptionError(f"`earth` must be 'round' or 'flat', not {earth!r}", option="earth")
+        raise OptionError(f"{{option}} must be 'round' or 'flat', not {earth!r}", option="earth")
     if not 0 < real(level) < 1:
-        raise OptionError(f"`level` must lie between 0 and 1, not {level!r}", option="level")
+        raise OptionError(f"{{option}} must lie between 0 and 1, not {level!r}", option="level")
     turn_on = _checked({} if turn_on is None else turn_on, model, calibration)
     dt = 1 / rate
     found: dict[str, PredictedError] = {}
@@ -190,7 +190,7 @@ def _steps(after: ArrayLike, rate: float) -> Floats:
     given = np.atleast_1d(np.asarray(after))
     times = given.astype(np.float64) if given.dtype.kind in "iuf" else np.empty(0)
     if times.ndim != 1 or not times.size:
-        raise OptionError(f"`after` must be one or more times in s, not {after!r}", option="after")
+        raise OptionError(f"{{option}} must be one or more times in s, not {after!r}", option="after")
     return np.unique([_whole("after", float(time), rate) for time in times])
 
 
@@ -198,7 +198,7 @@ def _whole(option: str, time: float, rate: float) -> int:
     """A time in whole steps."""
     if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _STEPS):
         raise OptionError(
-            f"`{option}` must be {1 / rate:g} s, a step, to {_STEPS / rate:g} s, not {time!r}", option=option
+            f"{{option}} must be {1 / rate:g} s, a step, to {_STEPS / rate:g} s, not {time!r}", option=option
         )
     return max(round(time * rate), 1)
 
@@ -206,25 +206,25 @@ def _whole(option: str, time: float, rate: float) -> int:
 def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float | None) -> dict[str, float]:
     if not isinstance(turn_on, Mapping):
         raise OptionError(
-            f"`turn_on` must be a mapping from channel to standard deviation, {{'gyro_z': 5e-5}}, not {turn_on!r}",
+            f"{{option}} must be a mapping from channel to standard deviation, {{'gyro_z': 5e-5}}, not {turn_on!r}",
             option="turn_on",
         )
     for name, value in turn_on.items():
         if name not in model.channels:
             raise OptionError(
-                f"`turn_on`: no channel {name!r}; channels: {', '.join(model.channels)}", option="turn_on"
+                f"{{option}}: no channel {name!r}; channels: {', '.join(model.channels)}", option="turn_on"
             )
         if stream_name(name) not in ("gyro", "accel"):
             raise OptionError(
-                f"`turn_on`: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
+                f"{{option}}: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
                 option="turn_on",
             )
         if not (math.isfinite(real(value)) and value >= 0):
             raise OptionError(
-                f"`turn_on` of {name} must be a standard deviation in SI, not {value!r}", option="turn_on"
+                f"{{option}} of {name} must be a standard deviation in SI, not {value!r}", option="turn_on"
             )
     if turn_on and calibration is not None:
-        raise OptionError("`turn_on`: a calibration takes a constant bias away; give one of the two", option="turn_on")
+        raise OptionError("{option}: a calibration takes a constant bias away; give one of the two", option="turn_on")
     return dict(turn_on)
 
 

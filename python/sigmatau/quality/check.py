@@ -75,7 +75,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     """
     if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
         raise OptionError(
-            f"`looked_at` must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
+            f"{{option}} must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
             option="looked_at",
         )
     stated = _by_stream(record, bandwidth or {})
@@ -243,7 +243,7 @@ def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tupl
     for name, value in bandwidth.items():
         if name not in names:
             raise OptionError(
-                f"`bandwidth` names {name!r}; the record has {', '.join(dict.fromkeys(names.values()))}",
+                f"{{option}} names {name!r}; the record has {', '.join(dict.fromkeys(names.values()))}",
                 option="bandwidth",
             )
         found.setdefault(names[name], {})[name] = value

@@ -210,12 +210,15 @@ class Record(Printed):
         number = isinstance(rate, int | float | np.integer | np.floating) and not isinstance(rate, bool)
         if not (number and _SLOWEST <= rate <= _FASTEST):
             raise OptionError(
-                f"`rate` must be a positive number of hertz, {_SLOWEST:g} to {_FASTEST:g}, not {rate!r}", option="rate"
+                f"{{option}} must be a positive number of hertz, {_SLOWEST:g} to {_FASTEST:g}, not {rate!r}",
+                option="rate",
             )
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
         if input not in get_args(InputKind):
-            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
+            raise OptionError(
+                f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input"
+            )
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
         arrays = {name: real_numbers(name, values) for name, values in channels.items()}
         finite = dict(zip(arrays, kernels.all_finite(list(arrays.values())), strict=True))
@@ -240,7 +243,7 @@ class Record(Printed):
         for key in unit or {}:
             if key not in known:
                 raise OptionError(
-                    f"`unit` names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
+                    f"{{option}} names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
                 )
         warm, notes = thermometers(by_stream, unit or {})
         streams = [
@@ -259,7 +262,7 @@ class Record(Printed):
         return cls(
             streams=tuple(streams),
             provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values()), conversions=notes),
-            findings=missing_values(lost, lambda k: f"index {k} (t = {k / rate:.6g} s)", 1 / rate, rows="samples"),
+            findings=missing_values(lost, lambda k: f"index {k} (t = {k / rate:.6g} s)", 1 / rate, unit="samples"),
         )
 
 

@@ -87,7 +87,10 @@ class Temperature:
         _finite("the swing of the temperature", self.swing)
         _not_negative("the resolution of the thermometer", self.resolution)
         if not isinstance(self.sensitivity, Mapping):
-            raise OptionError(f"`sensitivity` must be by channel or sensor, {{'gyro': 1e-6}}, not {self.sensitivity!r}")
+            raise OptionError(
+                f"{{option}} must be by channel or sensor, {{'gyro': 1e-6}}, not {self.sensitivity!r}",
+                option="sensitivity",
+            )
         for name, value in self.sensitivity.items():
             _finite(f"the sensitivity of {name} to temperature", value)
 
@@ -168,15 +171,21 @@ class Imperfections(Printed):
             given = getattr(self, what)
             if not isinstance(given, Mapping):
                 example = "WarmUp(…)" if what == "warm_up" else "0.1"
-                raise OptionError(f"`{what}` must be by channel or sensor, {{'gyro': {example}}}, not {given!r}")
+                raise OptionError(
+                    f"{{option}} must be by channel or sensor, {{'gyro': {example}}}, not {given!r}", option=what
+                )
         for name, warming in self.warm_up.items():
             if not isinstance(warming, WarmUp):
                 raise OptionError(f"the warm-up of {name} must be a WarmUp(amplitude=…, time=…), not {warming!r}")
         if not isinstance(self.outages, tuple | list) or not all(isinstance(one, Outage) for one in self.outages):
-            raise OptionError(f"`outages` must be a tuple of Outage(start=…, length=…), not {self.outages!r}")
+            raise OptionError(
+                f"{{option}} must be a tuple of Outage(start=…, length=…), not {self.outages!r}", option="outages"
+            )
         object.__setattr__(self, "outages", tuple(self.outages))
         if not (self.temperature is None or isinstance(self.temperature, Temperature)):
-            raise OptionError(f"`temperature` must be a Temperature(start=…, end=…), not {self.temperature!r}")
+            raise OptionError(
+                f"{{option}} must be a Temperature(start=…, end=…), not {self.temperature!r}", option="temperature"
+            )
         for name, value in self.level.items():
             _finite(f"the level of {name}", value)
         for name, value in self.saturation.items():
@@ -184,9 +193,13 @@ class Imperfections(Printed):
         for name, value in self.lsb.items():
             _positive(f"the step (lsb) of {name}", value)
         if self.output not in get_args(InputKind):
-            raise OptionError(f"`output` must be one of {', '.join(get_args(InputKind))}, not {self.output!r}")
+            raise OptionError(
+                f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {self.output!r}", option="output"
+            )
         if not (_is_number(self.lost) and 0 <= self.lost <= _MOST_LOST):
-            raise OptionError(f"`lost` must be the part of the rows, 0 to {_MOST_LOST}, not {self.lost!r}")
+            raise OptionError(
+                f"{{option}} must be the part of the rows, 0 to {_MOST_LOST}, not {self.lost!r}", option="lost"
+            )
         _not_negative("the jitter of the stamps", self.jitter)
 
     def check(self, channels: Iterable[str], tau0: float, duration: float) -> None:
@@ -204,7 +217,9 @@ class Imperfections(Printed):
         for what, values in given.items():
             for name in values:
                 if name not in known:
-                    raise OptionError(f"`{what}` names {name!r}, which is no channel; channels: {', '.join(names)}")
+                    raise OptionError(
+                        f"{{option}} names {name!r}, which is no channel; channels: {', '.join(names)}", option=what
+                    )
         if self.temperature is not None and "temperature" in names:
             raise OptionError("the model has a channel `temperature`, so that there can be no thermometer of that name")
         for outage in self.outages:

@@ -86,18 +86,18 @@ def job(
     """Check what `sigmatau.simulate` takes; raises `OptionError`."""
     if not isinstance(model, NoiseModel):
         raise OptionError(
-            f"`model` must be a NoiseModel, NoiseModel(channels={{…}}), not {model!r:.80}", option="model"
+            f"{{option}} must be a NoiseModel, NoiseModel(channels={{…}}), not {model!r:.80}", option="model"
         )
     if not (imperfections is None or isinstance(imperfections, Imperfections)):
         raise OptionError(
-            f"`imperfections` must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",
+            f"{{option}} must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",
             option="imperfections",
         )
     sampling_rate(rate)
     if not (math.isfinite(real(duration)) and duration > 0):
         raise OptionError(f"the duration must be a positive number, not {duration!r} s", option="hours")
     if flicker not in _LARGEST:
-        raise OptionError(f"`flicker` must be 'exact' or 'poles', not {flicker!r}", option="flicker")
+        raise OptionError(f"{{option}} must be 'exact' or 'poles', not {flicker!r}", option="flicker")
     samples = float(duration) * float(rate)
     if samples > _LARGEST[flicker]:
         where = "in memory; write them to a file, with flicker noise by poles" if flicker == "exact" else "at once"

@@ -117,7 +117,7 @@ def simulate_to(
     white noise. They start with their joint stationary covariance.
     """
     if isinstance(chunk, bool) or not isinstance(chunk, int | np.integer) or chunk < 1:
-        raise OptionError(f"`chunk` must be a positive number of samples, not {chunk!r}", option="chunk")
+        raise OptionError(f"{{option}} must be a positive number of samples, not {chunk!r}", option="chunk")
     given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
     warmth = given.imperfections.temperature
     columns = [("time", "s"), *((name, given.unit(name)) for name in model.channels)]

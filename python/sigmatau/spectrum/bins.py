@@ -25,7 +25,7 @@ def bin_starts(frequency: Floats, per_octave: int) -> NDArray[np.intp]:
     """Indices of the first frequency of each bin, as many bins an octave; `OptionError` unless that is 1 or more."""
     if isinstance(per_octave, bool) or not (isinstance(per_octave, Integral) and per_octave >= 1):
         raise OptionError(
-            f"`per_octave` must be a whole number of bins, 1 or more, not {per_octave!r}", option="per_octave"
+            f"{{option}} must be a whole number of bins, 1 or more, not {per_octave!r}", option="per_octave"
         )
     edges = frequency[0] * 2.0 ** (np.arange(int(np.log2(frequency[-1] / frequency[0]) * per_octave) + 2) / per_octave)
     starts = np.unique(np.searchsorted(frequency, edges * (1 - 1e-9)))

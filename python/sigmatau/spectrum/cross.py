@@ -270,9 +270,9 @@ def cross_spectrum(
     J. S. Bendat, A. G. Piersol, "Random Data," 4th ed., Wiley 2010, chapters 5 and 9.
     """
     if method not in ("welch", "multitaper"):
-        raise OptionError(f"`method` must be welch or multitaper, not {method!r}", option="method")
+        raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")
     if a == b:
-        raise OptionError(f"`a` and `b` are both {a!r}; a cross-spectrum is that of two channels", option="b")
+        raise OptionError(f"`a` and {{option}} are both {a!r}; a cross-spectrum is that of two channels", option="b")
     first, second = _stream(record, a), _stream(record, b)
     grid = first.grid
     if (grid.n, grid.tau0) != (second.grid.n, second.grid.tau0):
@@ -372,4 +372,4 @@ def _stream(record: Record | Stream, channel: str) -> Stream:
 
 def _check(level: float) -> None:
     if not 0 < level < 1:
-        raise OptionError(f"`level` must be between 0 and 1, not {level!r}", option="level")
+        raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")

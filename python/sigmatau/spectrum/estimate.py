@@ -77,7 +77,7 @@ def psd(
     .. [2] K. S. Riedel, A. Sidorenko, :doi:`10.1109/78.365298`, eqs. (8) and (9).
     """
     if method not in ("welch", "multitaper"):
-        raise OptionError(f"`method` must be welch or multitaper, not {method!r}", option="method")
+        raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")
     streams = record.streams if isinstance(record, Record) else (record,)
     found: dict[str, Spectrum] = {}
     for stream in streams:
@@ -146,7 +146,7 @@ def segment_size(segment: float | None, stream: Stream) -> int | None:
     if not 8 <= size <= stream.grid.n:
         longest = seconds(stream.grid.duration)
         raise OptionError(
-            f"`segment` must be of {seconds(8 * stream.grid.tau0)} s (8 samples) to {longest} s (the record),"
+            f"{{option}} must be of {seconds(8 * stream.grid.tau0)} s (8 samples) to {longest} s (the record),"
             f" not {segment!r}",
             option="segment",
         )
@@ -233,7 +233,7 @@ def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: 
 def used_samples(n: int, tapers: int, what: str) -> int:
     """How many of n samples are used: at most a few in a thousand fewer, for a fast transform."""
     if tapers < 1:
-        raise OptionError(f"`tapers` must be at least 1, not {tapers!r}", option="tapers")
+        raise OptionError(f"{{option}} must be at least 1, not {tapers!r}", option="tapers")
     need = max(SHORTEST, 4 * tapers)
     if n < need:
         raise RecordTooShortError(f"{what} has {n} samples in a row; a spectrum needs {need}", need=need, got=n)
@@ -244,7 +244,7 @@ def tapered_bins(used: int, tau0: float, f_max: float | None) -> int:
     """How many frequencies up to `f_max`, or 4096."""
     bins = min(4096, used // 2) if f_max is None else min(int(f_max * (used + 1) * tau0), used // 2)
     if bins < 1:
-        raise OptionError(f"`f_max` is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
+        raise OptionError(f"{{option}} is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
     return bins
 
 

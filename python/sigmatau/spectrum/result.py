@@ -120,7 +120,7 @@ class Spectrum(Printed):
         intervals hold from `trusted` on.
         """
         if not 0 < level < 1:
-            raise OptionError(f"`level` must be between 0 and 1, not {level!r}", option="level")
+            raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
         from scipy.special import chdtri
 
         # chdtri(v, p) is the x that χ² exceeds with probability p.

@@ -171,16 +171,16 @@ def transfer(
     Eq. (2) of :doi:`10.1109/TIM.2007.908635`: S_out = H·S_in·H*, of which a single channel has |H|²·S_in.
     """
     if spectrum.method != "welch":
-        raise OptionError("`spectrum` must be Welch's, at even steps up to half the sampling rate", option="spectrum")
+        raise OptionError("{option} must be Welch's, at even steps up to half the sampling rate", option="spectrum")
     step = float(spectrum.frequency[1] - spectrum.frequency[0])
     length = round(1 / (step * spectrum.tau0))
     first = round(float(spectrum.frequency[0]) / step)
     if length % 2 or len(spectrum.frequency) != length // 2 + 1 - first:
-        raise OptionError("`spectrum` must have all frequencies of an even number of samples", option="spectrum")
+        raise OptionError("{option} must have all frequencies of an even number of samples", option="spectrum")
     if taps is None:
         taps = length // 2
     if not 1 <= taps <= length // 2:
-        raise OptionError(f"`taps` must be 1 to {length // 2}, not {taps!r}", option="taps")
+        raise OptionError(f"{{option}} must be 1 to {length // 2}, not {taps!r}", option="taps")
     if not (spectrum.density > 0).any():
         raise DataError(f"{spectrum.channel}: the density is 0, and has no filter")
     if random_walk is None:
@@ -189,7 +189,7 @@ def transfer(
     elif np.isfinite(random_walk) and random_walk > 0:
         white = float(random_walk) ** 2
     else:
-        raise OptionError(f"`random_walk` must be a positive number, not {random_walk!r}", option="random_walk")
+        raise OptionError(f"{{option}} must be a positive number, not {random_walk!r}", option="random_walk")
     smooth, low, high = _smoothed(spectrum, per_octave)
     frequency = np.arange(length // 2 + 1) / (length * spectrum.tau0)
     power = np.concatenate((np.full(first, smooth[0]), smooth)) / white

@@ -92,9 +92,9 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
     """
     interval("dt", dt)
     if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
-        raise OptionError(f"`tau_max` must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
+        raise OptionError(f"{{option}} must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
     if not 1e-4 <= real(error) < 1:
-        raise OptionError(f"`error` must be 0.0001 to 1, relative, not {error!r}", option="error")
+        raise OptionError(f"{{option}} must be 0.0001 to 1, relative, not {error!r}", option="error")
     times, variances, reached = _poles(tau_max / dt, error)
     return FlickerPoles(times=dt * times, variances=variances.copy(), tau_min=dt, tau_max=tau_max, error=reached)
 
@@ -120,7 +120,7 @@ def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
         if reached <= error:
             return best
     raise OptionError(
-        f"`error`: {best[2]:.2g} is the least that poles reach for flicker noise over this band", option="error"
+        f"{{option}}: {best[2]:.2g} is the least that poles reach for flicker noise over this band", option="error"
     )
 
 

@@ -143,7 +143,7 @@ class StateSpace(Printed):
         """
         sizes = whole_sizes(m, of="steps")
         if sizes.size and sizes.min() < 1:
-            raise OptionError(f"`m` must be at least 1 step, got {sizes.min()}", option="m")
+            raise OptionError(f"{{option}} must be at least 1 step, got {sizes.min()}", option="m")
         step, before, row, noise = self.integrated()
         result = []
         for size in sizes.tolist():
@@ -227,9 +227,9 @@ def state_space(
     one_channel(model, kind=ChannelModel, function="state_space")
     interval("dt", dt)
     if output not in ("rate", "increments", "integrated"):
-        raise OptionError(f"`output` must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
+        raise OptionError(f"{{option}} must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
     if not (math.isfinite(real(turn_on)) and turn_on >= 0):
-        raise OptionError(f"`turn_on` must be 0 or a positive number, not {turn_on!r}", option="turn_on")
+        raise OptionError(f"{{option}} must be 0 or a positive number, not {turn_on!r}", option="turn_on")
     system = _System(dt)
     terms = model.terms
     white = 0.0

@@ -237,19 +237,19 @@ def verify(
     """
     if isinstance(model, ChannelModel):
         if not isinstance(curves, DeviationCurve):
-            raise OptionError("`curves` of a model of one channel must be a DeviationCurve", option="curves")
+            raise OptionError("{option} of a model of one channel must be a DeviationCurve", option="curves")
         if isinstance(tau_min, Mapping):
-            raise OptionError("`tau_min` of a model of one channel must be a number", option="tau_min")
+            raise OptionError("{option} of a model of one channel must be a number", option="tau_min")
         return _verify_channel(model, curves, tau_min=tau_min, flicker_error=flicker_error, level=level)
     if not isinstance(model, NoiseModel):
         kind = type(model).__name__
-        raise OptionError(f"`model` must be a ChannelModel or a NoiseModel, not {kind}", option="model")
+        raise OptionError(f"{{option}} must be a ChannelModel or a NoiseModel, not {kind}", option="model")
     if not isinstance(curves, Mapping):
-        raise OptionError("`curves` of a NoiseModel must be a mapping of channels to curves", option="curves")
+        raise OptionError("{option} of a NoiseModel must be a mapping of channels to curves", option="curves")
     for name in curves:
         if name not in model.channels:
             raise OptionError(
-                f"`curves` has {name}, of which there is no model; give those of {', '.join(model.channels)}",
+                f"{{option}} has {name}, of which there is no model; give those of {', '.join(model.channels)}",
                 option="curves",
             )
     return Verifications(
@@ -277,13 +277,15 @@ def _verify_channel(
     from scipy.special import chdtrc
 
     if not 0 < real(level) < 1:
-        raise OptionError(f"`level` must lie between 0 and 1, not {level!r}", option="level")
+        raise OptionError(f"{{option}} must lie between 0 and 1, not {level!r}", option="level")
     if tau_min is not None and not (math.isfinite(real(tau_min)) and tau_min >= 0):
-        raise OptionError(f"`tau_min` must be a number of seconds, 0 or more, not {tau_min!r}", option="tau_min")
+        raise OptionError(f"{{option}} must be a number of seconds, 0 or more, not {tau_min!r}", option="tau_min")
     if curve.unit != model.unit:
-        raise OptionError(f"`curve` of {curve.channel} is in {curve.unit}, the model in {model.unit}", option="curve")
+        raise OptionError(
+            f"{{option}} of {curve.channel} is in {curve.unit}, the model in {model.unit}", option="curve"
+        )
     if curve.overlap != "full":
-        raise OptionError("`curve` must be of overlapping clusters, overlap='full'", option="curve")
+        raise OptionError("{option} must be of overlapping clusters, overlap='full'", option="curve")
     if curve.gaps is not None:
         raise DataError(
             f"`curve` of {curve.channel} has gaps, {curve.gaps.missing} of {curve.n} samples missing: what a linear model"
@@ -298,7 +300,7 @@ def _verify_channel(
     octaves = _octaves([int(m) for m in sizes if m * curve.tau0 >= tau_min * (1 - 1e-9) and _LONGEST * m <= curve.n])
     if len(octaves) < 2:
         raise OptionError(
-            f"`curve` of {curve.channel} has {len(octaves)} octaves from {tau_min:g} s to a third of the record; the"
+            f"{{option}} of {curve.channel} has {len(octaves)} octaves from {tau_min:g} s to a third of the record; the"
             " misfit needs two",
             option="curve",
         )

@@ -37,7 +37,9 @@ NAMES = tuple(_MODULES)
 def target(name: str) -> Target:
     """A target by its name, in capitals or not; raises `OptionError` that lists them."""
     if not isinstance(name, str):
-        raise OptionError(f"`to` must be the name of a target, not {name!r}; targets: {', '.join(NAMES)}", option="to")
+        raise OptionError(
+            f"{{option}} must be the name of a target, not {name!r}; targets: {', '.join(NAMES)}", option="to"
+        )
     if name.lower() not in _MODULES:
         raise OptionError(f"unknown target {name!r}; targets: {', '.join(NAMES)}", option="to")
     found: Target = import_module(f"{__name__}.{_MODULES[name.lower()]}").TARGET

@@ -89,7 +89,7 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
         time = max((found for found in bottoms if found is not None), default=None)
     rate = numbers.known_rate()
     if time is None or rate is None:
-        lacking = "`rate`" if time is not None else "`horizon`" if rate is not None else "`rate`, `horizon`"
+        lacking = "{@rate}" if time is not None else "{@horizon}" if rate is not None else "{@rate}, {@horizon}"
         raise OptionError(
             f"{sensor}: MATLAB makes bias instability with a filter of one pole for each sample of the time up to which it"
             f" is to be right: give {lacking}",

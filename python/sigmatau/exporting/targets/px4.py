@@ -79,7 +79,7 @@ def step_of(numbers: Numbers, default: float) -> float:
     step = numbers.choices.step or default
     if step > _LONGEST_STEP:
         raise OptionError(
-            f"`step` {step:g}: it is in seconds, and no filter of an autopilot has one of {step:g} s; {step:g} ms are"
+            f"{{option}} {step:g}: it is in seconds, and no filter of an autopilot has one of {step:g} s; {step:g} ms are"
             f" {given('step', step / 1000)}",
             option="step",
         )
@@ -119,7 +119,7 @@ def write(numbers: Numbers) -> str:
 def _identity(numbers: Numbers, key: str) -> str:
     value = number(numbers.name(key, "1"), key, least=1)
     if value != int(value) or value > 255:
-        raise OptionError(f"`name` {key}={value:g}: want a whole number from 1 to 255", option="name")
+        raise OptionError(f"{{option}} {key}={value:g}: want a whole number from 1 to 255", option="name")
     return str(int(value))
 
 

@@ -86,7 +86,7 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
     """What is written of each system: of each channel, or ``joint`` of all of them."""
     form = numbers.name("form", "channels")
     if form not in ("channels", "joint"):
-        raise OptionError(f"`name` form={form!r}: want channels or joint", option="name")
+        raise OptionError(f"{{option}} form={form!r}: want channels or joint", option="name")
     systems = _systems(numbers)
     if form == "channels":
         return {name: _plain(system) | _noted(numbers, [name]) for name, system in systems.items()}
@@ -112,7 +112,7 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
         refuse(numbers, "state-space", "the model has no flicker noise, whose states it is for", "horizon")
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
-        raise OptionError(f"`name` output={output!r}: want rate, increments or integrated", option="name")
+        raise OptionError(f"{{option}} output={output!r}: want rate, increments or integrated", option="name")
     return {
         name: state_space(_chosen(numbers, name), dt=dt, output=cast(Output, output), tau_max=choices.horizon)
         for name in numbers.model.channels
@@ -126,7 +126,9 @@ def _rate(numbers: Numbers) -> float:
         return numbers.rate()
     of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
     more = f"; the channels have several rates ({of_record})" if rates else ""
-    raise OptionError(f"the step of the filter is needed: give `step` in seconds, or `rate` in Hz{more}", option="step")
+    raise OptionError(
+        f"the step of the filter is needed: give {{option}} in seconds, or {{@rate}} in Hz{more}", option="step"
+    )
 
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
@@ -140,7 +142,7 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     if sensor in choices.walk and "rate_random_walk" not in model:
         if choices.walk[sensor] == "horizon":
             raise OptionError(
-                "a state space has the flicker noise itself, so that no walk has to stand for it: leave `walk` out, or give"
+                "a state space has the flicker noise itself, so that no walk has to stand for it: leave {@walk} out, or give"
                 " upper-limit or a value",
                 option="rate_random_walk",
             )

@@ -1,4 +1,4 @@
-"""Words of findings about time stamps: rate, gaps, jitter, clock."""
+"""Words of findings about time stamps and missing samples: rate, gaps, jitter, clock."""
 
 from __future__ import annotations
 
@@ -6,8 +6,228 @@ from collections.abc import Callable
 from typing import Any
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording.phrases import Words
+from sigmatau.findings.kinds import stamps as kinds
+from sigmatau.findings.wording.phrases import Words, clock, factor_text
+from sigmatau.results import seconds, two_digits
 
 __all__ = ["WORDS"]
 
-WORDS: dict[type, Callable[[Finding, Any], Words]] = {}
+_SURE = 1e-3  # relative error of a rate that is not worth stating
+_WITHOUT_STAMPS = "--channels time=none --rate HZ"
+
+
+def _count(finding: Finding) -> int:
+    return int(finding.size or 0)
+
+
+def _implausible_rate(_: Finding, found: kinds.ImplausibleRate) -> Words:
+    return Words(
+        f"the stamps give {found.rate:.6g} Hz, which is not a plausible rate of a sensor; every time would be wrong",
+        "State the unit with --unit time=s|ms|us|ns, or the rate with --rate HZ",
+    )
+
+
+def _rate_not_nominal(_: Finding, found: kinds.RateNotNominal) -> Words:
+    off = found.rate / found.nominal - 1
+    return Words(
+        f"the stamps give {found.rate:.6g} Hz, {100 * abs(off):.2g} % {'less' if off < 0 else 'more'} than"
+        f" {found.nominal:g} Hz; the rate by the stamps is used",
+        f"Give --rate {found.nominal:g} only if the sensor's clock is better than that of the stamps",
+    )
+
+
+def _rate_mismatch(finding: Finding, found: kinds.RateMismatch) -> Words:
+    message = f"{found.used:.6g} Hz is used, but the stamps give {found.by_stamps:.6g} Hz"
+    factor = dict(finding.factors).get("random_walk")
+    if factor is None:
+        return Words(f"{message}; every time and every coefficient is off accordingly")
+    return Words(
+        f"{message}: {factor_text('random_walk', factor)} if the stamps are right",
+        "Omit --rate unless it is more accurate than the stamps",
+    )
+
+
+def _rate_overruled(_: Finding, found: kinds.RateOverruled) -> Words:
+    return Words(f"the file states {found.stated:g} Hz; the given rate of {found.given:g} Hz is used")
+
+
+def _rate_drift(finding: Finding, found: kinds.RateDrift) -> Words:
+    return Words(
+        f"the sampling rate drifts by {two_digits(100 * (finding.size or 0.0))} %, from {found.lowest:.6g} to"
+        f" {found.highest:.6g} Hz, and deviates most from t = {clock(finding.spans[0][0])} on",
+        "Look for lost samples if the rate jumps",
+    )
+
+
+def _gaps(finding: Finding, found: kinds.Gaps) -> Words:
+    lost = _count(finding)
+    if found.even_rate is not None:
+        return Words(
+            f"samples at {found.rate:.6g} Hz are missing in a pattern of {found.period} rows; even samples at"
+            f" {found.even_rate:.6g} Hz would have the same stamps",
+            f"Give the rate of the sensor: --rate {found.even_rate:.6g} or --rate {found.rate:.6g}",
+        )
+    if (part := found.subsampled) is not None:
+        nth = {2: "second", 3: "third"}.get(part.every, f"{part.every}th")
+        since, until = seconds(part.start), seconds(part.stop)
+        return Words(
+            f"only every {nth} sample is present from {since} s to {until} s: {part.rate:.6g} Hz instead of"
+            f" {found.rate:.6g} Hz",
+            f"If the sensor itself was slower there, analyse that part alone with --window {since}s:{until}s",
+        )
+    longest = found.longest[0]
+    many = found.gaps > 1
+    return Words(
+        f"{'about ' if found.estimated else ''}{lost} of {found.samples} samples ({100 * lost / found.samples:.2g} %)"
+        f" missing in {found.gaps} gap{'s' if many else ''}{', the longest' if many else ''} of {seconds(longest.length)} s"
+        f" at t = {clock(longest.start)}; left empty",
+        "Look for lost packets or a full buffer" if finding.severity == "warning" else "",
+    )
+
+
+def _long_pauses(_: Finding, found: kinds.LongPauses) -> Words:
+    several = "s" if found.pauses > 1 else ""
+    return Words(
+        f"{found.pauses} long pause{several} or clock step{several}, the longest {seconds(found.longest)} s before"
+        f" {found.place}; {found.used} of {found.total} samples used",
+        f"Analyse each piece alone; if only the clock was set, use {_WITHOUT_STAMPS}",
+    )
+
+
+def _irregular_stamps(_: Finding, found: kinds.IrregularStamps) -> Words:
+    if found.longest is None:
+        return Words(
+            f"{found.leaps} intervals between stamps are negative or exceed 20 samples; samples taken as consecutive"
+        )
+    return Words(
+        f"the stamps fit no grid (longest interval {seconds(found.longest)} s, before {found.place}); samples taken as even",
+        "Give --rate HZ if the sensor did not pause; otherwise cut out a piece without pauses",
+    )
+
+
+def _coarse_stamps(_: Finding, found: kinds.CoarseStamps) -> Words:
+    resolution = f"time stamps have a resolution of {found.step:.3g} s"
+    if found.period:
+        faster = f"{1 / found.step:.6g}"
+        return Words(
+            f"{resolution}; even samples at {found.rate:.6g} Hz fit them, as would {faster} Hz with {found.lost} of"
+            f" {found.period} lost",
+            f"Give --rate {faster} if that is the rate of the sensor",
+        )
+    single = " (single precision)" if found.single_precision else ""
+    unsure = found.rate_error is None or found.rate_error > _SURE
+    action = "Write the stamps with all their digits, or give --rate HZ" if single or unsure else ""
+    if found.rate_error is None:
+        return Words(f"{resolution}{single}, too coarse to confirm the given {found.rate:.6g} Hz", action)
+    if unsure:
+        return Words(
+            f"{resolution}{single}; the rate is {found.rate:.6g} Hz ± {two_digits(100 * found.rate_error)} %", action
+        )
+    return Words(
+        f"{resolution}{single} at {found.rate:.6g} Hz; fewer than {found.hidden} consecutive losses are not visible",
+        action,
+    )
+
+
+def _host_stamps(finding: Finding, found: kinds.HostStamps) -> Words:
+    return Words(
+        f"the stamps come in bunches ({two_digits(100 * (finding.size or 0.0))} % of the intervals too short);"
+        f" samples taken as even at {found.rate:.6g} Hz",
+        "Compare this with the sensor's rate, or log the sensor's own time stamps or counter",
+    )
+
+
+def _jitter(finding: Finding, found: kinds.Jitter) -> Words:
+    scatter = f"stamps scatter by {_short_time(found.sigma)}"
+    if found.seen is None:
+        share = two_digits(100 * found.sigma / found.interval)
+        return Words(f"{scatter}, {share} % of the interval; rates of a sensor at rest are not affected")
+    if finding.severity == "info":
+        return Words(
+            f"{scatter}, sampling instants do not: quantization noise is at most {found.seen:.2g} {found.unit}"
+        )
+    return Words(
+        f"sampling instants scatter by {_short_time(found.sigma)}, which is {two_digits(100 * min(found.share, 1.0))} %"
+        " of the squared quantization noise",
+        "Let the sensor's own clock trigger the sampling",
+    )
+
+
+def _short_time(value: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if value >= size:
+            return f"{value / size:.3g} {unit}"
+    return f"{value / 1e-9:.3g} ns"
+
+
+def _missing_stamps(finding: Finding, found: kinds.MissingStamps) -> Words:
+    return Words(
+        f"{_count(finding)} of {found.rows} rows have no time stamp, the first at {found.place}; these rows are left out",
+        f"If their samples are good, run again with {_WITHOUT_STAMPS}",
+    )
+
+
+def _rows_out_of_order(finding: Finding, found: kinds.RowsOutOfOrder) -> Words:
+    return Words(
+        f"{_count(finding)} of {found.rows} rows are out of time order, the first at {found.place}; they are sorted by time",
+        "Check the link and the logging program: samples are delivered late",
+    )
+
+
+def _wrong_stamps(finding: Finding, found: kinds.WrongStamps) -> Words:
+    return Words(
+        f"{_count(finding)} of {found.rows} stamps are far from their neighbours, the first at {found.place}; rows left out",
+        "Look for the cause if there are more than a few",
+    )
+
+
+def _duplicate_samples(finding: Finding, found: kinds.DuplicateSamples) -> Words:
+    what = "stamp and samples" if found.same_samples else "the stamp"
+    return Words(
+        f"{_count(finding)} of {found.rows} rows repeat {what} of the row before, the first at {found.place}; left out",
+        "Check the logging program: it writes rows twice",
+    )
+
+
+def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
+    equal = len(set(found.counts)) == 1
+    count = (
+        f"{_count(finding)} of {found.total}"
+        if equal
+        else f"up to {_count(finding)} of {found.total} ({found.strongest})"
+    )
+    run = f", the longest run {found.longest} from {found.longest_place}" if found.longest > 1 else ""
+    first = "" if found.longest > 1 and found.longest_place == found.place else f", the first at {found.place}"
+    return Words(
+        f"{count} {found.unit} have no number{first}{run}; left empty",
+        "Check the link or the converter" if finding.severity == "warning" else "",
+    )
+
+
+def _empty_channel(_: Finding, found: kinds.EmptyChannel) -> Words:
+    return Words(
+        f"column {found.column} has no number in {found.count} of {found.rows} rows, the first at {found.place};"
+        " not analysed",
+        "Check the sensor and the log, or name the time stamps of this sensor with --channels time=…",
+    )
+
+
+WORDS: dict[type, Callable[[Finding, Any], Words]] = {
+    kinds.ImplausibleRate: _implausible_rate,
+    kinds.RateNotNominal: _rate_not_nominal,
+    kinds.RateMismatch: _rate_mismatch,
+    kinds.RateOverruled: _rate_overruled,
+    kinds.RateDrift: _rate_drift,
+    kinds.Gaps: _gaps,
+    kinds.LongPauses: _long_pauses,
+    kinds.IrregularStamps: _irregular_stamps,
+    kinds.CoarseStamps: _coarse_stamps,
+    kinds.HostStamps: _host_stamps,
+    kinds.Jitter: _jitter,
+    kinds.MissingStamps: _missing_stamps,
+    kinds.RowsOutOfOrder: _rows_out_of_order,
+    kinds.WrongStamps: _wrong_stamps,
+    kinds.DuplicateSamples: _duplicate_samples,
+    kinds.MissingValues: _missing_values,
+    kinds.EmptyChannel: _empty_channel,
+}

@@ -126,10 +126,9 @@ def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[
         damage = [finding for table in tables for finding in table.findings if finding.severity == "error"]
         if damage:  # the lost part may have held what was asked for, and no option restores it
             raise DataError(f"{name}: {error} (the file is damaged: {sentence(damage[0])})") from None
-        raise OptionError(f"{name}: {error}", option=error.option) from None
+        raise error.about(name) from None
     except DataError as error:
-        error.args = (f"{name}{error}" if str(error).startswith(", ") else f"{name}: {error}",)
-        raise error.with_traceback(None) from None
+        raise error.about(name).with_traceback(None) from None
 
 
 def _tables(file: Path) -> Sequence[Table]:

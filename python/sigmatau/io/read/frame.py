@@ -68,10 +68,9 @@ def from_frame(
     try:
         return assemble.assemble([_table(frame)], None, options)
     except OptionError as error:
-        raise OptionError(f"the frame {error}", option=error.option) from None
+        raise error.about("the frame") from None
     except DataError as error:
-        error.args = (f"the frame{error}" if str(error).startswith(", ") else f"the frame {error}",)
-        raise error.with_traceback(None) from None
+        raise error.about("the frame").with_traceback(None) from None
 
 
 def _table(frame: Any) -> Table:  # noqa: ANN401

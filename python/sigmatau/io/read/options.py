@@ -41,9 +41,11 @@ class Options:
     ) -> Options:
         """Options of the right types and values; raises `OptionError`."""
         if rate is not None and not (_is_number(rate) and rate > 0):
-            raise OptionError(f"`rate` must be a positive number of hertz, not {rate!r}", option="rate")
+            raise OptionError(f"{{option}} must be a positive number of hertz, not {rate!r}", option="rate")
         if input not in get_args(InputKind):
-            raise OptionError(f"`input` must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input")
+            raise OptionError(
+                f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input"
+            )
         return cls(
             rate=None if rate is None else float(rate),
             unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
@@ -66,7 +68,7 @@ _EXAMPLES = {
 def _topics(value: object) -> tuple[str, ...]:
     named = (value,) if isinstance(value, str) else () if value is None else value
     if not isinstance(named, Sequence) or not all(isinstance(name, str) for name in named):
-        raise OptionError(f"`topic` must be a name, or several, not {value!r}", option="topic")
+        raise OptionError(f"{{option}} must be a name, or several, not {value!r}", option="topic")
     return tuple(named)
 
 
@@ -74,7 +76,7 @@ def _mapping(name: str, value: object) -> Mapping[str, object]:
     if value is None:
         return {}
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
-        raise OptionError(f"`{name}` must be a mapping of names, e.g. {_EXAMPLES[name]}, not {value!r}", option=name)
+        raise OptionError(f"{{option}} must be a mapping of names, e.g. {_EXAMPLES[name]}, not {value!r}", option=name)
     return value
 
 

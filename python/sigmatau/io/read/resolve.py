@@ -149,7 +149,7 @@ def _check_unit(channel: str, spelled: str, stream: str) -> None:
     try:
         units.find(spelled, si=kinds)
     except OptionError as error:
-        raise OptionError(f"{channel}: {error}", option="unit") from None
+        raise error.about(channel) from None
 
 
 def _same(one: str, other: str) -> bool:

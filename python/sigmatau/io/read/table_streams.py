@@ -20,7 +20,7 @@ from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table
 from sigmatau.io.read.temperature import temperature_stream
 from sigmatau.io.read.time import disorder
-from sigmatau.io.read.time.jitter import scattered
+from sigmatau.io.read.time.jitter import jitter_findings
 from sigmatau.io.read.time.placement import missing_in, mostly_missing, own_rows, with_missing
 from sigmatau.io.read.time.timing import Timing, timed
 from sigmatau.io.read.unused_columns import not_read
@@ -59,7 +59,7 @@ def part(table: Table, options: Options) -> Part:
         try:
             return _made(table, options, (choice, *resolved[1:]), shorter)
         except DataError:
-            raise disorder.of_damaged(error, table, loaded.findings) from None
+            raise disorder.with_damage(error, table, loaded.findings) from None
 
 
 def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
@@ -121,7 +121,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             )
         )
     said = missing_in(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
-    said = (*said, *scattered(streams, times))
+    said = (*said, *jitter_findings(streams, times))
     if choice.temperature is not None:
         index = choice.temperature.index
         shared = shared or timed(table, choice, raw, unit.get("time"), options)

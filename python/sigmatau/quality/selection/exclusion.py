@@ -67,7 +67,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     texts = [stretches] if isinstance(stretches, str) else list(stretches)
     parts = [part.strip() for text in texts for part in text.split(",") if part.strip()]
     if not parts:
-        raise OptionError(f"`leave_out` names nothing: {_FORMS}", option="leave_out")
+        raise OptionError(f"{{option}} names nothing: {_FORMS}", option="leave_out")
     end = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
     spans = [_span(part, end) for part in parts if part not in KINDS]
     kinds = [KINDS[part] for part in dict.fromkeys(parts) if part in KINDS]
@@ -110,16 +110,16 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
 def _span(text: str, end: float) -> tuple[float, float]:
     first, colon, last = text.partition(":")
     if not colon or ":" in last or not (first.strip() or last.strip()):
-        raise OptionError(f"`leave_out` {text!r} is not understood: {_FORMS}", option="leave_out")
+        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="leave_out")
     start = time_of(first, text, option="leave_out", forms=_FORMS) if first.strip() else 0.0
     stop = time_of(last, text, option="leave_out", forms=_FORMS) if last.strip() else end
     if start >= end:
         raise OptionError(
-            f"`leave_out` {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long",
+            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long",
             option="leave_out",
         )
     if start >= stop:
-        raise OptionError(f"`leave_out` {text!r} ends at {seconds(stop)} s, before it begins", option="leave_out")
+        raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option="leave_out")
     return start, min(stop, end)
 
 
@@ -145,5 +145,5 @@ def _refuse_nothing_left(stream: Stream) -> None:
     left = int((~stream.mask).sum(axis=0).max())
     if left < MIN_SAMPLES:
         raise OptionError(
-            f"`leave_out` leaves {left} samples of {stream.name}; at least {MIN_SAMPLES} are needed", option="leave_out"
+            f"{{option}} leaves {left} samples of {stream.name}; at least {MIN_SAMPLES} are needed", option="leave_out"
         )

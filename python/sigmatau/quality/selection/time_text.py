@@ -37,5 +37,5 @@ def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
         return 0.0
     match = _TIME.fullmatch(text)
     if match is None:
-        raise OptionError(f"`{option}` {whole!r}: {text.strip()!r} is no time with a unit; {forms}", option=option)
+        raise OptionError(f"{{option}} {whole!r}: {text.strip()!r} is no time with a unit; {forms}", option=option)
     return float(match[1]) * _UNITS[match[2]]

@@ -95,10 +95,10 @@ def wanted_length(text: str) -> float | None:
     if not equals:
         return None
     if name.strip() != "most-stable":
-        raise OptionError(f"`window` {text!r} is not understood: {_FORMS}", option="window")
+        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="window")
     length = _time(value, text)
     if not length > 0:
-        raise OptionError(f"`window` {text!r}: a window must be longer than 0 s; {_FORMS}", option="window")
+        raise OptionError(f"{{option}} {text!r}: a window must be longer than 0 s; {_FORMS}", option="window")
     return length
 
 
@@ -112,17 +112,17 @@ def cut(record: Record, text: str) -> Record:
     """
     first, colon, last = text.partition(":")
     if not colon or ":" in last:
-        raise OptionError(f"`window` {text!r} is not understood: {_FORMS}", option="window")
+        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="window")
     origin = min(stream.grid.start for stream in record.streams)
     end = max(stream.grid.start + stream.grid.duration for stream in record.streams) - origin
     start = _time(first, text) if first.strip() else 0.0
     stop = _time(last, text) if last.strip() else end
     slack = max(stream.grid.tau0 for stream in record.streams)
     if start >= stop:
-        raise OptionError(f"`window` {text!r} ends at {seconds(stop)} s, before it begins", option="window")
+        raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option="window")
     if stop > end + slack:
         raise OptionError(
-            f"`window` {text!r} ends at {seconds(stop)} s; the record is {seconds(end)} s long", option="window"
+            f"{{option}} {text!r} ends at {seconds(stop)} s; the record is {seconds(end)} s long", option="window"
         )
     streams = [_between(stream, start + origin, stop + origin, text) for stream in record.streams]
     return _with_streams(record, streams, f"window from {seconds(start)} s to {seconds(min(stop, end))} s")
@@ -286,7 +286,7 @@ def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:
     if last - first < MIN_SAMPLES:
         got = max(last - first, 0)
         raise OptionError(
-            f"`window` {text!r} leaves {got} samples of {stream.name}; at least {MIN_SAMPLES} are needed",
+            f"{{option}} {text!r} leaves {got} samples of {stream.name}; at least {MIN_SAMPLES} are needed",
             option="window",
         )
     return stream if (first, last) == (0, grid.n) else stream.cut(first, last)

@@ -104,7 +104,7 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
         If the file is compressed or has no row.
     """
     if not isinstance(layout, str) or not layout.strip():
-        raise OptionError(f"`layout` must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
+        raise OptionError(f"{{option}} must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:
         raise DataError("is compressed by gzip, but --layout needs an uncompressed file; decompress it first")
     header, row, columns = parse_layout(layout)

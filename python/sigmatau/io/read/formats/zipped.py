@@ -107,11 +107,7 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
         try:
             return whole_table().load(wanted, exact)
         except DataError as error:
-            text_of = str(error)
-            error.args = (
-                f", {member.filename}{text_of}" if text_of.startswith(", ") else f", {member.filename}: {text_of}",
-            )
-            raise
+            raise error.about(f", {member.filename}") from None
 
     return Table(
         format=shown.format,

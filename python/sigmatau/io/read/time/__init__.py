@@ -1,1 +1,1 @@
-"""From stamps to a uniform grid: which rows count, what the interval is, what the stamps say about their clock."""
+"""Time stamps to a uniform grid: order of rows, sample interval, missing samples, quality of the clock."""

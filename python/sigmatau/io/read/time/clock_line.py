@@ -1,4 +1,4 @@
-"""The line through stamps on a known grid: interval, jitter, and how the rate drifts."""
+"""Least-squares line through stamps on a known grid: interval, jitter, and drift of the rate."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 __all__ = ["BLOCK", "Drift", "GridFit", "about_line", "finished"]
 
 BLOCK = 64
-"""Stamps that share a phase."""
+"""Stamps whose phase on the grid is averaged."""
 
-_BLOCKS = 512  # looked at for the jitter
-_PARTS = 10  # of a record, for the drift of the rate
-_SHORT = 0.5  # of the interval: a burst
-_LEAST_APART = 3.0  # stamps in a tenth: two of them would be on any line
+_JITTER_BLOCKS = 512  # blocks from which the jitter is computed
+_PARTS = 10  # equal parts of a record whose rates are compared
+_SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
+_LEAST_INDEPENDENT = 3.0  # independent stamps in a part: two of them determine a line without scatter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drift:
-    """The rate by tenths of a record, relative to that of the whole, and the standard error of one of them."""
+    """Mean rates of ten equal parts relative to the rate of the record, and the standard error of one of them."""
 
     rates: NDArray[np.float64]
     error: float
 
     @property
     def size(self) -> float:
-        """Largest less smallest."""
+        """Range of the rates."""
         return float(np.ptp(self.rates))
 
 
@@ -45,11 +45,11 @@ class GridFit:
     error : float
         Standard error of the interval.
     start, stop : int
-        The stamps that are used: all, or those of the longest piece between long pauses.
+        The stamps in use: all, or those of the longest piece between long pauses.
     places : ndarray of int64, shape (stop - start,), or None
-        The place of each stamp on the grid, from 0 and growing; None if every place has one.
+        The place of each stamp on the grid, increasing from 0; None if every place has a stamp.
     n : int
-        Places.
+        Number of places.
     jitter : float
         Standard deviation of the stamps about the grid.
     short : float
@@ -59,8 +59,12 @@ class GridFit:
     drift : Drift or None
         None if there are too few stamps.
     pieces : int
-        Pieces between pauses that hold more places than the record has samples; 1 if there is no such pause, 0 if there are
-        so many that the stamps are of no use, and all samples are taken as even.
+        Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
+        many pauses that the stamps are not used and all samples are taken as evenly spaced.
+    period : int
+        Rows after which the pattern of intervals repeats; 0 if it does not.
+    bound : float
+        Largest relative error of the interval on a coarse clock.
     """
 
     kind: Literal["grid", "coarse", "host"]
@@ -82,7 +86,7 @@ class GridFit:
 def about_line(
     t: NDArray[np.float64], x: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
-    """What times are more than their line over x, its slope, and x less its mean."""
+    """Residuals of the least-squares line of times over x, its slope, and x minus its mean."""
     first = float((t[-1] - t[0]) / (x[-1] - x[0]))
     rest = t - t[0] - x * first
     rest -= rest.mean()
@@ -93,7 +97,7 @@ def about_line(
 
 
 def _by_blocks(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of blocks of 64, which hold all that a line needs; what is left at the end is a block of its own."""
+    """Means of blocks of 64, which are sufficient for a line; the remainder is a shorter block."""
     if len(values) < 4 * BLOCK:
         return values
     whole = len(values) // BLOCK * BLOCK
@@ -113,7 +117,7 @@ def finished(
     pieces: int = 1,
     period: int = 0,
 ) -> GridFit:
-    """What the stamps of one piece say; intervals are None if each of them is near the mean."""
+    """The grid of one piece of stamps; `intervals` is None if each of them is close to the mean."""
     n = len(t)
     last = n - 1 if places is None else int(places[-1] - places[0])
     first = float(t[-1] - t[0]) / last
@@ -123,8 +127,8 @@ def finished(
     squares = float(middle @ middle)
     short = 0.0
     if intervals is not None:
-        short = float(np.count_nonzero(intervals < _SHORT * slope)) / len(intervals)
-    apart = (1 - short) * n  # stamps that say something of their own: those of one bunch are late or early together
+        short = float(np.count_nonzero(intervals < _SHORT_INTERVAL * slope)) / len(intervals)
+    apart = (1 - short) * n  # independent stamps: those of one bunch are late or early together
     scatter = math.sqrt(float(rest @ rest) / min(float(len(rest)), max(apart, 1.0)))
     return GridFit(
         kind=kind,
@@ -144,7 +148,7 @@ def finished(
 
 
 def _counted_by_blocks(n: int) -> NDArray[np.float64]:
-    """The same of 0, 1, 2 … n - 1."""
+    """`_by_blocks` of 0, 1, 2 … n - 1."""
     if n < 4 * BLOCK:
         return np.arange(n, dtype=np.float64)
     blocks = n // BLOCK
@@ -155,12 +159,12 @@ def _counted_by_blocks(n: int) -> NDArray[np.float64]:
 
 
 def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:
-    """Standard deviation about the line of each block of 64, from at most 512 blocks spread over the record."""
+    """Standard deviation about the line of each block of 64, from at most 512 evenly spread blocks."""
     size = min(BLOCK, len(t))
     if size < 4:
         return 0.0
     blocks = len(t) // size
-    at = np.unique(np.linspace(0, blocks - 1, min(blocks, _BLOCKS)).astype(np.int64))
+    at = np.unique(np.linspace(0, blocks - 1, min(blocks, _JITTER_BLOCKS)).astype(np.int64))
     rows = at[:, None] * size + np.arange(size)
     along = (rows if places is None else places[rows]).astype(np.float64)
     values = t[rows] - slope * along
@@ -172,11 +176,11 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
 
 
 def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> Drift | None:
-    """Rates by tenths, from the means of blocks: their scatter about ten lines says how sure they are.
+    """Mean rates of ten parts, from means of blocks; the scatter of the blocks about ten lines gives their error.
 
-    In bunches that are longer than a block, blocks are not independent: there are as many as the stamps `apart` in a tenth.
+    Blocks are not independent if bunches are longer than a block: then a part has `apart` independent blocks.
     """
-    if apart < _LEAST_APART:
+    if apart < _LEAST_INDEPENDENT:
         return None
     per = len(rest) // _PARTS
     values, along = (x[: _PARTS * per].reshape(_PARTS, per) for x in (rest, along))

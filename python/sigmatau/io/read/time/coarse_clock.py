@@ -1,4 +1,4 @@
-"""The even line through stamps of a clock that makes few steps in a record: what rates all of its stamps allow."""
+"""Stamps of a clock that makes few steps in a record: the sample intervals that all stamps allow."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 __all__ = ["Allowed", "allowed", "few_steps"]
 
-_HALVINGS = 60  # of a slope that is sought: to the last digit of a double
-_ROUNDING = 1e-9  # of a step: exact stamps lie this far from theirs
+_BISECTIONS = 60  # of a slope, to the resolution of a double
+_ROUNDING = 1e-9  # relative rounding error of exact stamps [steps of the clock]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,12 +21,12 @@ class Allowed:
     Attributes
     ----------
     interval : float
-        Of the line from which no stamp is farther than it must be.
+        Of the line with the smallest largest distance of a stamp.
     least, most : float
-        Shortest and longest interval that put every stamp within one step of the clock; both `interval` if none does.
-        The shortest is 0 if the clock made one step only: then the samples may be as fast as one likes.
+        Shortest and longest interval with every stamp within one step of the clock; both `interval` if there is none.
+        The shortest is 0 if the clock made one step only: then the rate has no upper limit.
     width : float
-        Largest less smallest distance of the stamps from that line.
+        Range of the distances of the stamps from that line.
     """
 
     interval: float
@@ -43,28 +43,28 @@ class Allowed:
 
 
 def few_steps(n: int, steps: int) -> bool:
-    """Whether the line of least squares is worse than the one that the corners of the stairs allow.
+    """Whether the least-squares line is less accurate than the line that the corners of the staircase allow.
 
-    A stair of so many steps turns the line of least squares by up to 1/steps² of its slope (in the worst phase, exactly);
-    its corners, one sample wide, leave about 1/n.
+    A staircase changes the slope of the least-squares line by up to 1/steps² (exactly that in the worst phase); its corners
+    are one sample wide and leave about 1/n.
     """
     return steps > 0 and steps * steps < n
 
 
 def allowed(t: NDArray[np.float64], step: float) -> Allowed:
-    """The intervals that even samples may have, to be stamped so by a clock that goes in steps.
+    """The intervals that evenly spaced samples may have, given their stamps by a clock with a coarse step.
 
     Parameters
     ----------
     t : ndarray, shape (n,)
-        Stamps, growing or equal, the last larger than the first.
+        Stamps, not decreasing, the last larger than the first.
     step : float
-        Of the clock.
+        Resolution of the clock.
 
     Notes
     -----
-    Of a stair only the corners matter: the first sample on each of its levels, and the last. The width of t − b·k is a
-    convex function of b; the sign of its slope, by the corners that are farthest out, says on which side its least is.
+    Only the corners of the staircase matter: the first and the last sample on each level. The width of t − b·k is a convex
+    function of b. The sign of its slope, by the outermost corners, gives the side of its minimum.
     """
     up = np.flatnonzero(np.diff(t)) + 1
     first, last = np.concatenate(([0], up)), np.append(up - 1, len(t) - 1)
@@ -76,7 +76,7 @@ def allowed(t: NDArray[np.float64], step: float) -> Allowed:
         return float(over[high] - under[low]), float(last[low] - first[high])
 
     low, high = 0.0, float(t[-1] - t[0])
-    for _ in range(_HALVINGS):
+    for _ in range(_BISECTIONS):
         b = (low + high) / 2
         low, high = (b, high) if width(b)[1] < 0 else (low, b)
     best = (low + high) / 2
@@ -85,7 +85,7 @@ def allowed(t: NDArray[np.float64], step: float) -> Allowed:
     def end(inside: float, outside: float) -> float:
         if width(outside)[0] <= room:
             return outside
-        for _ in range(_HALVINGS):
+        for _ in range(_BISECTIONS):
             b = (inside + outside) / 2
             inside, outside = (b, outside) if width(b)[0] <= room else (inside, b)
         return inside

@@ -1,4 +1,4 @@
-"""Stamps nearer to another place than their own, by their jitter: neighbours and the order of rows say whose they are."""
+"""Stamps that jitter moves closer to another place of the grid: neighbours and the order of rows give their place."""
 
 from __future__ import annotations
 
@@ -9,63 +9,63 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.time.clock_line import BLOCK, about_line
 
-__all__ = ["agreed", "scatter_alone"]
+__all__ = ["consistent_losses", "is_jitter_only"]
 
-_WINDOW = 4  # places on each side that outvote one stamp
-_PRIOR = 8.0  # -ln of the chance of a loss at a given row: jitter must be less likely before one is believed
-_SCATTER = 0.45  # of the interval: bunches of two have 0.5, larger ones more; jitter so large swaps one row in twenty
-_ALONE = 0.15  # correlation of neighbours: jitter of 0.4, put in order, has 0.06, bunches of two -1, of three -0.5
-# Means of two blocks, with one between them, differ by a whole interval where a sample is lost; of jitter of 0.45 alone
-# they have a difference of 0.08, one standard deviation, and reach half an interval once in 1e9 blocks.
-_LOST = 0.5
-_LEAST = 4  # blocks
+_WINDOW = 4  # rows on each side whose median decides on the place of a stamp
+_LOSS_PRIOR = 8.0  # -ln of the probability of a loss at a given row; a loss needs jitter less likely than that
+_MAX_JITTER = 0.45  # of the interval: bunches of two rows have 0.5, larger ones more; such jitter swaps 5 % of the rows
+_MAX_CORRELATION = 0.15  # of neighbours: sorted jitter of 0.4 has 0.06, bunches of two rows -1, of three -0.5
+# The means of two blocks with one block between them differ by a whole interval if a sample is lost. By jitter of 0.45
+# alone the difference has a standard deviation of 0.08, and reaches half an interval once in 1e9 blocks.
+_LOST_SAMPLE = 0.5
+_LEAST_BLOCKS = 4
 
 
-def scatter_alone(t: NDArray[np.float64]) -> bool:
-    """Whether stamps are those of all of even samples, each late or early by itself: jitter, if large, and no bunches.
+def is_jitter_only(t: NDArray[np.float64]) -> bool:
+    """Whether the stamps are those of evenly spaced samples without losses, with independent jitter and without bunches.
 
     Parameters
     ----------
     t : ndarray, shape (n,)
-        Stamps, growing or equal.
+        Stamps, not decreasing.
 
     Notes
     -----
-    With jitter of more than 0.2 intervals the places of single stamps can no longer be told, nor can their phase; but if no
-    sample is lost there is nothing to be told.
+    With jitter of more than 0.2 intervals the places of single stamps are uncertain, and so is their phase. They are not
+    needed if no sample is lost.
     """
     blocks = len(t) // BLOCK
-    if blocks < _LEAST:
+    if blocks < _LEAST_BLOCKS:
         return False
     rest, interval, _ = about_line(t, np.arange(len(t), dtype=np.float64))
     parts = (rest / interval)[: blocks * BLOCK].reshape(blocks, BLOCK)
     means = parts.mean(axis=1)
-    if not np.abs(means[2:] - means[:-2]).max() < _LOST:
+    if not np.abs(means[2:] - means[:-2]).max() < _LOST_SAMPLE:
         return False
     parts = parts - means[:, None]
     square = float(np.mean(parts * parts)) * BLOCK / (BLOCK - 1)
     together = float(np.mean(parts[:, 1:] * parts[:, :-1])) + square / BLOCK
-    return 0 < square < _SCATTER**2 and abs(together / square) < _ALONE + 3 / math.sqrt(len(t))
+    return 0 < square < _MAX_JITTER**2 and abs(together / square) < _MAX_CORRELATION + 3 / math.sqrt(len(t))
 
 
-def agreed(lost: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Samples lost before each stamp, never falling, from those that each stamp says for itself.
+def consistent_losses(lost: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Samples lost before each stamp, not decreasing, from the estimates of single stamps.
 
     Parameters
     ----------
     lost : ndarray, shape (n,)
-        Of each stamp alone.
+        Estimate from each stamp alone.
     rest : ndarray, shape (n,)
-        The same before it was rounded.
+        The same before rounding.
     """
-    believed = 0.5 + _PRIOR * float(np.mean((rest - lost) ** 2))
+    believed = 0.5 + _LOSS_PRIOR * float(np.mean((rest - lost) ** 2))
     lost = _at_ends(lost.copy(), rest, believed)
     falls = np.flatnonzero(np.diff(lost) < 0)
     return _never_falling(_outvoted(lost, falls, rest, believed)) if len(falls) else lost
 
 
 def _at_ends(lost: NDArray[np.float64], rest: NDArray[np.float64], believed: float) -> NDArray[np.float64]:
-    """Without the loss of one sample beside the first or last stamp that its jitter explains better: none outvotes these."""
+    """Remove the loss of one sample at the first or last stamp if jitter is more likely; no neighbours decide there."""
     if len(lost) > 2:
         if lost[-1] - lost[-2] == 1 and rest[-1] - lost[-2] < believed:
             lost[-1] = lost[-2]
@@ -75,7 +75,7 @@ def _at_ends(lost: NDArray[np.float64], rest: NDArray[np.float64], believed: flo
 
 
 def _never_falling(lost: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A late stamp is followed by others that are not, and an early one by others that are not: what moves fewer stamps."""
+    """Correct late or early stamps so that losses do not decrease, in the way that moves fewer stamps."""
     late = np.minimum.accumulate(lost[::-1])[::-1]
     early = np.maximum.accumulate(lost)
     return late if np.count_nonzero(late != lost) <= np.count_nonzero(early != lost) else early
@@ -84,10 +84,9 @@ def _never_falling(lost: NDArray[np.float64]) -> NDArray[np.float64]:
 def _outvoted(
     lost: NDArray[np.float64], falls: NDArray[np.intp], rest: NDArray[np.float64], believed: float
 ) -> NDArray[np.float64]:
-    """With the median of its neighbourhood where a stamp stands against it; what never falls stays as it is.
+    """Replace estimates that contradict the median of their neighbours; estimates in order are kept.
 
-    A stamp is moved to the next place only if its jitter makes it likely to be from there: beside a true loss the median is
-    one off now and then.
+    A stamp is moved by one place only if its jitter makes that likely: next to a loss the median is sometimes off by one.
     """
     n, width = len(lost), 2 * _WINDOW + 1
     if n < width:

@@ -1,4 +1,4 @@
-"""Columns onto the grid of their stamps: which rows are whose, where samples are missing, and what that is called."""
+"""Columns on the grid of their stamps: rows of each stream, missing samples, and the findings about them."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import NonFiniteError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stamps import EmptyChannel
 from sigmatau.record.missing import missing_values
 
 __all__ = ["laid", "missing_in", "mostly_missing", "own_rows", "with_missing"]
 
-_MOSTLY = 0.5  # of the rows: a column that is empty more often holds no samples of this table
-_OWN = 0.15  # share of empty rows from which on a sensor has rows of its own, if others fill those
-_FILLED = 0.95
+_MOST_EMPTY = 0.5  # share of empty rows above which a column is not used
+_LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
+_FILLED_BY_OTHERS = 0.95  # share of these empty rows that other streams must fill
 
 
 def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set[int]:
-    """The columns that hold a NaN."""
+    """The columns that contain a NaN."""
     doubles = [i for i in indices if raw[i].dtype == np.float64 and raw[i].flags.c_contiguous]
     found = dict(zip(doubles, kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
     with np.errstate(over="ignore", invalid="ignore"):
@@ -35,10 +36,10 @@ def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set
 def own_rows(
     raw: Mapping[int, NDArray[Any]], by_stream: Mapping[str, Sequence[int]], missing: set[int]
 ) -> dict[str, NDArray[np.int64]]:
-    """Rows of the streams that have rows of their own: the others are filled by another sensor, and empty for this one.
+    """Rows of each stream that fills only part of the rows, where other streams fill the rest.
 
-    So do programs write that put a row down whenever any sensor has something. Streams that are in (nearly) all rows are
-    not in the answer.
+    Logging programs that write a row for each sample of any sensor make such tables. Streams that fill (nearly) all rows are
+    not in the result.
     """
     empty: dict[str, NDArray[np.bool_]] = {}
     for name, indices in by_stream.items():
@@ -50,13 +51,13 @@ def own_rows(
     found: dict[str, NDArray[np.int64]] = {}
     for name, nothing in empty.items():
         share = np.count_nonzero(nothing) / len(nothing)
-        if share < _OWN or share == 1:
+        if share < _LEAST_OTHER_ROWS or share == 1:
             continue
         filled = np.zeros(len(nothing), dtype=bool)
         for other in by_stream:
             if other != name:
                 filled |= ~empty[other] if other in empty else True
-        if np.count_nonzero(filled & nothing) >= _FILLED * np.count_nonzero(nothing):
+        if np.count_nonzero(filled & nothing) >= _FILLED_BY_OTHERS * np.count_nonzero(nothing):
             found[name] = np.flatnonzero(~nothing)
     return found
 
@@ -71,7 +72,7 @@ def mostly_missing(
     *,
     timed: bool,
 ) -> dict[str, Finding]:
-    """Channels that are empty in more than half of the rows of their stream, each with what is to be said of it.
+    """Findings about channels that are empty in more than half of the rows of their stream.
 
     Parameters
     ----------
@@ -84,12 +85,12 @@ def mostly_missing(
     where, label : callable
         Places of rows and names of columns, for the messages.
     timed : bool
-        Whether the rows have time stamps: if not, streams with rows of their own cannot be told apart in time.
+        Whether the rows have time stamps; without them, the times of streams with separate rows are unknown.
 
     Raises
     ------
     NonFiniteError
-        If no channel is left, or another sensor has the rows that are empty and there are no time stamps.
+        If no channel is left, or another sensor fills the empty rows and there are no time stamps.
     """
     found: dict[str, Finding] = {}
     refused: NonFiniteError | None = None
@@ -100,7 +101,7 @@ def mostly_missing(
         for channel, index in columns.items():
             bad = np.isnan(raw[index] if rows is None else raw[index][rows]) if index in missing else np.zeros(1, bool)
             count, total = int(np.count_nonzero(bad)), len(bad)
-            if count <= _MOSTLY * total:
+            if count <= _MOST_EMPTY * total:
                 kept = True
                 continue
             at = int(np.argmax(bad))
@@ -108,24 +109,12 @@ def mostly_missing(
             refused = refused or NonFiniteError(
                 f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
                 " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
-                " time stamps by --channels time=…",
+                " time stamps with --channels time=…",
                 channel=channel,
                 index=first,
             )
-            found[channel] = Finding(
-                code="empty_channel",
-                severity="error",
-                channel=channel,
-                message=(
-                    f"column {label(index)} has no number in {count} of {total} rows ({100 * count / total:.3g} %), the"
-                    f" first: {where(first)}"
-                ),
-                where=where(first),
-                size=count / total,
-                effect="not analysed; the other channels are",
-                remedy="check the wiring, the column, the program that writes the log; if its sensor has rows of its own,"
-                " name their time stamps by --channels time=…",
-            )
+            details = EmptyChannel(column=label(index), count=count, rows=total, place=where(first))
+            found[channel] = Finding(details=details, severity="error", channels=(channel,), size=count / total)
         others_rows |= kept and not timed and stream in own
     if refused is not None and (others_rows or len(found) == sum(map(len, by_stream.values()))):
         raise refused
@@ -138,7 +127,7 @@ def laid(
     places: NDArray[np.int64] | None,
     n: int | None,
 ) -> NDArray[Any]:
-    """A column on its grid, NaN in empty places; the array itself if it is so already."""
+    """A column on its grid, NaN in empty places; the array itself if nothing changes."""
     if rows is not None:
         column = column[rows]
     if places is None or n is None:
@@ -156,7 +145,7 @@ def missing_in(
     where: Callable[[int], str],
     tau0: float,
 ) -> tuple[Finding, ...]:
-    """One finding about the numbers that are missing in rows that are there; `tau0` is the time from row to row."""
+    """A finding about missing numbers in the rows in use; `tau0` is the time from row to row."""
     said: dict[str, NDArray[np.bool_]] = {}
     for channel, index in channels.items():
         if index not in missing:

@@ -1,4 +1,4 @@
-"""When the samples of a table were taken: by its stamps, by the rate that it states, or by that which the user says."""
+"""Sampling times of a table: by its stamps, by the rate that the file states, or by the rate that the user gives."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stamps import RateOverruled
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
@@ -26,14 +27,14 @@ __all__ = ["Timing", "timed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """When the samples of a stream were taken.
+    """Sampling times of a stream.
 
     Attributes
     ----------
     rate : float
         Sampling rate. [Hz]
     start : float
-        Of the first sample. [s]
+        Time of the first sample. [s]
     source : str
         How the rate was found, in words.
     rows, places, n
@@ -41,9 +42,9 @@ class Timing:
     jitter : float or None
         Standard deviation of the stamps about the grid. [s]
     step : float
-        Step of their clock. [s]
+        Resolution of their clock. [s]
     counted : bool
-        Whether samples that were lost have been seen by the stamps.
+        Whether the stamps show lost samples.
     notes : tuple of str
     findings : tuple of Finding
     """
@@ -74,10 +75,12 @@ def timed(
     stream: str = "",
     own: NDArray[np.int64] | None = None,
 ) -> Timing:
-    """When the samples were taken: of all rows, or of those that a stream has for its own."""
+    """Sampling times of all rows, or of the rows `own` that only one stream fills."""
     if choice.time is None:
         if options.rate is None and table.rate is None:
-            raise OptionError("has no time column that is recognised: give --rate HZ", option="rate")
+            raise OptionError(
+                "has no time column: give --rate HZ, or name the column with --channels time=…", option="rate"
+            )
         if options.rate is None and table.rate is not None:
             source = table.rate_source or "the file"
             return Timing(rate=table.rate, source=source, notes=(f"sampling rate {table.rate:.6g} Hz from {source}",))
@@ -115,7 +118,7 @@ def timed(
     else:
         findings = (*stamps.mismatch(options.rate, found, options.input), *findings)
     if own is not None:
-        findings = tuple(f if f.channel else replace(f, channel=stream) for f in findings)
+        findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
         notes = (*notes, f"{stream} in {len(own)} of {len(stamps_raw)} rows, with the stamps of these")
     return Timing(
         rate=found.rate if options.rate is None else options.rate,
@@ -133,7 +136,7 @@ def timed(
 
 
 def _source(found: stamps.Fit, given: float | None, *, known: bool) -> str:
-    """How the rate was found: "given" alone means that nothing in the log confirms it."""
+    """How the rate was found: "given" alone means that the log does not confirm it."""
     if given is None:
         return found.source
     return f"given, and {found.source} agree" if known and not stamps.mismatch(given, found) else "given"
@@ -142,5 +145,4 @@ def _source(found: stamps.Fit, given: float | None, *, known: bool) -> str:
 def _rate_overruled(rate: float, table: Table) -> tuple[Finding, ...]:
     if table.rate is None or math.isclose(rate, table.rate, rel_tol=1e-3):
         return ()
-    message = f"the rate given is {rate:g} Hz, the file says {table.rate:g} Hz"
-    return (Finding(code="rate_overruled", severity="warning", message=message, effect="the given rate is used"),)
+    return (Finding(details=RateOverruled(given=rate, stated=table.rate), severity="warning"),)

@@ -1,0 +1,59 @@
+"""Errors: their fields, their words in Python and on the command line, and that they cross processes."""
+
+import pickle
+
+import pytest
+
+from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError, argument
+from sigmatau.exporting.choices import NoPlaceError, NotChosenError
+
+
+def test_an_option_is_named_as_it_is_given():
+    error = OptionError("{option} must be positive, not -1", option="tau_min")
+    assert str(error) == "`tau_min` must be positive, not -1"
+    assert error.for_command_line() == "--tau-min must be positive, not -1"
+    assert str(OptionError("{nothing} of {'gyro': 1}")) == "{nothing} of {'gyro': 1}"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "key", "python", "typed"),
+    [
+        ("walk", None, None, "`walk`", "--rate-random-walk"),
+        ("axes", "worst", None, '`axes="worst"`', "--axes worst"),
+        ("horizon", 10, None, "`horizon=10`", "--horizon 10s"),
+        ("walk", "horizon", "gyro", '`walk={"gyro": "horizon"}`', "--rate-random-walk gyro=horizon"),
+        ("walk", "1e-6 m/s", "gyro", '`walk={"gyro": "1e-6 m/s"}`', '--rate-random-walk "gyro=1e-6 m/s"'),
+    ],
+)
+def test_other_arguments(name, value, key, python, typed):
+    error = OptionError(f"give {argument(name, value, key=key)}, not {{option}}", option="name")
+    assert str(error) == f"give {python}, not `name`"
+    assert error.for_command_line({"walk": "rate-random-walk"}, {"horizon": "s"}) == f"give {typed}, not --name"
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ("is empty", "logs: a.csv: is empty"),
+        (", line 5: time goes backwards", "logs: a.csv, line 5: time goes backwards"),
+    ],
+)
+def test_what_an_error_is_about(message, words):
+    assert str(DataError(message).about("a.csv").about("logs")) == words
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        OptionError("{option} is wrong", option="unit").about("a.csv"),
+        DataError("is empty"),
+        StampError("have two values only"),
+        RecordTooShortError("has 3 rows", need=4, got=3),
+        NonFiniteError("is infinite", channel="gyro_x", index=7),
+        NoPlaceError("has no place", choice="names", key="topic"),
+        NotChosenError("was not observed", sensor="gyro", choice="walk"),
+    ],
+)
+def test_errors_cross_processes(error):
+    back = pickle.loads(pickle.dumps(error))
+    assert (type(back), str(back), vars(back)) == (type(error), str(error), vars(error))

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.estimators.tau_grid import TauGrid, cluster_sizes
@@ -83,6 +84,19 @@ class DeviationCurve(Printed):
         Clusters begin at every so many samples; None if they begin at each, or with `overlap` "none" after each other.
     gaps : Gaps or None
         Which samples are missing; None if none is.
+
+    See Also
+    --------
+    allan : makes the curves of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> record = st.Record.from_arrays(rate=1.0, gyro_x=np.array([0.0, 1.0] * 8))
+    >>> curve = st.allan(record, taus=[1, 2])["gyro_x"]
+    >>> curve.avar
+    array([0.5, 0. ])
     """
 
     channel: str
@@ -102,12 +116,7 @@ class DeviationCurve(Printed):
     gaps: Gaps | None = None
 
     def __post_init__(self) -> None:
-        for name in _COLUMNS:
-            if getattr(self, name) is None:
-                continue
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, *_COLUMNS)
 
     @property
     def adev(self) -> NDArray[np.float64]:
@@ -190,7 +199,20 @@ class DeviationCurve(Printed):
 
 
 class Curves(ByChannel[DeviationCurve]):
-    """Curves by channel: an immutable mapping in the record's order."""
+    """Curves by channel: an immutable mapping in the record's order.
+
+    See Also
+    --------
+    allan : makes the curves of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> curves = st.allan(st.Record.from_arrays(rate=100, gyro=np.zeros((100, 3))))
+    >>> list(curves)
+    ['gyro_x', 'gyro_y', 'gyro_z']
+    """
 
     __slots__ = ()
 
@@ -247,10 +269,24 @@ def allan(
         For a time that is not positive, below half a sample or above half the record, or an unknown grid; for "all" where
         samples of a long record are missing, which would take hours.
 
+    See Also
+    --------
+    deviation : modified, Hadamard, total and other deviations.
+    Accumulator : the same from a stream.
+    fit : coefficients from a record.
+
     References
     ----------
     .. [1] :doi:`10.1109/TIM.2007.908635`
     .. [2] NIST Special Publication 1065, eq. (11).
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.allan(record, taus=[0.01, 1])["gyro_x"].n_pairs
+    array([59999, 59801])
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")

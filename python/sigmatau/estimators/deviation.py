@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
 from sigmatau.estimators import deviation_moments
 from sigmatau.estimators.allan import Overlap, TauGrid, refuse_missing
@@ -58,6 +59,18 @@ class Deviation(Printed):
     tau0 : float
         Sample interval. [s]
     overlap : {"full", "none"}
+
+    See Also
+    --------
+    deviation : makes the deviations of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> record = st.Record.from_arrays(rate=1.0, gyro_x=np.arange(16.0))
+    >>> st.deviation(record, kind="hadamard", taus=[1, 2])["gyro_x"].label
+    'Hadamard deviation'
     """
 
     channel: str
@@ -73,10 +86,7 @@ class Deviation(Printed):
     overlap: Overlap = "full"
 
     def __post_init__(self) -> None:
-        for name in ("m", "tau", "deviation", "n_terms"):
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "m", "tau", "deviation", "n_terms")
 
     @property
     def label(self) -> str:
@@ -154,7 +164,19 @@ class Deviation(Printed):
 
 
 class Deviations(ByChannel[Deviation]):
-    """Deviations by channel: an immutable mapping in the record's order."""
+    """Deviations by channel: an immutable mapping in the record's order.
+
+    See Also
+    --------
+    deviation : makes the deviations of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> list(st.deviation(st.Record.from_arrays(rate=100, gyro=np.zeros((100, 3))), kind="modified"))
+    ['gyro_x', 'gyro_y', 'gyro_z']
+    """
 
     __slots__ = ()
 
@@ -227,9 +249,21 @@ def deviation(
     OptionError
         For an unknown kind, a time out of its reach, an option that it has not.
 
+    See Also
+    --------
+    allan : Allan variance, on which fits are based.
+
     References
     ----------
     .. [1] NIST Special Publication 1065, sections 5.2.4 to 5.2.15.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.deviation(record, kind="hadamard", taus=[0.01, 1])["gyro_x"].n_terms
+    array([59998, 59701])
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")

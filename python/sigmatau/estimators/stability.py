@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.estimators.allan import TauGrid, allan, cluster_sizes
 from sigmatau.record.record import Record
@@ -72,10 +73,7 @@ class DynamicAllan(Printed):
     step: float
 
     def __post_init__(self) -> None:
-        for name in ("times", "tau", "adev"):
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "times", "tau", "adev")
 
     @property
     def spread(self) -> NDArray[np.float64]:
@@ -167,10 +165,23 @@ def dynamic_allan(
     RecordTooShortError
         If a tenth of the record has fewer than 16 samples and no window is given.
 
+    See Also
+    --------
+    allan : Allan variance of the whole record.
+    check : tests whether the noise is stationary.
+
     References
     ----------
     .. [1] Proc. IEEE FCS and EFTF, 2003.
     .. [2] :doi:`10.1109/TUFFC.2009.1064`
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.dynamic_allan(record, "gyro_x", window=100, taus=[1.0]).adev.shape
+    (11, 1)
     """
     stream = data.stream_of(channel) if isinstance(data, Record) else data
     if channel not in stream.channels:

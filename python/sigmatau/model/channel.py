@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import covariance as covariances
-from sigmatau.model.misplaced import PointsToFunctions
 from sigmatau.model.processes import (
     LARGEST,
     SMALLEST,
@@ -29,9 +28,6 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed
 
-if TYPE_CHECKING:
-    pass
-
 __all__ = ["STATIONARY", "ChannelModel"]
 
 Floats = NDArray[np.float64]
@@ -43,7 +39,7 @@ _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
+class ChannelModel(Mapping[str, float], Printed):
     """The noise of one channel in SI and continuous form: a mapping from term to coefficient, and what else is there.
 
     A term that is absent is absent, not zero. Coefficients of 0 are left out.
@@ -75,6 +71,20 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         Sampling rate of the record, where the model comes from a fit; 0 otherwise. [Hz]
     adequate : bool
         False if the model comes from a fit that does not describe its curve: its coefficients have no interval.
+
+    See Also
+    --------
+    NoiseModel : the channels of a sensor.
+    sigmatau.state_space, sigmatau.arma : the model as a linear system.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, GaussMarkov
+    >>> model = ChannelModel(terms={"random_walk": 1e-4}, gauss_markov=(GaussMarkov(sigma=1e-5, time=100.0),))
+    >>> model["random_walk"]
+    0.0001
+    >>> model.adev(m=[1, 100], tau0=0.01).round(7)
+    array([0.001 , 0.0001])
     """
 
     terms: Mapping[str, float] = field(default_factory=dict)

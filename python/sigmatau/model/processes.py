@@ -49,6 +49,16 @@ class GaussMarkov:
         Standard deviation. [unit of the rate]
     time : float
         Correlation time. [s]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, GaussMarkov
+    >>> ChannelModel(gauss_markov=(GaussMarkov(sigma=1e-5, time=100.0),)).autocovariance([0, 100], tau0=1.0).round(13)
+    array([1.00e-10, 3.68e-11])
     """
 
     sigma: float
@@ -69,6 +79,16 @@ class Sinusoid:
         [unit of the rate]
     frequency : float
         [Hz]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, Sinusoid
+    >>> ChannelModel(sinusoid=(Sinusoid(amplitude=0.01, frequency=0.5),)).avar(m=[1, 2], tau0=1.0).round(6)
+    array([0.0001, 0.    ])
     """
 
     amplitude: float
@@ -92,6 +112,17 @@ class LowPass:
     corner : float
         Frequency of −3 dB; 1e-9 to 1e12. The higher it is above the rate, the more noise folds back: a sensor whose noise is
         white to half the rate has no bandwidth in its model. [Hz]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, LowPass
+    >>> filtered = ChannelModel(terms={"random_walk": 1e-4}, bandwidth=LowPass(order=2, corner=20.0))
+    >>> filtered.adev(m=[1, 100], tau0=0.01).round(6)
+    array([0.000433, 0.0001  ])
     """
 
     order: int

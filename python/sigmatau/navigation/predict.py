@@ -75,6 +75,11 @@ def predict(
     DataError
         For a model with neither a gyro nor an accelerometer.
 
+    See Also
+    --------
+    NoiseModel : the model of the sensors.
+    fit : the model from a record.
+
     Notes
     -----
     The covariance of sensor states, subtracted means and errors is propagated exactly for sampled noise; see
@@ -83,6 +88,13 @@ def predict(
     only these count. Without one all that it is made of, of every correlation time, is known at the start and begins at 0,
     so that the angle error is 0.664·B·t: the least that can be. A record of `simulate` has its first sample of flicker
     noise at 0, which knows less, and errors that are larger: by `Prediction.flicker_in_records`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_z": {"random_walk": 1e-4}})
+    >>> float(st.predict(model, after=[60], rate=100)["heading"].rms[0].round(6))  # 1e-4·√60 rad
+    0.000775
     """
     if not isinstance(model, NoiseModel):
         raise OptionError(

@@ -155,10 +155,20 @@ def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.flo
     ValueError
         For degrees of freedom that are not positive, a level outside 0 … 1.
 
+    See Also
+    --------
+    degrees_of_freedom : the degrees of freedom of a curve.
+
     References
     ----------
     D. A. Howe, D. W. Allan, J. A. Barnes, "Properties of signal sources and measurement methods," Proc. 35th Annual
     Frequency Control Symposium, 1981.
+
+    Examples
+    --------
+    >>> low, high = chi2_factors([10, 100])
+    >>> low.round(3), high.round(3)
+    (array([0.699, 0.879]), array([1.755, 1.161]))
     """
     from scipy.special import gammaincinv
 

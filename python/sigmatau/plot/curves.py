@@ -39,8 +39,8 @@ _PER_OCTAVE = 256
 _MOST_MARKERS = 300
 
 
-class CurveLike(Protocol):
-    """What is drawn: see `sigmatau.estimators.allan.DeviationCurve`."""
+class ChannelLike(Protocol):
+    """Result of one channel."""
 
     @property
     def channel(self) -> str: ...
@@ -48,6 +48,11 @@ class CurveLike(Protocol):
     def quantity(self) -> str: ...
     @property
     def unit(self) -> str: ...
+
+
+class CurveLike(ChannelLike, Protocol):
+    """Attributes of `sigmatau.estimators.allan.DeviationCurve` that are drawn."""
+
     @property
     def tau(self) -> NDArray[np.float64]: ...
     @property
@@ -59,17 +64,11 @@ class CurveLike(Protocol):
     def interval(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
 
-class DeviationLike(Protocol):
-    """What is drawn: see `sigmatau.estimators.deviation.Deviation`."""
+class DeviationLike(ChannelLike, Protocol):
+    """Attributes of `sigmatau.estimators.deviation.Deviation` that are drawn."""
 
     @property
-    def channel(self) -> str: ...
-    @property
     def label(self) -> str: ...
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
     @property
     def tau(self) -> NDArray[np.float64]: ...
     @property
@@ -77,7 +76,7 @@ class DeviationLike(Protocol):
 
 
 class FitLike(Protocol):
-    """What a model's curve is drawn from: see `sigmatau.fitting.noise_fit.NoiseFit`."""
+    """Attributes of `sigmatau.fitting.noise_fit.NoiseFit` that are drawn."""
 
     @property
     def model(self) -> Mapping[str, float]: ...
@@ -89,7 +88,7 @@ class FitLike(Protocol):
 
 
 class CoefficientLike(Protocol):
-    """What a line is drawn from: see `sigmatau.fitting.read_off.Coefficient`."""
+    """Attributes of `sigmatau.fitting.read_off.Coefficient` that are drawn."""
 
     @property
     def value(self) -> float: ...

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import COLOURS, TITLES, need_matplotlib
+from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike, need_matplotlib
 from sigmatau.units import find, known
 
 if TYPE_CHECKING:
@@ -30,22 +30,16 @@ class Estimate(Protocol):
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
 
 
-class SpectrumLike(Estimate, Protocol):
-    """What is drawn: see `sigmatau.spectrum.result.Spectrum`."""
+class SpectrumLike(ChannelLike, Estimate, Protocol):
+    """Attributes of `sigmatau.spectrum.result.Spectrum` that are drawn."""
 
-    @property
-    def channel(self) -> str: ...
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
     @property
     def trusted(self) -> float: ...
     def binned(self, *, per_octave: int = 8) -> Estimate: ...
 
 
 class ComparisonLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.comparison.Comparison`."""
+    """Attributes of `sigmatau.spectrum.comparison.Comparison` that are drawn."""
 
     @property
     def channel(self) -> str: ...
@@ -57,7 +51,7 @@ class ComparisonLike(Protocol):
 
 
 class CrossLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.cross.CrossSpectrum`."""
+    """Attributes of `sigmatau.spectrum.cross.CrossSpectrum` that are drawn."""
 
     @property
     def a(self) -> str: ...
@@ -75,7 +69,7 @@ class CrossLike(Protocol):
 
 
 class FilterLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.transfer.MinimumPhase`."""
+    """Attributes of `sigmatau.spectrum.transfer.MinimumPhase` that are drawn."""
 
     @property
     def channel(self) -> str: ...

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import curve_unit, need_matplotlib
+from sigmatau.arrays import runs
+from sigmatau.plot.curves import ChannelLike, curve_unit, need_matplotlib
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -22,15 +23,9 @@ _ENDS = (1.5, 4.0)
 _LABELS = 5
 
 
-class MapLike(Protocol):
-    """What is drawn: see `sigmatau.estimators.stability.DynamicAllan`."""
+class MapLike(ChannelLike, Protocol):
+    """Attributes of `sigmatau.estimators.stability.DynamicAllan` that are drawn."""
 
-    @property
-    def channel(self) -> str: ...
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
     @property
     def times(self) -> NDArray[np.float64]: ...
     @property
@@ -93,7 +88,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
         across, up, np.ma.masked_invalid(ratio.T), norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True
     )
     empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
-    for start, stop in _runs(empty):
+    for start, stop in runs(empty):
         ax.axvspan(across[start], across[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
     hatched = "\nhatched: a tenth of the window or more is missing" if empty.any() else ""
     ax.set_xlabel(f"time in the record, middle of the window [{time}]{hatched}")
@@ -144,11 +139,6 @@ def _limit(ratio: NDArray[np.float64]) -> float:
     """End of the colours: what nearly all windows keep within, 1.5 at least and 4 at most; the rest is off the scale."""
     off = np.abs(np.log(ratio[np.isfinite(ratio)]))
     return float(np.clip(np.exp(np.quantile(off, 0.9)), *_ENDS)) if len(off) else _ENDS[0]
-
-
-def _runs(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], bad.view(np.int8), [0]))))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _at(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: ANN401  matplotlib has no types for it

@@ -142,6 +142,20 @@ class Record(Printed):
     provenance : Provenance
     findings : tuple of sigmatau.results.Finding
         What the reader noticed about the file.
+
+    See Also
+    --------
+    sigmatau.read : a record from a file.
+    sigmatau.from_frame : a record from a data frame.
+    sigmatau.simulate : a simulated record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sigmatau import Record
+    >>> Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=np.zeros((1000, 3)))
+    Record of 1 stream
+      gyro: gyro_x, gyro_y, gyro_z [rad/s], 1000 samples at 100 Hz (10 s)
     """
 
     streams: tuple[Stream, ...]

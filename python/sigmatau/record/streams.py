@@ -135,6 +135,20 @@ class Stream:
     samples : Columns
     mask : ndarray of bool, shape (n, n_channels), or None
         True where a sample is missing; None if none is.
+
+    See Also
+    --------
+    Record : streams and their origin.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sigmatau import Record
+    >>> (stream,) = Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=np.ones((1000, 3))).streams
+    >>> stream.channels, stream.unit, stream.grid.duration
+    (('gyro_x', 'gyro_y', 'gyro_z'), 'rad/s', 10.0)
+    >>> stream.column("gyro_x")[:2].round(6)
+    array([0.017453, 0.017453])
     """
 
     name: str

@@ -151,6 +151,19 @@ class Imperfections(Printed):
         Standard deviation of the time stamps about the times of the samples, which are regular: it is the stamps that are
         measured wrongly. At most a tenth of the sample interval, beyond which stamps would come out of order; normal, but
         never more than 4.5 times as large. [s]
+
+    See Also
+    --------
+    sigmatau.simulate, sigmatau.simulate_to
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"accel_z": {"random_walk": 1e-3}})
+    >>> real = st.Imperfections(level={"accel_z": 9.80665}, lsb={"accel_z": 0.01}, lost=0.1)
+    >>> record = st.simulate(model, duration=10, rate=100, rng=1, imperfections=real)
+    >>> record.stream_of("accel_z").column("accel_z")[:4].round(2)
+    array([9.79, 9.81, 9.81, 9.79])
     """
 
     level: Mapping[str, float] = field(default_factory=dict)

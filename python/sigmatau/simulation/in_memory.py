@@ -59,9 +59,21 @@ def simulate(
     OptionError
         For a rate or duration that is not positive, fewer than 4 samples, or imperfections that do not fit.
 
+    See Also
+    --------
+    simulate_to : simulates into a file of any length.
+
     References
     ----------
     R. B. Davies and D. S. Harte, "Tests for Hurst effect", Biometrika 74(1), 1987, :doi:`10.1093/biomet/74.1.95`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5}})
+    >>> st.simulate(model, duration=600, rate=100, rng=1)
+    Record of 1 stream
+      gyro: gyro_x [rad/s], 60000 samples at 100 Hz (600 s)
     """
     given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
     wrong = given.imperfections

@@ -110,11 +110,25 @@ def simulate_to(
         If the file cannot be written, or a library is not installed that its format needs. Nothing is left of a file that
         was not finished, be it by an error or an interruption.
 
+    See Also
+    --------
+    simulate : simulates in memory.
+    read : reads the file.
+
     Notes
     -----
     The filter of flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`) is (1 − z⁻¹)^(−1/2) =
     (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1; by a trapezoidal rule it is a sum of poles that share one
     white noise. They start with their joint stationary covariance.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.simulate_to(pathlib.Path(folder) / "log.csv", model, duration=10, rate=100, rng=1).samples
+    1000
     """
     if isinstance(chunk, bool) or not isinstance(chunk, int | np.integer) or chunk < 1:
         raise OptionError(f"`chunk` must be a positive number of samples, not {chunk!r}", option="chunk")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.results import Printed
 
 if TYPE_CHECKING:
@@ -52,10 +53,7 @@ class Comparison(Printed):
     beside_lines: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "ratio", "dof"):
-            array = np.asarray(getattr(self, name), dtype=np.float64).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "ratio", "dof", dtype=np.float64)
 
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
         """Between which values the true ratio lies, by χ²; two arrays of shape (n_bands,)."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -64,6 +65,19 @@ class CrossSpectrum(Printed):
     n, tau0 : int, float
         Samples in the record, and their interval. [s]
     method : {"welch", "multitaper"}
+
+    See Also
+    --------
+    cross_spectrum : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> channels = {"gyro_x": {"random_walk": 1e-4}, "gyro_y": {"random_walk": 1e-4}}
+    >>> model = st.NoiseModel(channels=channels, correlation={"random_walk": {("gyro_x", "gyro_y"): 0.9}})
+    >>> cross = st.cross_spectrum(st.simulate(model, duration=600, rate=100, rng=1), "gyro_x", "gyro_y")
+    >>> float(cross.coherence.mean().round(1))  # the square of the correlation
+    0.8
     """
 
     a: str
@@ -82,10 +96,7 @@ class CrossSpectrum(Printed):
     method: Method = "welch"
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "density_a", "density_b", "cross", "dof"):
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "density_a", "density_b", "cross", "dof")
 
     @property
     def coherence(self) -> Floats:
@@ -265,9 +276,21 @@ def cross_spectrum(
     DataError
         If the record has no such channel, the two are not sampled together, or too few segments are left for a coherence.
 
+    See Also
+    --------
+    psd : spectra of single channels.
+
     References
     ----------
     J. S. Bendat, A. G. Piersol, "Random Data," 4th ed., Wiley 2010, chapters 5 and 9.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}, "gyro_y": {"random_walk": 1e-4}})
+    >>> cross = st.cross_spectrum(st.simulate(model, duration=60, rate=100, rng=1), "gyro_x", "gyro_y")
+    >>> bool((cross.coherence > 0.5).any())
+    False
     """
     if method not in ("welch", "multitaper"):
         raise OptionError(f"`method` must be welch or multitaper, not {method!r}", option="method")

@@ -71,10 +71,23 @@ def psd(
     RecordTooShortError
         If no segment, of 64 samples by default, has all its samples.
 
+    See Also
+    --------
+    cross_spectrum : coherence of two channels.
+    transfer : the filter that shaped a spectrum.
+
     References
     ----------
     .. [1] P. D. Welch, :doi:`10.1109/TAU.1967.1161901`.
     .. [2] K. S. Riedel, A. Sidorenko, :doi:`10.1109/78.365298`, eqs. (8) and (9).
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> spectrum = st.psd(st.simulate(model, duration=600, rate=100, rng=1))["gyro_x"]
+    >>> float(spectrum.density.mean().round(10))  # N²
+    1e-08
     """
     if method not in ("welch", "multitaper"):
         raise OptionError(f"`method` must be welch or multitaper, not {method!r}", option="method")

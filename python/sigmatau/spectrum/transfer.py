@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import Printed
 from sigmatau.spectrum.result import Spectrum
@@ -78,10 +79,7 @@ class MinimumPhase(Printed):
     tau0: float
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "magnitude", "low", "high", "phase", "impulse"):
-            array = np.asarray(getattr(self, name), dtype=np.float64).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "magnitude", "low", "high", "phase", "impulse", dtype=np.float64)
 
     @property
     def corner(self) -> float | None:
@@ -159,6 +157,10 @@ def transfer(
     DataError
         If the density is 0 everywhere.
 
+    See Also
+    --------
+    psd : the spectrum of a record.
+
     Notes
     -----
     The mean of the logarithm of a χ² density is below that of the density by ln(ν/2) − ψ(ν/2), which is put right. Below its
@@ -169,6 +171,15 @@ def transfer(
     References
     ----------
     Eq. (2) of :doi:`10.1109/TIM.2007.908635`: S_out = H·S_in·H*, of which a single channel has |H|²·S_in.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": st.ChannelModel(
+    ...     terms={"random_walk": 1e-4}, bandwidth=st.LowPass(order=2, corner=20.0))})
+    >>> spectrum = st.psd(st.simulate(model, duration=600, rate=100, rng=1))["gyro_x"]
+    >>> bool(st.transfer(spectrum, per_octave=4).magnitude[-1] < 0.3)
+    True
     """
     if spectrum.method != "welch":
         raise OptionError("`spectrum` must be Welch's, at even steps up to half the sampling rate", option="spectrum")

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.misplaced import one_channel
 from sigmatau.model.processes import interval
 from sigmatau.results import Printed
 from sigmatau.statespace.spectral_factor import Spectrum
-from sigmatau.statespace.state_space import flicker_of
+from sigmatau.statespace.state_space import check_channel_model, flicker_of
 
 __all__ = ["Arma", "arma"]
 
@@ -83,10 +83,7 @@ class Arma(Printed):
     error: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("ar_roots", "ma_roots"):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "ar_roots", "ma_roots", copy=True)
 
     @property
     def p(self) -> int:
@@ -218,6 +215,10 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
         For a sinusoid, which is no such process, or a ramp with no noise; if the spectrum of what was found is not the
         model's to 1e-4.
 
+    See Also
+    --------
+    state_space : the same noise as a linear system.
+
     Notes
     -----
     Random walk and rate random walk: ϑ + 1/ϑ = 2 + K²dt²/N², which is the steady state of the Kalman filter, gain 1 − ϑ.
@@ -226,8 +227,16 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     ----------
     A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter," 1989, section 2.4, for the reduced form
     of sums of processes; O. Aberth, Math. Comp. 27, 1973, :doi:`10.1090/S0025-5718-1973-0329236-7`, for the roots.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.ChannelModel(terms={"random_walk": 1e-4, "rate_random_walk": 1e-6})
+    >>> found = st.arma(model, dt=0.01)
+    >>> (found.p, found.d, found.q)
+    (0, 1, 1)
     """
-    one_channel(model, kind=ChannelModel, function="arma")
+    check_channel_model(model, function="arma")
     interval("dt", dt)
     if model.sinusoid:
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")

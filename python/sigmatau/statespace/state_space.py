@@ -20,15 +20,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.arguments import whole_sizes
+from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.misplaced import one_channel
+from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, interval, real
 from sigmatau.results import Printed
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
 
-__all__ = ["Output", "StateSpace", "flicker_of", "state_space"]
+__all__ = ["Output", "StateSpace", "check_channel_model", "flicker_of", "state_space"]
 
 Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
@@ -86,10 +87,7 @@ class StateSpace(Printed):
     tau_max: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("F", "G", "H", "Qd", "R", "P0"):
-            array = np.array(getattr(self, name), dtype=np.float64)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)
 
     def integrated(self) -> tuple[Steps, Floats, Floats, float]:
         """One step of the system with the integral of y as its last state.
@@ -219,12 +217,25 @@ def state_space(
         For a model of several channels, a step or time that is not positive, an unknown output, or a flicker error that
         cannot be reached.
 
+    See Also
+    --------
+    arma : the same noise as an ARIMA process.
+    verify : compares the linear system with a record.
+
     Notes
     -----
     The rate random walk is that of the samples, b' = b + K·√dt·w; a ramp is a slope of variance R². Exact at `dt` for all
     but flicker noise.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.ChannelModel(terms={"random_walk": 1e-4, "rate_random_walk": 1e-6})
+    >>> system = st.state_space(model, dt=0.01)
+    >>> system.states, system.R.round(9).tolist()
+    (('bias',), [[1e-06]])
     """
-    one_channel(model, kind=ChannelModel, function="state_space")
+    check_channel_model(model, function="state_space")
     interval("dt", dt)
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"`output` must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
@@ -272,6 +283,19 @@ def state_space(
         flicker_error=poles.error if poles else 0.0,
         tau_max=poles.tau_max if poles else None,
     )
+
+
+def check_channel_model(model: object, *, function: str) -> None:
+    """Raise `OptionError` unless the model is that of one channel."""
+    if isinstance(model, ChannelModel):
+        return
+    if isinstance(model, NoiseModel):
+        raise OptionError(
+            f"`model` has {len(model)} channel{'s' * (len(model) > 1)}, and {function} takes a single one:"
+            f" {function}(model[{next(iter(model))!r}], …)",
+            option="model",
+        )
+    raise OptionError(f"`model` must be a ChannelModel, not {type(model).__name__}", option="model")
 
 
 def flicker_of(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:

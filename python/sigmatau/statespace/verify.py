@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model.channel import ChannelModel
@@ -86,8 +87,7 @@ class Verification(Printed):
     level: float
 
     def __post_init__(self) -> None:
-        for array in (self.avar, self.ratio, self.low, self.high, self.used):
-            array.setflags(write=False)
+        freeze(self, "avar", "ratio", "low", "high", "used")
 
     @property
     def outside(self) -> NDArray[np.bool_]:
@@ -219,6 +219,11 @@ def verify(
         For a curve of a record with gaps; for a model without noise, or with a sinusoid of so few turns in the record that
         its phase hides the noise.
 
+    See Also
+    --------
+    state_space : the linear system.
+    fit : the model of a record.
+
     Notes
     -----
     The misfit is of octaves from `tau_min` to a third of the record. Each variance is turned into the normal deviate u of
@@ -234,6 +239,14 @@ def verify(
     Far below the times of a steep filter neighbouring variances are nearly one: of 150 true records behind order 9 at 1 Hz,
     sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60.
     Strided curves are taken as if their clusters began at every sample.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.verify(model, st.allan(record))["gyro_x"].p_value > 0.05
+    True
     """
     if isinstance(model, ChannelModel):
         if not isinstance(curves, DeviationCurve):

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import median_and_spread
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import (
     affected,
@@ -96,8 +97,7 @@ def _chance(stream: Stream, channel: str) -> float:
     x = present(sample_of(stream, channel, most=_LOOKED_AT))
     if len(x) < 2:
         return 1.0
-    middle, zero = float(np.median(x)), _zero(stream, channel)
-    spread = 1.4826 * float(np.median(np.abs(x - middle)))
+    (middle, spread), zero = median_and_spread(x), _zero(stream, channel)
     if zero is not None and spread > 0 and abs(middle - zero) > _FAR * spread:
         return 0.0
     if zero is not None and spread > 0 and abs(middle - zero) > _NO_TAIL * spread:

@@ -1,4 +1,4 @@
-"""What all results share: findings, number formats, plain dictionaries."""
+"""Shared by all results: notebook display, mappings by channel, number formats."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = [
 
 
 class Printed:
-    """A result that shows in a notebook what it prints."""
+    """A result whose notebook display is its printed form."""
 
     __slots__ = ()
 
@@ -79,12 +79,12 @@ def value_error_text(value: float, error: float) -> str:
 
 
 def printable(text: str) -> str:
-    """The text with a question mark for each line end and other control character, for one line of a report or a comment."""
+    """The text with a question mark for each control character, line ends included."""
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def seconds(value: float) -> str:
-    """A time with three significant digits and never an exponent of a thousand: ``0.01``, ``40.96`` as ``41``, ``1311``.
+    """A time with three significant digits and no exponent.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def option_seconds(value: float) -> str:
 
 
 def interval_texts(value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """``("0.5120", "[0.5050, 0.5190]")``: as many decimals as give half the interval two digits.
+    """Value and interval as text, with two digits of half the interval.
 
     Without an interval the value has three digits.
 
@@ -124,7 +124,7 @@ def interval_texts(value: float, low: float | None, high: float | None) -> tuple
 
 
 def duration_text(seconds_: float) -> str:
-    """A length of time in the unit that suits it, with two or three digits: ``40 s``, ``12 min``, ``2 h``, ``30 d``.
+    """A length of time in a suitable unit, with two or three digits.
 
     Examples
     --------
@@ -139,7 +139,7 @@ def duration_text(seconds_: float) -> str:
 
 
 def two_digits(value: float) -> str:
-    """Two significant digits, without an exponent while it is no worse to read: ``0.24``, ``21``, ``220``.
+    """A number with two significant digits, without an exponent up to 10⁶.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Units: one closed table, SI inside.
 
-A value in another unit exists only where it is read, printed, drawn or written. There is no unit algebra: what is not in
-the table is unknown, and said to be, because a unit that is read wrongly costs more than one that is refused.
+Values in other units occur only where they are read, printed, drawn or written. There is no unit algebra: a unit that is not
+in the table is an error, because a refused unit is better than a misread one.
 """
 
 from __future__ import annotations
@@ -248,12 +248,12 @@ def _normalise(spelling: str) -> str:
 
 
 def known(si: str | None = None) -> tuple[str, ...]:
-    """Symbols of the table, of one kind if its SI unit is given."""
+    """Symbols of the table; of one kind if its SI unit is given."""
     return tuple(symbol for symbol, unit in _UNITS.items() if si is None or unit.si == si)
 
 
 def usual(si: str) -> str:
-    """The unit in which the field writes what is measured in the SI unit `si`: ``"deg/sqrt(h)"`` for ``"rad/sqrt(s)"``.
+    """The unit that datasheets use for the SI unit `si`.
 
     Examples
     --------

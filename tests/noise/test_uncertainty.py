@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import known
-from sigmatau import NoiseModel, allan, percentage_error, simulate
-from sigmatau.noise.uncertainty import avar_covariance, chi2_factors, degrees_of_freedom
+from sigmatau import NoiseModel, allan, simulate
+from sigmatau.noise.uncertainty import avar_covariance, chi2_factors, degrees_of_freedom, percentage_error
 
 
 @pytest.mark.parametrize(

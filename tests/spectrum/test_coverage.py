@@ -87,7 +87,7 @@ def test_a_steep_density_is_where_its_bin_is(per_octave):
     """A density f⁻² without noise, in bins: the mean over an octave is 12 % above the value at its mean frequency."""
     spectrum = spectra("white", "welch")[0]
     f = spectrum.frequency
-    steep = st.spectrum.Spectrum(
+    steep = st.Spectrum(
         channel="x", quantity="signal", unit="V", frequency=f, density=f**-2, dof=0 * f + 10, resolution=0.1,
         segments=5, n=100, tau0=TAU0,
     )  # fmt: skip

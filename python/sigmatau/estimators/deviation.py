@@ -1,4 +1,4 @@
-"""Deviations of a record, and what can be said about each.
+"""Modified, Hadamard, total, time and other deviations of a record.
 
 References
 ----------
@@ -90,7 +90,7 @@ class Deviation(Printed):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """Name of the deviation, as it is printed."""
         overlapped = "non-overlapped " if self.overlap == "none" else ""
         return overlapped + KINDS[self.kind].label
 
@@ -116,7 +116,7 @@ class Deviation(Printed):
     def interval(
         self, *, noise: str | Mapping[str, float], level: float = 0.95
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Between which deviations the expected one of this kind lies, by χ² with `edf`.
+        """Confidence interval of the expected deviation of this kind, by χ² with `edf`.
 
         Parameters
         ----------
@@ -201,9 +201,9 @@ def deviation(
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Deviations:
-    """A deviation other than Allan's, of every channel of a record.
+    """Modified, Hadamard, total, time, Theo1, MTIE or TIE rms deviation of every channel of a record.
 
-    On the N+1 phase points x that N rate samples make, all of them as NIST SP 1065 [1]_ has them:
+    The estimators use the N+1 phase points x of N rate samples, as defined in NIST SP 1065 [1]_:
 
     ============ ============================================================================== ============
     kind         what it averages                                                               m
@@ -218,7 +218,7 @@ def deviation(
     ============ ============================================================================== ============
 
     The first three and Theo1 are in the unit of the rate; time, MTIE and TIE rms in that of its integral. A constant rate
-    shows in MTIE and TIE rms alone.
+    affects only MTIE and TIE rms.
 
     Parameters
     ----------
@@ -227,13 +227,13 @@ def deviation(
     kind : {"modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"}
         The estimator. Theo1 takes N·m steps for every m, minutes for a million samples; the others N.
     taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
-        As in `sigmatau.allan`, up to the longest that the kind can do (total: half the record, unless asked for more). [s]
+        As in `sigmatau.allan`, up to the longest time of the kind (total: half the record by default). [s]
     overlap : {"full", "none"}, optional
-        Of the Hadamard deviation alone: all its terms, the default, or those of disjoint clusters.
+        Only for the Hadamard deviation: all terms (default), or those of disjoint clusters.
     threads : int, optional
         Default: all cores. Results do not depend on it, bit for bit.
     progress : callable, optional
-        Is told now and then which part of the work is done, 0 to 1; an exception that it raises ends the work.
+        Called from time to time with the share of the work done, 0 to 1; an exception that it raises ends the work.
 
     Returns
     -------
@@ -247,7 +247,7 @@ def deviation(
     RecordTooShortError
         If no cluster size is left.
     OptionError
-        For an unknown kind, a time out of its reach, an option that it has not.
+        For an unknown kind, a time outside its range, or an option that it does not have.
 
     See Also
     --------
@@ -284,7 +284,7 @@ def deviation(
 
 
 class _Bar:
-    """Adds up what is done."""
+    """Progress of the work."""
 
     def __init__(self, tell: Callable[[float], object] | None, whole: float) -> None:
         self._tell, self._whole, self._done = tell, whole, 0.0
@@ -296,7 +296,7 @@ class _Bar:
 
 
 def _work(kind: Kind, stream: Stream, m: NDArray[np.int64]) -> float:
-    """Terms, roughly."""
+    """Approximate number of terms."""
     n = float(stream.grid.n)
     return len(stream.channels) * float(np.sum((n - m) * m if kind == "theo1" else np.full(len(m), n)))
 

@@ -1,4 +1,4 @@
-"""The estimators: what each is called, measures and needs, and its averaging times.
+"""Table of the estimators: names, units, requirements and averaging times.
 
 References
 ----------
@@ -27,7 +27,7 @@ Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimator:
-    """One of `KINDS`.
+    """An entry of `KINDS`.
 
     Attributes
     ----------

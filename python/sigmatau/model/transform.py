@@ -1,4 +1,4 @@
-"""From a density to its Allan variance, by numbers: eq. (11) of the paper, and its form for samples.
+"""Allan variance of a density by numerical integration: eq. (11) of the paper, and its form for samples.
 
 A check of every pair of closed forms, and the way to the Allan variance of a density that has none.
 """
@@ -18,13 +18,13 @@ __all__ = ["Density", "avar_from_psd"]
 Floats = NDArray[np.float64]
 Density = Callable[[Floats], ArrayLike]
 
-_DIRECT = 8 * math.pi  # x = πfT up to which the kernel is integrated as it is: eight of its humps
-_LOWEST = 1e-30  # of x; below it a density steeper than f^−3 is all that could matter
-_HIGHEST = 1e17
-_NEAR = (1e-14, 1e-12)  # of x: where the slope towards f = 0 is taken
-_STEEPEST = -3.0
-_FINEST = 60  # halvings
-_MOST = 200_000  # intervals
+_DIRECT_UP_TO = 8 * math.pi  # x = πfT up to which the kernel is integrated directly: its first eight maxima
+_SMALLEST_X = 1e-30  # lower end of x; below it only a density steeper than f^−3 contributes
+_LARGEST_X = 1e17
+_SLOPE_AT = (1e-14, 1e-12)  # values of x between which the slope towards f = 0 is measured
+_STEEPEST_SLOPE = -3.0
+_MOST_HALVINGS = 60  # halvings
+_MOST_INTERVALS = 200_000  # intervals
 
 # Gauss and Kronrod's rule of 7 and 15 points (QUADPACK).
 _NODES = np.array(
@@ -162,27 +162,27 @@ class _Kernel:
     def integral(self, end: float) -> float:
         slope = self._slope(end)
         # The integrand goes as x^(2 + slope): of a steep density much is at frequencies that no number of decades covers.
-        if slope <= _STEEPEST + 1e-3:
+        if slope <= _STEEPEST_SLOPE + 1e-3:
             raise DataError(
                 f"the integral of eq. (11) diverges at f = 0: the density rises as f^{slope:.3g}, and an Allan variance"
                 " is finite only where it rises less than f^-3 (a ramp has no density: its Allan variance is that of eq. 23)"
             )
-        split = min(_DIRECT, end)
-        total = self._smooth(lambda x: self.envelope(x) * np.sin(x) ** 4, _LOWEST, split)
+        split = min(_DIRECT_UP_TO, end)
+        total = self._smooth(lambda x: self.envelope(x) * np.sin(x) ** 4, _SMALLEST_X, split)
         # What is left of the lowest frequency: sin⁴x = x⁴.
-        low = np.array([_LOWEST])
+        low = np.array([_SMALLEST_X])
         total += float((self.envelope(low) * low**5)[0]) / (3 + slope)
         if end > split:
             total += self._tail(split, end, total)
         return 4 / (math.pi * self.time) * total
 
     def _slope(self, end: float) -> float:
-        x = np.array(_NEAR) * min(1.0, end)
+        x = np.array(_SLOPE_AT) * min(1.0, end)
         s = self.density(x)
         return float(np.log(s[0] / s[1]) / np.log(x[0] / x[1])) if (s > 0).all() else 0.0
 
     def _smooth(self, function: Callable[[Floats], Floats], start: float, stop: float, so_far: float = 0.0) -> float:
-        """By bisection on a logarithmic axis, and on a linear one beyond x = 1 where humps are."""
+        """Integral by bisection: on a logarithmic axis, and on a linear axis above x = 1."""
         logarithmic = math.log(min(stop, 1.0)) if start < 1 else math.log(stop)
         edges = np.linspace(math.log(start), logarithmic, max(2, math.ceil(2 * (logarithmic - math.log(start)))))
         total = _adaptive(lambda u: function(np.exp(u)) * np.exp(u), edges, self.rtol, so_far)
@@ -208,8 +208,8 @@ class _Kernel:
         return steady + waves
 
     def _far(self, start: float, so_far: float) -> float:
-        """Where a density without an end has no more to give; it must fall, or stay."""
-        x = start * 10.0 ** np.arange(0, 2 * math.log10(_HIGHEST) + 1, 0.5)
+        """Frequency beyond which the rest of an unbounded density is negligible; `DataError` if the density rises."""
+        x = start * 10.0 ** np.arange(0, 2 * math.log10(_LARGEST_X) + 1, 0.5)
         share = self.envelope(x) * x
         done = np.flatnonzero(share <= 1e-3 * self.rtol * max(so_far, share[0]))
         if not len(done):
@@ -217,7 +217,7 @@ class _Kernel:
         return float(x[done[0]])
 
     def _waves(self, a: float, b: float) -> tuple[float, float]:
-        """∫ envelope·(cos(4x)/8 − cos(2x)/2), and what may be left beyond."""
+        """∫ envelope·(cos(4x)/8 − cos(2x)/2), and a bound of the rest."""
         import warnings
 
         from scipy.integrate import IntegrationWarning, quad
@@ -247,13 +247,13 @@ class _Kernel:
 
 
 def _adaptive(function: Callable[[Floats], Floats], edges: Floats, rtol: float, so_far: float) -> float:
-    """Integral over the intervals between the edges; those that are not yet right are halved, all at once."""
+    """Integral over the intervals between the edges, by repeated halving of all inaccurate intervals at once."""
     left, right = edges[:-1], edges[1:]
     done = 0.0
     nodes = np.concatenate((-_NODES, _NODES[-2::-1]))
     kronrod = np.concatenate((_KRONROD, _KRONROD[-2::-1]))
     gauss = np.concatenate((_GAUSS, _GAUSS[-2::-1]))
-    for _ in range(_FINEST):
+    for _ in range(_MOST_HALVINGS):
         half = (right - left) / 2
         x = (left + right)[:, None] / 2 + half[:, None] * nodes
         values = function(x.ravel()).reshape(x.shape)
@@ -266,7 +266,7 @@ def _adaptive(function: Callable[[Floats], Floats], edges: Floats, rtol: float, 
             return done
         middle = (left[wrong] + right[wrong]) / 2
         left, right = np.concatenate((left[wrong], middle)), np.concatenate((middle, right[wrong]))
-        if len(left) > _MOST:
+        if len(left) > _MOST_INTERVALS:
             break
     else:
         if float(np.abs(parts[wrong]).sum()) < allowed:  # a step: halved until nothing was left of it

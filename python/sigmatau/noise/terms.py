@@ -173,7 +173,7 @@ def coefficient_unit(term: str, quantity: str, unit: str) -> str:
 
 
 def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float], ...]:
-    """Units in which the field quotes a coefficient: ``(text, one such unit in SI)``, the usual one first."""
+    """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first."""
     if quantity in _DISPLAY_UNITS:
         units = (find(symbol) for symbol in _DISPLAY_UNITS[quantity][term])
         return tuple((u.text, u.factor) for u in units)
@@ -288,7 +288,7 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
 
 
 def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> float:
-    """By which factor sampling without an anti-alias filter makes the random walk of a sensor larger.
+    """Factor by which sampling without an anti-alias filter increases the random walk of a sensor.
 
     A sensor whose white noise ends at its own bandwidth, a Butterworth filter, folds onto the low frequencies what it lets
     pass at the multiples of the sampling rate.

@@ -1,4 +1,4 @@
-"""What all results share: findings, number formats, plain dictionaries."""
+"""Shared by all results: notebook display, mappings by channel, number formats."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = [
 
 
 class Printed:
-    """A result that shows in a notebook what it prints."""
+    """A result whose notebook display is its printed form."""
 
     __slots__ = ()
 
@@ -60,6 +60,11 @@ def value_error_text(value: float, error: float) -> str:
     """``0.973 ± 0.074``: the error with two significant digits, a last digit of 0 dropped; the value with as many decimals.
 
     Two digits, because the paper prints ``0.973 ± 0.074``; without a trailing zero, because it prints ``0.0015 ± 0.0005``.
+
+    Examples
+    --------
+    >>> value_error_text(0.9731, 0.0742)
+    '0.973 ± 0.074'
     """
     if not (math.isfinite(error) and error > 0):
         return f"{value:.6g} ± {error:.2g}"
@@ -74,12 +79,18 @@ def value_error_text(value: float, error: float) -> str:
 
 
 def printable(text: str) -> str:
-    """The text with a question mark for each line end and other control character, for one line of a report or a comment."""
+    """The text with a question mark for each control character, line ends included."""
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def seconds(value: float) -> str:
-    """A time with three significant digits and never an exponent of a thousand: ``0.01``, ``40.96`` as ``41``, ``1311``."""
+    """A time with three significant digits and no exponent.
+
+    Examples
+    --------
+    >>> seconds(0.01), seconds(40.96), seconds(1310.7)
+    ('0.01', '41', '1311')
+    """
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
@@ -90,9 +101,14 @@ def option_seconds(value: float) -> str:
 
 
 def interval_texts(value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """``("0.5120", "[0.5050, 0.5190]")``: as many decimals as give half the interval two digits.
+    """Value and interval as text, with two digits of half the interval.
 
     Without an interval the value has three digits.
+
+    Examples
+    --------
+    >>> interval_texts(0.512, 0.505, 0.519)
+    ('0.5120', '[0.5050, 0.5190]')
     """
     if low is None or high is None:
         return f"{value:.3g}", ""
@@ -108,7 +124,13 @@ def interval_texts(value: float, low: float | None, high: float | None) -> tuple
 
 
 def duration_text(seconds_: float) -> str:
-    """A length of time in the unit that suits it, with two or three digits: ``40 s``, ``12 min``, ``2 h``, ``30 d``."""
+    """A length of time in a suitable unit, with two or three digits.
+
+    Examples
+    --------
+    >>> duration_text(40), duration_text(7200)
+    ('40 s', '2 h')
+    """
     for unit, size, least in (("years", 31557600.0, 3.0), ("d", 86400.0, 10.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
         if seconds_ >= least * size:
             amount = seconds_ / size
@@ -117,6 +139,12 @@ def duration_text(seconds_: float) -> str:
 
 
 def two_digits(value: float) -> str:
-    """Two significant digits, without an exponent while it is no worse to read: ``0.24``, ``21``, ``220``."""
+    """A number with two significant digits, without an exponent up to 10⁶.
+
+    Examples
+    --------
+    >>> two_digits(0.2431), two_digits(218.0)
+    ('0.24', '220')
+    """
     text = f"{value:.2g}"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

@@ -1,7 +1,7 @@
 """Units: one closed table, SI inside.
 
-A value in another unit exists only where it is read, printed, drawn or written. There is no unit algebra: what is not in
-the table is unknown, and said to be, because a unit that is read wrongly costs more than one that is refused.
+Values in other units occur only where they are read, printed, drawn or written. There is no unit algebra: a unit that is not
+in the table is an error, because a refused unit is better than a misread one.
 """
 
 from __future__ import annotations
@@ -248,12 +248,18 @@ def _normalise(spelling: str) -> str:
 
 
 def known(si: str | None = None) -> tuple[str, ...]:
-    """Symbols of the table, of one kind if its SI unit is given."""
+    """Symbols of the table; of one kind if its SI unit is given."""
     return tuple(symbol for symbol, unit in _UNITS.items() if si is None or unit.si == si)
 
 
 def usual(si: str) -> str:
-    """The unit in which the field writes what is measured in the SI unit `si`: ``"deg/sqrt(h)"`` for ``"rad/sqrt(s)"``."""
+    """The unit that datasheets use for the SI unit `si`.
+
+    Examples
+    --------
+    >>> usual("rad/sqrt(s)")
+    'deg/sqrt(h)'
+    """
     return _USUAL.get(si, si)
 
 
@@ -271,6 +277,15 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
     ------
     OptionError
         If the unit is unknown, or of another kind.
+
+    See Also
+    --------
+    to_si : converts a value.
+
+    Examples
+    --------
+    >>> find("°/√h").symbol
+    'deg/sqrt(h)'
     """
     # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
     unit = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
@@ -284,10 +299,26 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
 
 
 def to_si(value: float, unit: str) -> float:
-    """A value in SI; raises `OptionError` for an unknown unit."""
+    """A value in SI; raises `OptionError` for an unknown unit.
+
+    See Also
+    --------
+    find : the unit that a spelling means.
+
+    Examples
+    --------
+    >>> to_si(180.0, "deg/s")
+    3.141592653589793
+    """
     return value * find(unit).factor
 
 
 def integral(si: str) -> str:
-    """SI unit of the integral over time of a quantity in the SI unit `si`: rad/s gives rad, m/s² gives m/s."""
+    """SI unit of the integral over time of a quantity in the SI unit `si`: rad/s gives rad, m/s² gives m/s.
+
+    Examples
+    --------
+    >>> integral("m/s^2")
+    'm/s'
+    """
     return _INTEGRAL[si]

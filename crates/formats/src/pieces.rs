@@ -10,7 +10,6 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use memchr::{memchr, memchr_iter, memrchr};
 
-use crate::number::PAD;
 use crate::rows::{Layout, Rows};
 use crate::source::{Source, fill};
 use crate::table::{Table, TextError};
@@ -94,7 +93,7 @@ struct Job<'a, S> {
 
 impl<S: Source> Job<'_, S> {
     fn buffer(&self) -> Vec<u8> {
-        vec![0; 1 + self.sizes.piece + self.sizes.longest + PAD]
+        vec![0; 1 + self.sizes.piece + self.sizes.longest]
     }
 
     /// Reads the lines that begin in piece number `index`; false if the file ends with them.

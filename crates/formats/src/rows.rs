@@ -15,8 +15,6 @@ use crate::table::TextError;
 
 impl Layout<'_> {
     /// Reads `text` up to `end`: whole lines, the last of which may lack its line feed.
-    ///
-    /// There must be [`crate::number::PAD`] bytes after `end`, whatever they are.
     pub(crate) fn read(&self, text: &[u8], end: usize, rows: &mut Rows) -> Result<(), TextError> {
         let mut start = 0;
         // The quick way goes on until a line ends, so that there must be an end.

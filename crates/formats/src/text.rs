@@ -9,7 +9,6 @@ use std::path::Path;
 
 use memchr::memrchr;
 
-use crate::number::PAD;
 use crate::pieces::{self, Sizes};
 use crate::rows::Layout;
 use crate::source::{large_and_plain, open};
@@ -82,7 +81,7 @@ pub(crate) fn read_stream(
     longest: usize,
 ) -> Result<Table, TextError> {
     let mut rows = layout.rows(true);
-    let mut piece = vec![0_u8; longest + PAD];
+    let mut piece = vec![0_u8; longest];
     let mut filled = 0;
     loop {
         let got = match reader.read(&mut piece[filled..longest]) {

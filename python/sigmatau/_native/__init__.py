@@ -1,1 +1,1 @@
-"""The only importers of the compiled extension: casts and checks on the way in, the words of errors on the way out."""
+"""The only modules that import the compiled extension: they convert arguments and word errors."""

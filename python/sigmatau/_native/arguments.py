@@ -1,4 +1,4 @@
-"""What goes into the compiled numerics: casts and checks, in the words of the caller's arguments."""
+"""Conversion and checks of arguments of the compiled functions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = [
 
 _MOST_THREADS = 1024
 _LARGEST_SIZE = 2**53  # up to which a double counts
-_TOGETHER = 4096  # samples of each column that are copied together
+_PIECE = 4096  # samples of each column that are copied together
 
 
 def in_order(coefficients: Mapping[str, float]) -> list[float]:
@@ -56,7 +56,7 @@ def non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: 
 
 
 def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArray[np.float64]]:
-    """Each column as contiguous float64; those that are not are copied side by side, a piece of each at a time.
+    """Each column as a contiguous float64 array. Other columns are copied together, one piece at a time.
 
     The columns of a table that is stored row by row share its cache lines: one column after the other would fetch them all
     anew for each.
@@ -68,14 +68,14 @@ def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArr
     ready = [array.dtype == np.float64 and array.flags.c_contiguous and array.dtype.isnative for array in arrays]
     copies = [array if done else np.empty(len(array)) for array, done in zip(arrays, ready, strict=True)]
     apart = [(copy, array) for copy, array, done in zip(copies, arrays, ready, strict=True) if not done]
-    for start in range(0, max((len(array) for _, array in apart), default=0), _TOGETHER):
+    for start in range(0, max((len(array) for _, array in apart), default=0), _PIECE):
         for copy, array in apart:
-            copy[start : start + _TOGETHER] = array[start : start + _TOGETHER]
+            copy[start : start + _PIECE] = array[start : start + _PIECE]
     return copies
 
 
 def whole_sizes(m: ArrayLike, *, of: str = "samples") -> NDArray[np.int64]:
-    """Cluster sizes as integers; `OptionError` for what is none: text, True, a fraction, more than a double can count."""
+    """Cluster sizes as integers; `OptionError` for text, True, a fraction, or a number that a double cannot count."""
     given = np.atleast_1d(np.asarray(m))
     sizes = given.astype(np.float64) if given.dtype.kind in "iuf" else np.full(1, np.nan)
     if given.dtype.kind == "O" and all(isinstance(size, int) for size in given.ravel()):

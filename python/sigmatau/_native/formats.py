@@ -1,4 +1,4 @@
-"""The one door to the compiled readers and the writer of text: casts, and the words of their errors.
+"""Compiled readers and writer of text tables, with their errors.
 
 With `sigmatau._native.kernels`, `_logs` and `_generator` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
 """
@@ -59,7 +59,7 @@ class TextReadError(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextColumns:
-    """Columns of a text table, and what was passed over between its rows. Lines count from 1.
+    """Columns of a text table, and the lines that were skipped between its rows. Lines count from 1.
 
     Attributes
     ----------
@@ -194,15 +194,15 @@ def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]
 
 
 def bytes_read() -> int:
-    """Bytes of files that the compiled readers of this process have taken so far, to show how far one has come."""
+    """Number of bytes of files that the compiled readers of this process have read so far, for a progress bar."""
     return _core.bytes_read()
 
 
 def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
-    """Write columns as text, each number with as few digits as read back to the same bits; raises OSError."""
+    """Write columns as text, each number with the fewest digits that read back to the same bits; raises OSError."""
     _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
 
 
 def format_text(header: str | None, delimiter: str, columns: Sequence[NDArray[Any]]) -> bytes:
-    """The lines that `write_text` writes."""
+    """The lines that `write_text` writes, as bytes."""
     return _core.format_text(header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns])

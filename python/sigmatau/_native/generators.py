@@ -1,4 +1,4 @@
-"""The door to the compiled generators of noise; see `sigmatau._native.kernels`."""
+"""Compiled generators of noise; see `sigmatau._native.kernels`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Generator", "flicker_poles"]
 
 
 class Generator:
-    """The noise of one channel, piece by piece; the samples do not depend on how they are cut.
+    """Generator of the noise of one channel. The samples do not depend on the sizes of the pieces.
 
     Parameters
     ----------
@@ -63,10 +63,10 @@ class Generator:
         self._made.add_sinusoid(amplitude, frequency, index, channel)
 
     def fill(self, rate: NDArray[np.float64]) -> None:
-        """Put the next samples into a contiguous array; raises ValueError if fewer are left."""
+        """Fill a contiguous array with the next samples; raises ValueError if fewer are left."""
         self._made.fill(rate)
 
 
 def flicker_poles(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The poles that flicker noise of `n` samples is made by in a stream: losses 1 − p and weights, each (n_poles,)."""
+    """Poles that make flicker noise of `n` samples in a stream: losses 1 − p and weights, each of shape (n_poles,)."""
     return _core.flicker_poles(n)

@@ -1,5 +1,4 @@
-"""The one door to the compiled numerics, and the words of their errors; casts and checks are in
-`sigmatau._native.arguments`.
+"""Compiled numerics, with their errors. Conversions and checks are in `sigmatau._native.arguments`.
 
 Nothing but this, `_formats`, `_logs` and `_generator` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go
 in as contiguous float64 and come out so.
@@ -52,7 +51,7 @@ __all__ = [
 
 
 class Factor:
-    """A covariance matrix taken apart, so that correlated errors can be made independent ones.
+    """Factor of a covariance matrix, which makes correlated errors independent.
 
     Parameters
     ----------
@@ -134,12 +133,12 @@ class Accumulator:
 
 
 def strides(m: ArrayLike) -> NDArray[np.int64]:
-    """Distance of the starts that each cluster size is averaged over in bounded memory."""
+    """Distance between the starts of the clusters of each size, in bounded memory."""
     return _core.strides(whole_sizes(m))
 
 
 def all_finite(arrays: Sequence[NDArray[np.float64]]) -> list[bool]:
-    """For each array, whether it is known that no NaN or infinity is in it: not if its numbers do not lie side by side."""
+    """For each array, whether all numbers are known to be finite; False if the array is not contiguous."""
     flat = [a.reshape(-1) for a in arrays if a.flags.c_contiguous]
     found = iter(_core.all_finite(flat))
     return [bool(a.flags.c_contiguous and next(found)) for a in arrays]
@@ -269,7 +268,7 @@ def deviations(
     threads: int | None,
     names: Sequence[str],
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
-    """Deviations of several channels of one length, and how many terms each averages; see `sigmatau.deviations`.
+    """Deviations of several channels of one length, and how many terms each averages; see `sigmatau.deviation`.
 
     Those that measure the phase itself are in the unit of the rate times one sample.
     """
@@ -365,7 +364,8 @@ def band_limited_psd(
 def covariance_tensors(
     n: int, m: NDArray[np.int64], tau0: float, *, correlation_times: Sequence[float] = ()
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What the covariance of the overlapped Allan variances is made of; see `sigmatau.noise.uncertainty.avar_covariance`.
+    """Tensors of which the covariance of overlapped Allan variances is made; see
+    `sigmatau.noise.uncertainty.avar_covariance`.
 
     Returns
     -------
@@ -382,13 +382,13 @@ def covariance_tensors(
 
 
 # Order in which the terms of a channel are added: a sum of floats depends on it.
-_SUMMED = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
+_ORDER_OF_TERMS = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
 
 
 def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:
     """Rate samples of one channel of the five terms, with no record around them; see `sigmatau.simulate`."""
     made, rate = _core.Generator(n, tau0, seed), np.empty(n)
-    for term in _SUMMED:
+    for term in _ORDER_OF_TERMS:
         if coefficients.get(term, 0.0):
             made.add_term(term, coefficients[term], stream, poles=False)
     made.fill(rate)

@@ -1,4 +1,4 @@
-"""The one door to the compiled readers of binary logs: messages of robots, and of autopilots.
+"""Compiled readers of binary logs: ROS and MCAP messages, PX4 ULog, ArduPilot DataFlash.
 
 With `sigmatau._native.kernels` and `sigmatau._native.formats` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
 """
@@ -35,7 +35,7 @@ LogKind = Literal["mcap", "rosbag1"]
 
 @dataclass(frozen=True, slots=True)
 class LogChannel:
-    """A series of messages of a log: its topic, its number, the type of its messages and how they are written."""
+    """A channel of a log: its topic, number of messages, message type and encoding."""
 
     topic: str
     id: int
@@ -59,7 +59,7 @@ class LogEnd:
 
 @dataclass(frozen=True, slots=True)
 class LogContents:
-    """The channels of a log, and whether their numbers of messages are declared by it or were counted."""
+    """Channels of a log, and whether their numbers of messages are declared or counted."""
 
     channels: tuple[LogChannel, ...]
     declared: bool
@@ -68,14 +68,14 @@ class LogContents:
 
 @dataclass(frozen=True, slots=True)
 class Decoded:
-    """Columns out of messages, each of shape (rows,)."""
+    """Columns of messages, each of shape (rows,)."""
 
     columns: Mapping[int, NDArray[Any]]
     rows: int
 
 
 def log_contents(path: str, kind: LogKind) -> LogContents:
-    """What a log holds, by its own summary or by going through it; raises OSError."""
+    """Contents of a log, by its summary or by reading it through; raises OSError."""
     channels, declared, end = _core.log_contents(path, kind == "rosbag1")
     return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
 
@@ -121,7 +121,7 @@ def decode_messages(
     wanted: Sequence[int],
     exact: int | None,
 ) -> Decoded:
-    """The same from messages in memory, one after the other, each up to its end in `data`; up to the first wrong one."""
+    """Columns of messages in memory, concatenated in `data` with their ends given; up to the first wrong message."""
     return _decoded(_core.decode_messages(data, ends, log_times, list(steps), cdr, list(wanted), exact), wanted, exact)
 
 
@@ -137,7 +137,7 @@ def _decoded(
 
 
 def scan_dataflash(path: str) -> Mapping[str, Any]:
-    """What an ArduPilot DataFlash file holds, up to the place where it breaks off if it does.
+    """Contents of an ArduPilot DataFlash file, up to a break if there is one.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def dataflash_columns(
 
 
 def scan_ulog(path: str) -> Mapping[str, Any]:
-    """What a ULog file holds, up to the place where it breaks off if it does.
+    """Contents of a ULog file, up to a break if there is one.
 
     Returns
     -------
@@ -225,5 +225,5 @@ def ulog_columns(
 
 
 def unpacked(data: bytes) -> bytes | None:
-    """A message that is compressed by zstd; None if it is damaged or holds more than 64 MiB."""
+    """A message decompressed by zstd; None if it is damaged or larger than 64 MiB."""
     return _core.unpacked(data)

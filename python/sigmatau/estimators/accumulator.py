@@ -1,9 +1,9 @@
 """Allan variance of a record that comes in pieces, or that does not fit in memory.
 
-Cluster sizes up to 4096 samples are exact. For longer ones there is a choice: all samples are kept and everything stays
-exact, or memory stays bounded and clusters begin only at every 64th sample, every 4096th and so on, at 64 starts a
-cluster or more. What that loses is next to nothing where the rate holds white noise and what is slower; of quantization
-noise it loses most, but that is seen at short times. The result says which sizes are concerned.
+Cluster sizes up to 4096 samples are exact. For longer clusters there are two modes: "exact" keeps all samples; "strided"
+has bounded memory, and clusters begin only at every 64th sample, every 4096th and so on, with at least 64 starts per
+cluster. The loss of precision is negligible for white and slower noise. It is large for quantization noise, which is
+observed at short times. The result contains the stride of each size.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["Accumulator", "Long", "accumulate", "strided_sizes"]
 
 Long = Literal["exact", "strided"]
 
-_LONGEST = 1 << 41  # samples, 35 years at 2 kHz
+_MOST_SAMPLES = 1 << 41  # samples, 35 years at 2 kHz
 
 
 class Accumulator(Printed):
@@ -40,20 +40,19 @@ class Accumulator(Printed):
     unit : mapping, optional
         Unit by channel, or by ``"gyro"`` and ``"accel"``. Default: SI.
     input : {"rate", "increments"}
-        What the numbers are.
+        Meaning of the numbers.
     taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
-        Averaging times, see `sigmatau.allan`; those too long for what has been pushed are left out of a snapshot. [s]
+        Averaging times, see `sigmatau.allan`; a snapshot omits those too long for the samples pushed. [s]
     long : {"exact", "strided"}
-        What is done for clusters of more than 4096 samples: keep all samples, 8 bytes each, and count every pair; or some
-        megabytes a channel for a record of any length, with clusters that begin at 64 places or more within their own
-        length.
+        Mode for clusters of more than 4096 samples: keep all samples, 8 bytes each, and use every pair; or use some
+        megabytes per channel for a record of any length, with at least 64 starts per cluster.
     start : int
         Index in the record of the first sample that will be pushed, for stretches that are to be merged.
 
     Raises
     ------
     OptionError
-        For a rate, unit, grid or start that cannot be, or no channel.
+        For an impossible rate, unit, grid or start, or no channel.
 
     Examples
     --------
@@ -106,7 +105,7 @@ class Accumulator(Printed):
         self._factors = [factor / (self.tau0 if input == "increments" else 1.0) for _, _, factor in kinds]
         if isinstance(taus, str) and taus == "all":
             raise OptionError("{option} 'all' takes a whole record: see `sigmatau.allan`", option="taus")
-        sizes = cluster_sizes(taus, n=_LONGEST, tau0=self.tau0)
+        sizes = cluster_sizes(taus, n=_MOST_SAMPLES, tau0=self.tau0)
         if long == "strided":
             sizes = strided_sizes(sizes)
         self._sums = [
@@ -120,7 +119,7 @@ class Accumulator(Printed):
         return self._sums[0].samples
 
     def push(self, chunk: ArrayLike | Mapping[str, ArrayLike]) -> None:
-        """Take the next samples; what comes out does not depend on how the record is cut.
+        """Add the next samples. The result does not depend on the sizes of the pieces.
 
         Parameters
         ----------
@@ -151,7 +150,7 @@ class Accumulator(Printed):
             sums.push(column)
 
     def merge(self, later: Accumulator) -> None:
-        """Take over what the accumulator of the following stretch of the record has received; `later` stays as it is.
+        """Add the samples of the accumulator of the following part of the record; `later` is not changed.
 
         Raises
         ------
@@ -183,7 +182,7 @@ class Accumulator(Printed):
         return self.copy()
 
     def copy(self) -> Self:
-        """An accumulator of its own with the same sums."""
+        """An independent accumulator with the same sums."""
         twin = object.__new__(type(self))
         for name in Accumulator.__slots__:
             setattr(twin, name, getattr(self, name))
@@ -191,7 +190,7 @@ class Accumulator(Printed):
         return twin
 
     def snapshot(self) -> Curves:
-        """The curves of all that was pushed so far; the accumulator goes on.
+        """Curves of the samples pushed so far; more samples may be pushed afterwards.
 
         Raises
         ------
@@ -245,7 +244,7 @@ class Accumulator(Printed):
 
 
 def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strided") -> Curves:
-    """Curves of a stream that is read piece by piece; see `Accumulator`.
+    """Curves of a stream that is read in pieces; see `Accumulator`.
 
     Raises
     ------
@@ -266,7 +265,7 @@ def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strid
 
 
 def strided_sizes(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Cluster sizes rounded to multiples of the strides that they are averaged at, each once."""
+    """Cluster sizes rounded to multiples of their strides, without duplicates."""
     rounded = sizes
     for _ in range(2):  # rounding up may lead to the next stride
         strides = kernels.strides(rounded)

@@ -1,4 +1,4 @@
-"""Allan variance of a record: curves.
+"""Allan variance of a record.
 
 References
 ----------
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.estimators.tau_grid import TauGrid, cluster_sizes
@@ -78,11 +79,24 @@ class DeviationCurve(Printed):
     overlap : {"full", "none"}
     counting : {"standard", "paper"}
     edf : ndarray or None, shape (n_tau,)
-        Equivalent degrees of freedom of each variance for the noise that was fitted; None if nothing was.
+        Equivalent degrees of freedom of each variance for the fitted noise; None without a fit.
     stride : ndarray of int or None, shape (n_tau,)
-        Clusters begin at every so many samples; None if they begin at each, or with `overlap` "none" after each other.
+        Distance of the starts of clusters in samples; None if they begin at every sample, or with `overlap` "none".
     gaps : Gaps or None
-        Which samples are missing; None if none is.
+        The missing samples; None if no sample is missing.
+
+    See Also
+    --------
+    allan : makes the curves of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> record = st.Record.from_arrays(rate=1.0, gyro_x=np.array([0.0, 1.0] * 8))
+    >>> curve = st.allan(record, taus=[1, 2])["gyro_x"]
+    >>> curve.avar
+    array([0.5, 0. ])
     """
 
     channel: str
@@ -102,12 +116,7 @@ class DeviationCurve(Printed):
     gaps: Gaps | None = None
 
     def __post_init__(self) -> None:
-        for name in _COLUMNS:
-            if getattr(self, name) is None:
-                continue
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, *_COLUMNS)
 
     @property
     def adev(self) -> NDArray[np.float64]:
@@ -120,7 +129,7 @@ class DeviationCurve(Printed):
         return percentage_error(self.n, self.m)
 
     def interval(self, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Between which deviations the true one lies; by χ² with `edf`, or if there are none by eq. (26).
+        """Confidence interval of each deviation; by χ² if `edf` is known, else by eq. (26).
 
         Parameters
         ----------
@@ -146,7 +155,7 @@ class DeviationCurve(Printed):
 
     @property
     def interval_text(self) -> str:
-        """What `interval` gives, in words."""
+        """Description of the intervals that `interval` returns."""
         if self.edf is None:
             return "eq. (26), one standard error"
         return "95 % by χ², degrees of freedom of the fitted noise"
@@ -190,7 +199,20 @@ class DeviationCurve(Printed):
 
 
 class Curves(ByChannel[DeviationCurve]):
-    """Curves by channel: an immutable mapping in the record's order."""
+    """Curves by channel: an immutable mapping in the record's order.
+
+    See Also
+    --------
+    allan : makes the curves of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> curves = st.allan(st.Record.from_arrays(rate=100, gyro=np.zeros((100, 3))))
+    >>> list(curves)
+    ['gyro_x', 'gyro_y', 'gyro_z']
+    """
 
     __slots__ = ()
 
@@ -221,14 +243,14 @@ def allan(
     Parameters
     ----------
     record : Record
-        Static data. Where samples are missing, clusters are averaged over those that they have, and a pair counts if both
-        of its clusters are at least half full; sizes without such a pair are left out. The variance is then not that of
-        a whole record: a fit and a reading by slopes take account of it, see `sigmatau.estimators.gaps`.
+        Static data. With missing samples, clusters are averaged over their present samples, and a pair counts if both
+        clusters are at least half full; sizes without such a pair are omitted. The expected variance then differs from that
+        of a complete record. `fit` and `read_off` take this into account, see `sigmatau.estimators.gaps`.
     taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
         Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
         samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]
     overlap : {"full", "none"}
-        Which clusters are averaged: all, eq. (10), or only those that share no sample.
+        Clusters that are averaged: all, eq. (10), or only those without common samples.
     counting : {"standard", "paper"}
         N+1−2m terms (NIST SP 1065 [2]_), or the N−2m of eq. (6) read literally on N rate samples.
     threads : int, optional
@@ -244,13 +266,27 @@ def allan(
     RecordTooShortError
         If no cluster size is left.
     OptionError
-        For a time that is not positive, below half a sample or above half the record, or an unknown grid; for "all" where
-        samples of a long record are missing, which would take hours.
+        For a time that is not positive, below half a sample or above half the record, or an unknown grid; for "all" with
+        missing samples in a long record, which would take hours.
+
+    See Also
+    --------
+    deviation : modified, Hadamard, total and other deviations.
+    Accumulator : the same from a stream.
+    fit : coefficients from a record.
 
     References
     ----------
     .. [1] :doi:`10.1109/TIM.2007.908635`
     .. [2] NIST Special Publication 1065, eq. (11).
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.allan(record, taus=[0.01, 1])["gyro_x"].n_pairs
+    array([59999, 59801])
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
@@ -324,7 +360,7 @@ def _of_stream(
 
 
 def _gaps_of(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
-    """Where samples of a channel are missing; None if none is."""
+    """The missing samples of a channel; None if no sample is missing."""
     if stream.mask is None:
         return None
     missing = stream.mask[:, stream.channels.index(channel)]
@@ -359,7 +395,7 @@ def _curve(
 
 
 def refuse_missing(stream: Stream, what: str, *, instead: str = "take the Allan deviation") -> None:
-    """Raise `NonFiniteError` if a sample of a stream is missing; `what` needs every one, and `instead` does not."""
+    """Raise `NonFiniteError` if a sample of a stream is missing; `what` needs all samples, `instead` names what does not."""
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])

@@ -1,4 +1,4 @@
-"""Deviations of a record, and what can be said about each.
+"""Modified, Hadamard, total, time and other deviations of a record.
 
 References
 ----------
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
 from sigmatau.estimators import deviation_moments
 from sigmatau.estimators.allan import Overlap, TauGrid, refuse_missing
@@ -58,6 +59,18 @@ class Deviation(Printed):
     tau0 : float
         Sample interval. [s]
     overlap : {"full", "none"}
+
+    See Also
+    --------
+    deviation : makes the deviations of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> record = st.Record.from_arrays(rate=1.0, gyro_x=np.arange(16.0))
+    >>> st.deviation(record, kind="hadamard", taus=[1, 2])["gyro_x"].label
+    'Hadamard deviation'
     """
 
     channel: str
@@ -73,14 +86,11 @@ class Deviation(Printed):
     overlap: Overlap = "full"
 
     def __post_init__(self) -> None:
-        for name in ("m", "tau", "deviation", "n_terms"):
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "m", "tau", "deviation", "n_terms")
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """Name of the deviation, as it is printed."""
         overlapped = "non-overlapped " if self.overlap == "none" else ""
         return overlapped + KINDS[self.kind].label
 
@@ -106,7 +116,7 @@ class Deviation(Printed):
     def interval(
         self, *, noise: str | Mapping[str, float], level: float = 0.95
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Between which deviations the expected one of this kind lies, by χ² with `edf`.
+        """Confidence interval of the expected deviation of this kind, by χ² with `edf`.
 
         Parameters
         ----------
@@ -154,7 +164,19 @@ class Deviation(Printed):
 
 
 class Deviations(ByChannel[Deviation]):
-    """Deviations by channel: an immutable mapping in the record's order."""
+    """Deviations by channel: an immutable mapping in the record's order.
+
+    See Also
+    --------
+    deviation : makes the deviations of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> list(st.deviation(st.Record.from_arrays(rate=100, gyro=np.zeros((100, 3))), kind="modified"))
+    ['gyro_x', 'gyro_y', 'gyro_z']
+    """
 
     __slots__ = ()
 
@@ -179,9 +201,9 @@ def deviation(
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Deviations:
-    """A deviation other than Allan's, of every channel of a record.
+    """Modified, Hadamard, total, time, Theo1, MTIE or TIE rms deviation of every channel of a record.
 
-    On the N+1 phase points x that N rate samples make, all of them as NIST SP 1065 [1]_ has them:
+    The estimators use the N+1 phase points x of N rate samples, as defined in NIST SP 1065 [1]_:
 
     ============ ============================================================================== ============
     kind         what it averages                                                               m
@@ -196,7 +218,7 @@ def deviation(
     ============ ============================================================================== ============
 
     The first three and Theo1 are in the unit of the rate; time, MTIE and TIE rms in that of its integral. A constant rate
-    shows in MTIE and TIE rms alone.
+    affects only MTIE and TIE rms.
 
     Parameters
     ----------
@@ -205,13 +227,13 @@ def deviation(
     kind : {"modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"}
         The estimator. Theo1 takes N·m steps for every m, minutes for a million samples; the others N.
     taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
-        As in `sigmatau.allan`, up to the longest that the kind can do (total: half the record, unless asked for more). [s]
+        As in `sigmatau.allan`, up to the longest time of the kind (total: half the record by default). [s]
     overlap : {"full", "none"}, optional
-        Of the Hadamard deviation alone: all its terms, the default, or those of disjoint clusters.
+        Only for the Hadamard deviation: all terms (default), or those of disjoint clusters.
     threads : int, optional
         Default: all cores. Results do not depend on it, bit for bit.
     progress : callable, optional
-        Is told now and then which part of the work is done, 0 to 1; an exception that it raises ends the work.
+        Called from time to time with the share of the work done, 0 to 1; an exception that it raises ends the work.
 
     Returns
     -------
@@ -225,11 +247,23 @@ def deviation(
     RecordTooShortError
         If no cluster size is left.
     OptionError
-        For an unknown kind, a time out of its reach, an option that it has not.
+        For an unknown kind, a time outside its range, or an option that it does not have.
+
+    See Also
+    --------
+    allan : Allan variance, on which fits are based.
 
     References
     ----------
     .. [1] NIST Special Publication 1065, sections 5.2.4 to 5.2.15.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.deviation(record, kind="hadamard", taus=[0.01, 1])["gyro_x"].n_terms
+    array([59998, 59701])
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
@@ -250,7 +284,7 @@ def deviation(
 
 
 class _Bar:
-    """Adds up what is done."""
+    """Progress of the work."""
 
     def __init__(self, tell: Callable[[float], object] | None, whole: float) -> None:
         self._tell, self._whole, self._done = tell, whole, 0.0
@@ -262,7 +296,7 @@ class _Bar:
 
 
 def _work(kind: Kind, stream: Stream, m: NDArray[np.int64]) -> float:
-    """Terms, roughly."""
+    """Approximate number of terms."""
     n = float(stream.grid.n)
     return len(stream.channels) * float(np.sum((n - m) * m if kind == "theo1" else np.full(len(m), n)))
 

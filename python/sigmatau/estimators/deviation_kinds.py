@@ -1,4 +1,4 @@
-"""The estimators: what each is called, measures and needs, and its averaging times.
+"""Table of the estimators: names, units, requirements and averaging times.
 
 References
 ----------
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.estimators.allan import TauGrid, cluster_sizes
+from sigmatau.estimators.tau_grid import TauGrid, averaging_times, cluster_sizes
 
 __all__ = ["KINDS", "Estimator", "Kind", "estimator", "sizes_for"]
 
@@ -27,7 +27,7 @@ Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimator:
-    """One of `KINDS`.
+    """An entry of `KINDS`.
 
     Attributes
     ----------
@@ -87,12 +87,7 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         sizes = cluster_sizes(taus, n=2 * reach, tau0=tau0)
         sizes = sizes[(sizes >= smallest) & (sizes % even == 0)]
         return sizes if sizes.size else np.array([smallest], dtype=np.int64)
-    times = np.atleast_1d(np.asarray(taus, dtype=float))
-    if times.ndim != 1 or times.size == 0:
-        raise OptionError("{option} must be a list of averaging times in s", option="taus")
-    bad = times[~(np.isfinite(times) & (times > 0))]
-    if bad.size:
-        raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")
+    times = averaging_times(taus)
     rounded = even * np.rint(times / (even * chosen.tau_per_m * tau0))
     outside = times[(rounded < smallest) | (rounded > largest)]
     if outside.size:

@@ -1,4 +1,4 @@
-"""What a deviation is expected to be for a given noise, and how sure: degrees of freedom and bias.
+"""Degrees of freedom and bias of deviations for a given noise.
 
 References
 ----------

@@ -1,10 +1,10 @@
-"""Records with missing samples: what each noise is expected to show in clusters that are not full.
+"""Expected Allan variances of records with missing samples.
 
-The Allan variance of such a record averages over the pairs of neighbouring clusters that are both at least half full, each
-cluster over the samples that it has. Nothing is filled in. What a noise shows then depends on which samples are missing: a
-random walk shows more, because clusters have fewer samples; quantization noise shows much more at long times, because its
-differences no longer cancel from one end of a cluster to the other (5 % of all samples missing at random: 10 times the
-variance at 256 samples); a rate random walk shows nearly the same. `Gaps` has these expectations for one mask.
+The Allan variance of such a record averages over pairs of neighbouring clusters that are both at least half full; a cluster
+is the mean of its present samples. Missing samples are not filled in. The expected variance depends on which samples are
+missing. That of a random walk is larger, because clusters have fewer samples. That of quantization noise is much larger at
+long times, because its differences no longer cancel within a cluster (5 % of all samples missing at random: 10 times the
+variance at 256 samples). That of a rate random walk is nearly the same. `Gaps` computes these expectations for one mask.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 # What the kernel gives, column by column: pairs, TERMS[0], telescoping, TERMS[1:], square distance.
 _PAIRS, _TELESCOPING, _DISTANCE = 0, 2, 6
 _OF_TERMS = [1, 3, 4, 5]
-_MOST_EXACT = 100
+_MOST_EXACT_SIZES = 100
 _NO_CORRELATION = 0.1
 """Samples; e^(−10) is left of a process with this correlation time one sample on."""
 
@@ -68,9 +68,9 @@ class Expected:
 
 
 class Gaps:
-    """Which samples of a channel are missing, and what that does to each term; see `Gaps.of`.
+    """Missing samples of a channel, and their effect on each term; see `Gaps.of`.
 
-    Two channels that miss the same samples share one object, and what it has computed.
+    Channels with the same missing samples share one object and its cached results.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Gaps:
         return np.unpackbits(self._packed, count=self.n).view(np.bool_)
 
     def expected(self, m: ArrayLike, *, threads: int | None = None) -> Expected:
-        """What each term is expected to show at cluster sizes `m`, each at most n/2.
+        """Expected Allan variance of each term at cluster sizes `m`, each at most n/2.
 
         Exact for every pair that counts, but for flicker noise and Gauss-Markov processes: flicker noise is made of such
         processes, which is good to 1e-4 of its variance, and clusters of 128 or more samples of them begin at every 64th
@@ -184,8 +184,8 @@ class Gaps:
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         grid = np.unique(sizes)
-        if len(grid) > _MOST_EXACT:
-            grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
+        if len(grid) > _MOST_EXACT_SIZES:
+            grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT_SIZES)).astype(int)) - 1]
         e = self.expected(grid)
         if term == "rate_ramp":
             values = e.square_distance / grid.astype(float) ** 2

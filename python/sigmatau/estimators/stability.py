@@ -1,8 +1,7 @@
-"""Whether the noise stays the same: dynamic Allan variance.
+"""Dynamic Allan variance: changes of the noise within a record.
 
-The Allan variance of a window that slides over the record, as a map over time and averaging time: a noise that changes, a
-knock or a vibration that comes and goes shows as a place in it. For a judgement see
-`sigmatau.quality.drift.stationarity.non_stationary`.
+The Allan variance of a sliding window is drawn as a map over time and averaging time, which shows changing noise, shocks and
+temporary vibration. For a statistical test see `sigmatau.quality.drift.stationarity.non_stationary`.
 
 References
 ----------
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.estimators.allan import TauGrid, allan, cluster_sizes
 from sigmatau.record.record import Record
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 
 __all__ = ["DynamicAllan", "dynamic_allan"]
 
-_WINDOWS = 10
+_DEFAULT_WINDOWS = 10
 _LEAST_SAMPLES = 16
 _MOST_WINDOWS = 2000
-_PRINTED = 12
+_PRINTED_ROWS = 12
 _MOST_MISSING = 0.1  # of the samples of a window
 
 
@@ -72,10 +72,7 @@ class DynamicAllan(Printed):
     step: float
 
     def __post_init__(self) -> None:
-        for name in ("times", "tau", "adev"):
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "times", "tau", "adev")
 
     @property
     def spread(self) -> NDArray[np.float64]:
@@ -118,7 +115,7 @@ class DynamicAllan(Printed):
             lines.append(f"  {missing} of them miss more than a tenth of their samples and have none")
         if known.any():
             lines.append(f"  {'τ':>10}    median     smallest   largest    largest at t")
-            chosen = np.unique(np.round(np.linspace(0, len(self.tau) - 1, _PRINTED)).astype(int))
+            chosen = np.unique(np.round(np.linspace(0, len(self.tau) - 1, _PRINTED_ROWS)).astype(int))
             there = self.adev[known]
             for k in chosen:
                 at = seconds(float(self.times[known][int(np.argmax(there[:, k]))]))
@@ -141,7 +138,7 @@ def dynamic_allan(
     Parameters
     ----------
     data : Record or Stream
-        A window that misses more than a tenth of its samples has no deviation.
+        A window with more than a tenth of its samples missing has no deviation.
     channel : str
     window : float, optional
         Length of a window. Default: a tenth of the record. [s]
@@ -167,21 +164,34 @@ def dynamic_allan(
     RecordTooShortError
         If a tenth of the record has fewer than 16 samples and no window is given.
 
+    See Also
+    --------
+    allan : Allan variance of the whole record.
+    check : tests whether the noise is stationary.
+
     References
     ----------
     .. [1] Proc. IEEE FCS and EFTF, 2003.
     .. [2] :doi:`10.1109/TUFFC.2009.1064`
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.dynamic_allan(record, "gyro_x", window=100, taus=[1.0]).adev.shape
+    (11, 1)
     """
     stream = data.stream_of(channel) if isinstance(data, Record) else data
     if channel not in stream.channels:
         raise KeyError(f"no channel {channel!r}; the stream has {', '.join(stream.channels)}")
     tau0, total = stream.grid.tau0, stream.grid.n
-    n = _samples("window", window, tau0) if window is not None else total // _WINDOWS
+    n = _samples("window", window, tau0) if window is not None else total // _DEFAULT_WINDOWS
     if n > total:
         raise OptionError(f"a window of {window:g} s is longer than the record ({total * tau0:.6g} s)", option="window")
     if n < _LEAST_SAMPLES:
         if window is None:
-            need = _LEAST_SAMPLES * _WINDOWS
+            need = _LEAST_SAMPLES * _DEFAULT_WINDOWS
             raise RecordTooShortError(f"{total} samples make no ten windows of {_LEAST_SAMPLES}", need=need, got=total)
         raise OptionError(
             f"a window of {window:g} s has {n} samples; at least {_LEAST_SAMPLES} are needed", option="window"

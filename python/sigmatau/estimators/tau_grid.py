@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError, RecordTooShortError
 
-__all__ = ["TauGrid", "cluster_sizes"]
+__all__ = ["TauGrid", "averaging_times", "cluster_sizes"]
 
 TauGrid = Literal["octave", "half", "quarter", "eighth", "all"]
 
@@ -39,12 +39,7 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
         sizes = {seed << j for seed in seeds for j in range(largest.bit_length())}
         sizes |= {size // step for size in sizes for step in (2, 4, 8) if size % step == 0}
         return np.array(sorted(size for size in sizes if size <= largest), dtype=np.int64)
-    times = np.atleast_1d(np.asarray(taus, dtype=float))
-    if times.ndim != 1 or times.size == 0:
-        raise OptionError("{option} must be a list of averaging times in s", option="taus")
-    bad = times[~(np.isfinite(times) & (times > 0))]
-    if bad.size:
-        raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")
+    times = averaging_times(taus)
     sizes_of = np.rint(times / tau0)
     if sizes_of.min() < 1:
         raise OptionError(
@@ -57,3 +52,14 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
             option="taus",
         )
     return np.unique(sizes_of).astype(np.int64)
+
+
+def averaging_times(taus: ArrayLike) -> NDArray[np.float64]:
+    """Averaging times as an array of shape (n_tau,); `OptionError` unless all of them are positive. [s]"""
+    times = np.atleast_1d(np.asarray(taus, dtype=float))
+    if times.ndim != 1 or times.size == 0:
+        raise OptionError("{option} must be a list of averaging times in s", option="taus")
+    bad = times[~(np.isfinite(times) & (times > 0))]
+    if bad.size:
+        raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")
+    return times

@@ -1,11 +1,11 @@
-"""The noise of one channel: coefficients of the five terms, and what else is there."""
+"""Noise model of one channel: coefficients of the five terms, Gauss-Markov processes, sinusoids and bandwidth."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model import covariance as covariances
-from sigmatau.model.misplaced import PointsToFunctions
 from sigmatau.model.processes import (
     LARGEST,
     SMALLEST,
@@ -29,24 +28,21 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed
 
-if TYPE_CHECKING:
-    pass
-
 __all__ = ["STATIONARY", "ChannelModel"]
 
 Floats = NDArray[np.float64]
 
 STATIONARY = ("quantization", "random_walk")
-"""Terms that have an autocovariance; of the others only differences are stationary."""
+"""Terms that have an autocovariance. Only differences of the other terms are stationary."""
 
 _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
-    """The noise of one channel in SI and continuous form: a mapping from term to coefficient, and what else is there.
+class ChannelModel(Mapping[str, float], Printed):
+    """The noise of one channel in SI and continuous form: a mapping from term to coefficient, with further processes.
 
-    A term that is absent is absent, not zero. Coefficients of 0 are left out.
+    Coefficients of 0 are omitted.
 
     Attributes
     ----------
@@ -55,26 +51,40 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
     gauss_markov : tuple of GaussMarkov
     sinusoid : tuple of Sinusoid
     bandwidth : LowPass or None
-        What the white noise passed before it was sampled.
+        Low-pass filter in front of the sampler, which acts on the white noise.
     quantity, unit : str
         Of the rate: ``"angular_rate"`` in ``"rad/s"``, ``"acceleration"`` in ``"m/s^2"``, or ``"signal"``.
     intervals : mapping of str to (float, float)
-        Confidence intervals of coefficients, where the model comes from a fit. [SI]
+        Confidence intervals of coefficients, if the model comes from a fit. [SI]
     limits : mapping of str to float
-        What terms are below that were not seen, where the model comes from a fit; they are no part of the model. [SI]
+        Upper limits of terms that were not observed, if the model comes from a fit. They are not part of the model. [SI]
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of coefficients, where the model comes from a fit. [SI]
+        Names and covariance of coefficients, if the model comes from a fit. [SI]
     level : float
         Probability of the intervals and limits.
     tau_min : float
-        Shortest averaging time that the fit used, where the model comes from one: below it a filter or interpolation shapes
-        the curve, which the model does not have. [s]
+        Shortest averaging time of the fit, if the model comes from a fit: below it a filter or interpolation, which the
+        model does not contain, shapes the curve. [s]
     duration : float
-        Length of the record, where the model comes from a fit; 0 otherwise. [s]
+        Length of the record, if the model comes from a fit; else 0. [s]
     rate : float
-        Sampling rate of the record, where the model comes from a fit; 0 otherwise. [Hz]
+        Sampling rate of the record, if the model comes from a fit; else 0. [Hz]
     adequate : bool
-        False if the model comes from a fit that does not describe its curve: its coefficients have no interval.
+        False if the model comes from a fit that does not describe its curve. Its coefficients then have no interval.
+
+    See Also
+    --------
+    NoiseModel : the channels of a sensor.
+    sigmatau.state_space, sigmatau.arma : the model as a linear system.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, GaussMarkov
+    >>> model = ChannelModel(terms={"random_walk": 1e-4}, gauss_markov=(GaussMarkov(sigma=1e-5, time=100.0),))
+    >>> model["random_walk"]
+    0.0001
+    >>> model.adev(m=[1, 100], tau0=0.01).round(7)
+    array([0.001 , 0.0001])
     """
 
     terms: Mapping[str, float] = field(default_factory=dict)
@@ -177,7 +187,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         return np.sqrt(self.avar(m=m, tau0=tau0))
 
     def psd(self, f: ArrayLike, *, tau0: float | None = None) -> Floats:
-        """Two-sided power spectral density of the noise, without its sinusoids, which are lines, and its ramp.
+        """Two-sided power spectral density of the noise. Sinusoids and the ramp have no density and are omitted.
 
         Parameters
         ----------
@@ -228,7 +238,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         return total
 
     def autocovariance(self, lags: ArrayLike, *, tau0: float) -> Floats:
-        """Autocovariance of the samples, E[y(k)·y(k + l)], of whose Fourier transform eq. (1) makes the density.
+        """Autocovariance of the samples, E[y(k)·y(k + l)]; its Fourier transform is the density, eq. (1).
 
         Parameters
         ----------
@@ -348,7 +358,7 @@ class ChannelModel(Mapping[str, float], PointsToFunctions, Printed):
         )
 
     def _bare(self) -> ChannelModel:
-        """Some white noise in the channel's unit, to be replaced."""
+        """A channel with unit white noise, as a base for `replace`."""
         return ChannelModel(terms={"random_walk": 1.0}, quantity=self.quantity, unit=self.unit)
 
     def unit_of(self, term: str) -> str:

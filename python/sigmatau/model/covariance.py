@@ -1,4 +1,4 @@
-"""Autocovariances of the noise terms, in samples: of the rate where there is one, of its integral for all of them.
+"""Autocovariances of the noise terms, in samples: of stationary rates, and of the integral of every rate.
 
 Of a rate that is not stationary only differences have a covariance, and an Allan variance asks for no more: it is
 [6s(0) − 8s(n) + 2s(2n)]/(2T²) of any function s(l) whose fourth differences are those of the covariance of the phase
@@ -32,13 +32,13 @@ __all__ = [
 Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 
-_FORGOTTEN = 40.0  # time constants; what is left is e⁻⁴⁰, below rounding
-_SMALL = 0.5
+_MEMORY = 40.0  # time constants; what is left is e⁻⁴⁰, below rounding
+_SERIES_BELOW = 0.5
 _SERIES = 18  # terms, of which the last is 0.5^18/20! of the first
 
 
 def whole_lags(lags: ArrayLike) -> Floats:
-    """Lags as numbers that are not negative: every covariance here is that of a real process."""
+    """Lags as non-negative numbers: the covariance of a real process is symmetric."""
     given = np.asarray(lags).ravel()
     size = given.astype(np.float64) if given.dtype.kind in "iuf" else np.array([math.nan])
     if not np.isfinite(size).all() or (size != np.round(size)).any():
@@ -47,7 +47,7 @@ def whole_lags(lags: ArrayLike) -> Floats:
 
 
 def rate_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
-    """Autocovariance of the rate, for quantization and the random walk, which alone have one."""
+    """Autocovariance of the rate of quantization noise or the random walk, the only stationary terms."""
     if term == "quantization":  # differences of white noise
         return np.asarray(value**2 / tau0**2 * (2.0 * (lags == 0) - 1.0 * (lags == 1)))
     return np.asarray(value**2 / tau0 * (lags == 0))
@@ -109,7 +109,7 @@ def phase_of_band_limited(n: float, order: int, corner: float, lags: Floats, tau
     """s(l) of white noise behind a Butterworth filter, sampled."""
     poles, weights = _butterworth(n, order, corner)
     decays = -poles * 2 * math.pi * corner * tau0
-    ends = np.array([float(math.ceil(_FORGOTTEN / float(decays.real.min())))])
+    ends = np.array([float(math.ceil(_MEMORY / float(decays.real.min())))])
     # From where the filter has forgotten, the variance is a straight line.
     near = lags < ends[0]
     variance = np.empty(lags.shape)
@@ -172,10 +172,10 @@ def _sinh_less(a: _Complex) -> _Complex:
 
 def _exponential_less(x: _Complex) -> _Complex:
     """The difference e^(−x) − 1 + x."""
-    small = np.where(np.abs(x) < _SMALL, x, 0.0)
+    small = np.where(np.abs(x) < _SERIES_BELOW, x, 0.0)
     term = total = small**2 / 2
     for k in range(3, _SERIES):
         term = -term * small / k
         total = total + term
     with np.errstate(under="ignore"):
-        return np.where(np.abs(x) < _SMALL, total, np.exp(-x) - 1 + x)
+        return np.where(np.abs(x) < _SERIES_BELOW, total, np.exp(-x) - 1 + x)

@@ -1,4 +1,4 @@
-"""Model files: TOML in which each value says its unit.
+"""Model files: TOML with a unit for each value.
 
 .. code-block:: toml
 
@@ -9,7 +9,7 @@
     gauss_markov = [{ sigma = "5 deg/h", time = "300 s" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
     bandwidth = { order = 1, corner = "30 Hz" }
-    adequate = false                           # of a fit that does not describe its curve: no value has an interval
+    adequate = false                           # the fit does not describe its curve: no value has an interval
 
     [correlation.random_walk]
     gyro_x = { gyro_y = 0.3 }
@@ -35,12 +35,12 @@ from sigmatau.units import usual
 __all__ = ["NOT_ADEQUATE", "channels_of", "correlation_of", "toml", "value_in_si"]
 
 NOT_ADEQUATE = "from a fit that is not adequate: no interval"
-"""What stands beside such a value."""
+"""Comment on a value from a fit that is not adequate."""
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
-_SECOND = {"time": "s", "frequency": "Hz"}  # units of the second part of a process
-_DENSITIES = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
+_UNIT_OF_SECOND_PART = {"time": "s", "frequency": "Hz"}  # units of the second part of a process
+_DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
 _OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit", "adequate")
 
 
@@ -72,7 +72,7 @@ def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str]
 
 
 def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping[tuple[str, str], float]]) -> str:
-    """A model as text of a model file, in SI; what a file has no key for, intervals and limits, as comments."""
+    """A model as text of a model file, in SI. Intervals and limits, for which the file has no key, are comments."""
     blocks = []
     for name, channel in channels.items():
         lines = [f"[channels.{_key(name)}]"]
@@ -111,7 +111,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
 
 
 def _interval_comment(channel: ChannelModel, term: str) -> str:
-    """The value and its interval as the field reads them; nothing for a value that was not measured."""
+    """The value and its interval in a usual unit, as a comment; empty for a value without interval."""
     if not channel.adequate:
         return f"  # {NOT_ADEQUATE}"
     if term not in channel.intervals:
@@ -123,7 +123,7 @@ def _interval_comment(channel: ChannelModel, term: str) -> str:
 
 
 def _left_out(channel: ChannelModel) -> list[str]:
-    """What the channel knows beside its terms, line by line: limits of those not seen, and that errors go together."""
+    """Lines of comments: limits of terms that were not observed, and correlated errors."""
     lines = []
     for term, limit in channel.limits.items():
         if term in channel.terms:
@@ -146,7 +146,7 @@ def _percent(level: float) -> str:
 
 
 def value_in_si(text: str, si: str, what: str) -> float:
-    """``"0.5 deg/h"`` in the SI unit `si`; raises `OptionError` that begins with `what`."""
+    """Value of ``"0.5 deg/h"`` in the SI unit `si`; raises `OptionError`, whose message begins with `what`."""
     match = _VALUE.fullmatch(text)
     if match is None:
         raise OptionError(f'{what} {text!r}: want a value with its unit, e.g. "1 {usual(si)}"', option="value")
@@ -220,7 +220,7 @@ def _rows(name: str, table: Mapping[str, Any], key: str, parts: tuple[str, str],
     rows = [rows] if isinstance(rows, Mapping) else rows
     if not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(parts) for r in rows):
         written = ", ".join(
-            f'{part} = "1 {usual(si)}"' for part, si in zip(parts, (unit, _SECOND[parts[1]]), strict=True)
+            f'{part} = "1 {usual(si)}"' for part, si in zip(parts, (unit, _UNIT_OF_SECOND_PART[parts[1]]), strict=True)
         )
         raise DataError(f"channel {name!r}: {key} is a list, {key} = [{{ {written} }}], not {rows!r}")
     return rows
@@ -257,7 +257,7 @@ def _two_sided(name: str, table: Mapping[str, Any]) -> float:
 
 
 def _value(channel: str, key: str, text: object, si: str, *, written: str | None = None) -> float:
-    example = f'{written or key} = "1 {_DENSITIES.get(si, si) if key == "noise_density" else usual(si)}"'
+    example = f'{written or key} = "1 {_DENSITY_UNITS.get(si, si) if key == "noise_density" else usual(si)}"'
     match = _VALUE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise DataError(f"channel {channel!r}: {key} = {text!r} is no value with a unit; write e.g. {example}")
@@ -268,7 +268,7 @@ def _value(channel: str, key: str, text: object, si: str, *, written: str | None
 
 
 def _factor(unit: str, si: str) -> float:
-    """One `unit` in `si`; the unit of a signal that is in no table is known as it is spelled."""
+    """One `unit` in `si`; 1 for the unit of a signal that is not in the table of units."""
     return 1.0 if unit.strip() == si else units.find(unit, si=si if units.known(si) else None).factor
 
 
@@ -281,7 +281,7 @@ def _quoted(value: float, unit: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    """A string of TOML, whose escapes are JSON's but for pairs of surrogates, which it has not."""
+    """A TOML string: a JSON string without surrogate pairs."""
     if any("\ud800" <= c <= "\udfff" for c in text):
         raise DataError(f"{text!r} is no text that can be written: it has half a character of UTF-16")
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")

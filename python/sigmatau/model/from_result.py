@@ -1,4 +1,4 @@
-"""Noise models from results of `analyze`, as they stand in its JSON."""
+"""Noise models from the JSON results of `analyze`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WITH_MODEL = ("adequate", "descriptive")
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:
-    """The models of the channels that have one, or of those that are named; raises `DataError`."""
+    """Models of all channels that have one, or of the named channels; raises `DataError`."""
     found = results_by_channel(content)
     named = list(found) if channels is None else list(channels)
     for name in named:
@@ -36,10 +36,10 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
 
 
 def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
-    """What a result has of each channel, whatever that is; raises `DataError` if it has none."""
+    """Results by channel; raises `DataError` if there are none."""
     channels = content.get("channels") if isinstance(content, Mapping) else None
     if not isinstance(channels, Mapping) or not channels:
-        raise DataError("this is no result of sigmatau analyze: it has no channels")
+        raise DataError("this is not a result of sigmatau analyze: it has no channels")
     return {str(name): channel for name, channel in channels.items()}
 
 
@@ -112,7 +112,7 @@ def channel_of_fit(
 
 
 def _number(name: str, value: object) -> float:
-    """A finite number, 0 for None; NaN, text and True, which Python would take as 1, are none."""
+    """A finite number, 0 for None; `DataError` for NaN, text or True."""
     number = 0.0 if value is None else real(value)
     if not math.isfinite(number):
         raise DataError(f"{name} must be a number, not {value!r:.80}")
@@ -126,12 +126,12 @@ def _level(value: object) -> float:
 
 
 def _rate(channel: Mapping[str, Any]) -> float:
-    """Sampling rate in Hz; 0 if the result does not say."""
+    """Sampling rate; 0 if the result does not contain it. [Hz]"""
     return max(_number("sample_rate_hz", channel.get("sample_rate_hz")), 0.0)
 
 
 def _duration(channel: Mapping[str, Any]) -> float:
-    """Length of the record in s; 0 if the result does not say."""
+    """Length of the record; 0 if the result does not contain it. [s]"""
     rate = _rate(channel)
     return _number("samples", channel.get("samples")) / rate if rate > 0 else 0.0
 

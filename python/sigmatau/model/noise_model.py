@@ -1,4 +1,4 @@
-"""Noise models: the noise of the channels of a sensor, from a file, a fit, or by hand."""
+"""Noise models of the channels of a sensor, from a file, from a fit, or by hand."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from sigmatau.io.write import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
 from sigmatau.model.from_result import channels_of_result
-from sigmatau.model.misplaced import PointsToFunctions
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
@@ -37,17 +36,30 @@ _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
+class NoiseModel(Mapping[str, ChannelModel], Printed):
     """The noise of the channels of a sensor, in SI and continuous form: a mapping from channel to `ChannelModel`.
 
     Attributes
     ----------
     channels : mapping of str to ChannelModel
-        A plain mapping from term to coefficient will do: ``{"gyro_x": {"random_walk": 8.7e-5}}``; terms as in
+        A plain mapping from term to coefficient is accepted: ``{"gyro_x": {"random_walk": 8.7e-5}}``; terms as in
         `sigmatau.noise.terms.TERMS`. Names that begin with ``gyro_`` or ``accel_`` are rates of rotation and accelerations.
     correlation : mapping of str to mapping of (str, str) to float
-        By term, how the noise of two channels is correlated, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
-        What is not said is independent.
+        Correlation of the noise of two channels, by term, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
+        Other pairs are independent.
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+    sigmatau.simulate : a record with this noise.
+    sigmatau.predict : navigation errors caused by this noise.
+
+    Examples
+    --------
+    >>> from sigmatau import NoiseModel
+    >>> NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}, "accel_x": {"random_walk": 1e-3}})
+    gyro_x: angle random walk 0.343775 deg/√h
+    accel_x: velocity random walk 0.06 m/s/√h
     """
 
     channels: Mapping[str, ChannelModel]
@@ -100,11 +112,11 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
         path = Path(path)
         is_json = path.suffix.lower() == ".json"
         try:
-            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin a file with a mark
+            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin a file with a byte order mark
             content = json.loads(text) if is_json else tomllib.loads(text)
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None
-        except (ValueError, RecursionError) as error:  # of which TOML's, JSON's and Unicode's are kinds
+        except (ValueError, RecursionError) as error:  # errors of TOML, JSON and Unicode are kinds of ValueError
             if is_json or path.suffix.lower() == ".toml":
                 raise DataError(f"{path}: no {'JSON' if is_json else 'TOML file'}: {error}") from None
             raise DataError(
@@ -128,10 +140,10 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
 
     @classmethod
     def from_result(cls, content: Mapping[str, Any], *, channels: Iterable[str] | None = None) -> Self:
-        """The model of a result of `analyze`, as its ``to_dict`` or its JSON has it.
+        """The model of a result of `analyze`, from its ``to_dict`` or its JSON.
 
-        Observed terms are in the model, and those that together describe the curve where the record cannot tell which of
-        them is there; limits of the others are kept beside it.
+        The model contains the observed terms, and groups of terms that describe the curve together if the record cannot
+        distinguish them. Limits of the other terms are kept in `ChannelModel.limits`.
 
         Parameters
         ----------
@@ -142,12 +154,12 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
         Raises
         ------
         DataError
-            If this is no result, or a channel has no model.
+            If the content is not a result, or a channel has no model.
         """
         return cls(channels=channels_of_result(content, channels=channels))
 
     def correlation_matrix(self, term: str) -> NDArray[np.float64]:
-        """How the noise of one term is correlated between the channels; shape (n_channels, n_channels)."""
+        """Correlation of the noise of one term between the channels; shape (n_channels, n_channels)."""
         names = list(self.channels)
         matrix = np.eye(len(names))
         for (a, b), value in self.correlation.get(term, {}).items():
@@ -156,7 +168,7 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
         return matrix
 
     def of(self, channels: Iterable[str]) -> NoiseModel:
-        """Some of the channels as a model of their own."""
+        """A model of some of the channels."""
         names = list(channels)
         for name in names:
             self._of(name)
@@ -187,10 +199,10 @@ class NoiseModel(Mapping[str, ChannelModel], PointsToFunctions, Printed):
             raise KeyError(f"no channel {channel!r}; channels: {', '.join(self.channels)}") from None
 
     def to_toml(self) -> str:
-        """The model as text of a model file, in SI, whose coefficients read back to the same bits.
+        """The model as text of a model file, in SI. The coefficients read back to the same bits.
 
-        Of a model from a result, what such a file has no key for stands as comments: the interval beside each value, and
-        the terms that were not seen with their limits. They are for its reader and are not read back.
+        For a model from a result, intervals and limits are written as comments, because the file has no key for them.
+        Comments are not read back.
         """
         return toml(self.channels, self.correlation)
 

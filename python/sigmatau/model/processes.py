@@ -1,4 +1,4 @@
-"""What a noise model holds beside the five terms: Gauss-Markov processes, sinusoids, and the sensor's bandwidth."""
+"""Processes of a noise model besides the five terms: Gauss-Markov processes, sinusoids, and the sensor's bandwidth."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ __all__ = [
 ]
 
 HIGHEST_ORDER = 9
-"""Of a Butterworth filter."""
+"""Highest order of a Butterworth filter."""
 
 SMALLEST, LARGEST = 1e-100, 1e100
-"""Of any number of a model, in SI: squares and products of others would not be numbers any more."""
+"""Range of any number of a model, in SI; squares and products of numbers outside overflow a double."""
 
 RATES = (1e-6, 1e9)
-"""Of samples [Hz]: beyond is a slip of the keyboard, and times, phases and squares leave what a double holds."""
+"""Range of sampling rates; times, phases and squares of rates outside overflow a double. [Hz]"""
 
 _CORNERS = (1e-9, 1e12)
-"""Of a bandwidth [Hz]: a thousandth of the lowest rate to a thousand times the highest."""
+"""Range of bandwidths: a thousandth of the lowest rate to a thousand times the highest. [Hz]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +49,16 @@ class GaussMarkov:
         Standard deviation. [unit of the rate]
     time : float
         Correlation time. [s]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, GaussMarkov
+    >>> ChannelModel(gauss_markov=(GaussMarkov(sigma=1e-5, time=100.0),)).autocovariance([0, 100], tau0=1.0).round(13)
+    array([1.00e-10, 3.68e-11])
     """
 
     sigma: float
@@ -61,7 +71,7 @@ class GaussMarkov:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sinusoid:
-    """A line: A·sin(2πft + φ) with a random phase.
+    """A sinusoid A·sin(2πft + φ) with a random phase.
 
     Attributes
     ----------
@@ -69,6 +79,16 @@ class Sinusoid:
         [unit of the rate]
     frequency : float
         [Hz]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, Sinusoid
+    >>> ChannelModel(sinusoid=(Sinusoid(amplitude=0.01, frequency=0.5),)).avar(m=[1, 2], tau0=1.0).round(6)
+    array([0.0001, 0.    ])
     """
 
     amplitude: float
@@ -81,17 +101,28 @@ class Sinusoid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LowPass:
-    """The bandwidth of the sensor, a Butterworth filter that its white noise has passed before it was sampled.
+    """Bandwidth of the sensor: a Butterworth filter through which the white noise passes before it is sampled.
 
-    Without an anti-alias filter what lies above half the sampling rate folds back. Slower noise passes as it is.
+    Noise above half the sampling rate is aliased. Slower noise is not filtered.
 
     Attributes
     ----------
     order : int
         1 (an RC filter) … 9.
     corner : float
-        Frequency of −3 dB; 1e-9 to 1e12. The higher it is above the rate, the more noise folds back: a sensor whose noise is
-        white to half the rate has no bandwidth in its model. [Hz]
+        Frequency of −3 dB; 1e-9 to 1e12. The higher it is above the rate, the more noise is aliased. If the noise is
+        white up to half the sampling rate, leave the bandwidth out of the model. [Hz]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, LowPass
+    >>> filtered = ChannelModel(terms={"random_walk": 1e-4}, bandwidth=LowPass(order=2, corner=20.0))
+    >>> filtered.adev(m=[1, 100], tau0=0.01).round(6)
+    array([0.000433, 0.0001  ])
     """
 
     order: int
@@ -110,7 +141,7 @@ class LowPass:
 
 
 def real(value: object) -> float:
-    """A number as a float, of Python or of NumPy; NaN for what is none: text, True, an array."""
+    """A Python or NumPy number as a float; NaN for anything else: text, True, an array."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return math.nan
     try:
@@ -120,7 +151,7 @@ def real(value: object) -> float:
 
 
 def interval(name: str, value: float) -> float:
-    """A time between samples: `OptionError` unless it is positive, and that of a rate that may be."""
+    """Check a sample interval: `OptionError` unless it is positive and its rate is in `RATES`."""
     if not (math.isfinite(real(value)) and value > 0):
         raise OptionError(f"{{option}} must be a positive number of seconds, not {value!r}", option=name)
     shortest, longest = 1 / RATES[1], 1 / RATES[0]
@@ -130,7 +161,7 @@ def interval(name: str, value: float) -> float:
 
 
 def sampling_rate(value: float) -> float:
-    """A rate: `OptionError` unless it is positive and in `RATES`."""
+    """Check a sampling rate: `OptionError` unless it is positive and in `RATES`."""
     if not (math.isfinite(real(value)) and value > 0):
         raise OptionError(f"{{option}} must be a positive number of hertz, not {value!r}", option="rate")
     if not RATES[0] <= value <= RATES[1]:
@@ -139,7 +170,7 @@ def sampling_rate(value: float) -> float:
 
 
 def coefficients_of(what: str, given: object) -> dict[str, float]:
-    """Numbers by term, none negative but a ramp's."""
+    """Coefficients by term; `DataError` for a negative one, except for a ramp."""
     if not isinstance(given, Mapping):
         raise DataError(f"`{what}` must be a mapping from term to number, {{'random_walk': 1e-4}}, not {given!r}")
     found = {}
@@ -153,7 +184,7 @@ def coefficients_of(what: str, given: object) -> dict[str, float]:
 
 
 def several(what: str, kind: type, given: object) -> tuple[Any, ...]:
-    """Processes, each of a kind."""
+    """A tuple of processes of one kind; `DataError` for anything else."""
     many = tuple(given) if isinstance(given, list | tuple) else (given,)
     if not isinstance(given, list | tuple) or not all(isinstance(one, kind) for one in many):
         raise DataError(f"`{what}` must be a tuple of {kind.__name__}, ({kind.__name__}(…),), not {given!r}")

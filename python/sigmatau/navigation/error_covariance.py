@@ -1,14 +1,13 @@
-"""What the noise of inertial sensors becomes in free inertial navigation at rest: its covariance, step by step.
+"""Covariance of the errors of free inertial navigation at rest, caused by the noise of the sensors.
 
-Axes x, y level, z up. Of the error of the velocity v_x and position p_x, and of the tilt ψ_y since t = 0 that the gyro
-across them makes,
+Axes x and y are level, z is up. Equations of the error of the velocity v_x and position p_x, and of the tilt ψ_y since t = 0
+by the gyro across them:
 
     ψ_y' = ω_y − v_x/R,   v_x' = a_x + g·ψ_y,   p_x' = v_x,
 
-and likewise with ψ_x' = ω_x + v_y/R, v_y' = a_y − g·ψ_x. Feedback by v/R is Schuler's; upwards gravity falls with the
-height, v_z' = a_z + 2g/R·p_z. On a flat Earth, R is infinite. Over a step the sensors' rates are constant, and the
-equations solved exactly. What one source of noise does is found alone, since all are independent; many steps are made at
-once.
+and likewise ψ_x' = ω_x + v_y/R, v_y' = a_y − g·ψ_x. The feedback v/R is Schuler's. Gravity decreases with height,
+v_z' = a_z + 2g/R·p_z. On a flat Earth R is infinite. The rates are constant during a step, and the equations are solved
+exactly. Sources of noise are independent, so the effect of each is computed alone, for many steps at once.
 
 References
 ----------
@@ -46,7 +45,7 @@ _ANGLES = {"gyro_x": "roll", "gyro_y": "pitch", "gyro_z": "heading"}
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Mechanisation:
-    """The equations of some errors: n' = A·n + B·(rates of the sensors).
+    """Equations of some errors: n' = A·n + B·(rates of the sensors).
 
     Attributes
     ----------
@@ -104,7 +103,7 @@ class Source:
 
     @classmethod
     def constant(cls, sigma: float) -> Source:
-        """A constant of standard deviation `sigma`."""
+        """A constant with standard deviation `sigma`."""
         return cls(
             F=np.eye(1), noise=np.zeros((1, 1)), before=np.array([[sigma**2]]), H=np.ones(1), R=0.0, mean=np.zeros(1)
         )
@@ -155,15 +154,15 @@ class Source:
             covariance, mean, done = block.covariance(covariance), block.transition @ mean, int(upto)
             means.append(mean[s + 1 :])
             variances.append(np.diag(covariance)[s + 1 :])
-        # A sum of squares of which rounding may leave less than nothing.
+        # A sum of squares, which rounding may make negative.
         return np.array(means), np.maximum(np.array(variances), 0.0)
 
 
 def source(part: ChannelModel, *, dt: float, tau_max: float, flicker_error: float, calibrated: bool) -> Source:
-    """One part of a channel's noise, see `ChannelModel.parts`.
+    """Source of one part of a channel's noise, see `ChannelModel.parts`.
 
     Without a calibration, the random walk of the rate and the flicker noise begin at 0; a Gauss-Markov process and a
-    sinusoid are stationary. A ramp is no noise but a mean, and begins at 0.
+    sinusoid are stationary. A ramp is a mean, not noise, and begins at 0.
     """
     system = state_space(part, dt=dt, tau_max=max(tau_max, dt), flicker_error=flicker_error)
     before = np.array(system.P0)
@@ -185,9 +184,9 @@ def source(part: ChannelModel, *, dt: float, tau_max: float, flicker_error: floa
 
 
 def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisation]:
-    """What errors the channels give: angles of the gyros, velocity and position of the accelerometers.
+    """Errors that the channels give: angles of the gyros, velocity and position of the accelerometers.
 
-    A gyro across a level accelerometer is with it. Channels whose names end in no axis stand alone.
+    A gyro across a level accelerometer is combined with it. Channels whose names do not end in an axis are separate.
     """
     curvature = 1 / EARTH_RADIUS if earth == "round" else 0.0
     found, used = [], set()
@@ -215,7 +214,7 @@ def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisa
 
 
 def _beside(matrix: Floats, size: int) -> Floats:
-    """The matrix with zeros to its right and below."""
+    """The matrix, extended by zeros to the right and below."""
     result = np.zeros((size, size))
     result[: len(matrix), : len(matrix)] = matrix
     return result

@@ -1,4 +1,4 @@
-"""How far free inertial navigation at rest goes astray, from the noise of its sensors, and through which term."""
+"""Error growth of free inertial navigation at rest, by term of the sensors' noise."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["predict"]
 
 Floats = NDArray[np.float64]
 
-_STEPS = 1e12
+_MOST_STEPS = 1e12
 
 
 def predict(
@@ -37,9 +37,9 @@ def predict(
 ) -> Prediction:
     """Errors of free inertial navigation at rest, from the noise of the sensors.
 
-    Heading of gyro_z, roll and pitch of gyro_x and gyro_y, velocity and position of each accelerometer; those of a level
-    accelerometer with the tilt that the gyro across it makes, if the model has it. Axes x, y level, z up. Angles alone of
-    gyros alone.
+    The errors are the heading from gyro_z, roll and pitch from gyro_x and gyro_y, and velocity and position from each
+    accelerometer. Those of a level accelerometer include the tilt by the gyro across it, if the model has that gyro. Axes x
+    and y are level, z is up.
 
     Parameters
     ----------
@@ -47,42 +47,53 @@ def predict(
     after : array_like, shape (n_times,)
         Times since the start, rounded to whole steps. [s]
     calibration : float, optional
-        Length of time at rest before the start; the mean of each rate over it is subtracted from then on. Of level
-        accelerometers that is levelling, of gyros their bias. Default: no calibration; the state at the start is known,
-        walks and flicker noise begin at 0. [s]
+        Time at rest before the start. The mean of each rate over it is subtracted from then on: levelling for level
+        accelerometers, the bias for gyros. Default: no calibration; the state at the start is known, and walks and flicker
+        noise begin at 0. [s]
     rate : float
-        Steps a second, the sampling rate. [Hz]
+        Sampling rate: steps per second. [Hz]
     earth : {"round", "flat"}
-        Schuler's feedback of the velocity into the tilt, and gravity falling with height; or not.
+        Whether Schuler's feedback of the velocity into the tilt and the decrease of gravity with height are included.
     turn_on : mapping of str to float, optional
         Without a calibration: standard deviations of constant biases, by channel. [rad/s, m/s²]
     flicker_error : float
-        What the Allan deviation of flicker noise may be off by, relative.
+        Largest relative error of the Allan deviation of flicker noise.
     level : float
-        Probability of the intervals, which are as sure as the coefficients (`ChannelModel.covariance`).
+        Confidence level of the intervals, which follow from `ChannelModel.covariance`.
 
     Returns
     -------
     Prediction
-        Terms that the record did not show count as 0, and stand with their limits in `PredictedError.at_most`; so do those
-        of which at least one is there and the record cannot tell which, whose errors are in the interval too.
+        Terms that the record did not show count as 0; their limits are in `PredictedError.at_most`. If the record shows one
+        of several terms but not which, the limits of all of them are there, and the interval includes their errors.
 
     Raises
     ------
     OptionError
-        For what is no `NoiseModel`, times that are not positive, an unknown Earth, a turn-on bias of a channel that is not
-        there or no inertial sensor, or both a turn-on bias and a calibration, which takes it away.
+        For anything but a `NoiseModel`, times that are not positive, an unknown Earth, a turn-on bias of a channel that does
+        not exist or is not an inertial sensor, or both a turn-on bias and a calibration, which removes it.
     DataError
         For a model with neither a gyro nor an accelerometer.
+
+    See Also
+    --------
+    NoiseModel : the model of the sensors.
+    fit : the model from a record.
 
     Notes
     -----
     The covariance of sensor states, subtracted means and errors is propagated exactly for sampled noise; see
-    `sigmatau.navigation.error_covariance`. Of flicker noise at the start nothing else but increments is defined: with a
-    calibration
-    only these count. Without one all that it is made of, of every correlation time, is known at the start and begins at 0,
-    so that the angle error is 0.664·B·t: the least that can be. A record of `simulate` has its first sample of flicker
-    noise at 0, which knows less, and errors that are larger: by `Prediction.flicker_in_records`.
+    `sigmatau.navigation.error_covariance`. Only increments of flicker noise are defined. With a calibration only increments
+    matter. Without one all its Gauss-Markov processes begin at 0, so that the angle error is 0.664·B·t, the smallest
+    possible. In a record of `simulate` only the first sample of flicker noise is 0, so errors are larger, by the factor
+    `Prediction.flicker_in_records`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_z": {"random_walk": 1e-4}})
+    >>> float(st.predict(model, after=[60], rate=100)["heading"].rms[0].round(6))  # 1e-4·√60 rad
+    0.000775
     """
     if not isinstance(model, NoiseModel):
         raise OptionError(
@@ -173,7 +184,7 @@ def predict(
 
 
 def _as_simulated(flicker: Source, equations: Mechanisation, gains: Floats, dt: float, steps: Floats) -> Floats:
-    """Variance by flicker noise whose first sample is 0, as in simulated records: what one sample before is subtracted."""
+    """Variance by flicker noise whose first sample is 0, as in simulated records: the previous sample is subtracted."""
     _, variance = flicker.errors(equations, gains, dt=dt, calibration=1, steps=np.maximum(steps - 1, 1))
     return np.asarray(np.where(steps[:, None] > 1, variance, 0.0))
 
@@ -195,10 +206,10 @@ def _steps(after: ArrayLike, rate: float) -> Floats:
 
 
 def _whole(option: str, time: float, rate: float) -> int:
-    """A time in whole steps."""
-    if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _STEPS):
+    """Number of whole steps of a time."""
+    if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _MOST_STEPS):
         raise OptionError(
-            f"{{option}} must be {1 / rate:g} s, a step, to {_STEPS / rate:g} s, not {time!r}", option=option
+            f"{{option}} must be {1 / rate:g} s, a step, to {_MOST_STEPS / rate:g} s, not {time!r}", option=option
         )
     return max(round(time * rate), 1)
 
@@ -237,7 +248,7 @@ def _correlated(
     average: int,
     steps: Floats,
 ) -> dict[tuple[str, str], Floats]:
-    """What the correlation of a term between a gyro and the accelerometer across it adds to the variance."""
+    """Variance added by the correlation of a term between a gyro and the accelerometer across it."""
     if len(equations.inputs) < 2:
         return {}
     first, second = equations.inputs
@@ -254,10 +265,10 @@ def _correlated(
 
 
 def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
-    """Each term that was not seen, at its limit, as a model of its own.
+    """Each term that was not observed, at its limit, as a model of its own.
 
-    A term without an interval that is in the model nevertheless is one of several of which the record shows that one is
-    there, but not which: it may be as small as nothing, and as large as its limit.
+    A term in the model without an interval is one of several that the record cannot distinguish: its coefficient is
+    between 0 and its limit.
     """
     return {
         term: ChannelModel(terms={term: limit}, quantity=model.quantity, unit=model.unit)
@@ -276,7 +287,7 @@ def _square(
 
 
 def _known(model: NoiseModel, channel: str) -> tuple[tuple[str, ...], Floats]:
-    """Terms of a channel whose errors are known, with their covariance; those with an interval alone as independent."""
+    """Terms of a channel whose errors are known, with their covariance; terms with an interval only count as independent."""
     from statistics import NormalDist
 
     if channel not in model:
@@ -301,7 +312,7 @@ def _error(
     after: Floats,
     level: float,
 ) -> tuple[PredictedError, list[tuple[str, str]]]:
-    """One error of its sources, and which of them have no known error of their own."""
+    """One error of all sources, and the channels and terms whose errors are not known."""
     from statistics import NormalDist
 
     variance = np.asarray(sum(v for _, v in sources.values()))

@@ -1,4 +1,4 @@
-"""Predicted navigation errors: what they are, and how they print."""
+"""Predicted navigation errors and how they are printed."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ __all__ = ["PredictedError", "Prediction"]
 Floats = NDArray[np.float64]
 
 _DISPLAY = {"rad": ("deg", math.pi / 180)}
-_OTHER = {"gauss_markov": "Gauss-Markov process", "sinusoid": "sinusoid", "turn_on": "turn-on bias"}
-_SHOWN = 0.01
+_OTHER_LABELS = {"gauss_markov": "Gauss-Markov process", "sinusoid": "sinusoid", "turn_on": "turn-on bias"}
+_LEAST_SHARE = 0.01
 """The least share that is printed."""
 
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
-_LARGE = {"roll": 0.2, "pitch": 0.2, "velocity": 1000.0, "position": EARTH_RADIUS / 100}
+_VALID_UP_TO = {"roll": 0.2, "pitch": 0.2, "velocity": 1000.0, "position": EARTH_RADIUS / 100}
 """Errors beyond which the equations, of small tilts near the start, do not hold. [rad, m/s, m]"""
 
-_BIASES = {"gyro": "deg/h", "accel": "mg"}
+_BIAS_UNITS = {"gyro": "deg/h", "accel": "mg"}
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -111,8 +111,8 @@ class PredictedError(Printed):
 
     @property
     def large(self) -> NDArray[np.bool_]:
-        """Where the error is larger than the equations hold for; shape (n_times,)."""
-        return self.rms > _LARGE.get(self.name.partition("_")[0], math.inf)
+        """Whether the error is larger than the range of the equations; shape (n_times,)."""
+        return self.rms > _VALID_UP_TO.get(self.name.partition("_")[0], math.inf)
 
     def rows(self, *, duration: float | None = None) -> list[tuple[str, ...]]:
         """Time, rms, interval, unit, upper limit, shares, mean and remarks of each time, as they are printed.
@@ -127,7 +127,7 @@ class PredictedError(Printed):
                 self.rms[k] / factor, *(None if edge is None else float(edge) / factor for edge in edges)
             )
             made_of = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
-            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in made_of if abs(s) >= _SHOWN]
+            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in made_of if abs(s) >= _LEAST_SHARE]
             if self.mean[k]:
                 parts.append(f"mean {self.mean[k] / factor:+.3g} {unit}")
             if self.tilt_without:
@@ -236,7 +236,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
         return draw_prediction(self, marked=self.after if marked is None else np.atleast_1d(np.asarray(marked, float)))
 
     def notes(self) -> list[str]:
-        """What the numbers rest on."""
+        """Assumptions of the numbers."""
         if self.calibration is not None:
             lines = [
                 f"The mean rates of the {duration_text(self.calibration)} before the start are subtracted, those of level"
@@ -310,13 +310,13 @@ class Prediction(Mapping[str, PredictedError], Printed):
 
 
 def _label(channel: str, part: str) -> str:
-    """A part of a channel, as `analyze` calls it; of two correlated channels of different kinds, by its common name."""
+    """Name of a part of a channel, as `analyze` prints it; of correlated channels of different kinds, the common name."""
     quantity = _QUANTITIES.get(stream_name(channel), "signal") if " " not in channel else "signal"
-    return f"{channel} {TERMS[part].label(quantity) if part in TERMS else _OTHER[part]}"
+    return f"{channel} {TERMS[part].label(quantity) if part in TERMS else _OTHER_LABELS[part]}"
 
 
 def _bias(channel: str, value: float) -> str:
-    unit = find(_BIASES[stream_name(channel)])
+    unit = find(_BIAS_UNITS[stream_name(channel)])
     return f"{channel} {value / unit.factor:.3g} {unit.text}"
 
 

@@ -1,1 +1,1 @@
-"""The five noise terms, and how sure a deviation is."""
+"""The five noise terms, and the uncertainty of deviations."""

@@ -173,7 +173,7 @@ def coefficient_unit(term: str, quantity: str, unit: str) -> str:
 
 
 def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float], ...]:
-    """Units in which the field quotes a coefficient: ``(text, one such unit in SI)``, the usual one first."""
+    """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first."""
     if quantity in _DISPLAY_UNITS:
         units = (find(symbol) for symbol in _DISPLAY_UNITS[quantity][term])
         return tuple((u.text, u.factor) for u in units)
@@ -218,12 +218,21 @@ def avar(
     ValueError
         For an unknown term, a size below 1, a tau0 or cut-off that is not positive.
 
+    See Also
+    --------
+    psd : the density of the same term.
+
     References
     ----------
     Eqs. (15), (17), (19), (21) and (23) of [1]_; for flicker N. J. Kasdin, Proc. IEEE 83 (1995),
     :doi:`10.1109/5.381848`.
 
     .. [1] :doi:`10.1109/TIM.2007.908635`
+
+    Examples
+    --------
+    >>> avar("random_walk", 1e-4, m=[1, 100], tau0=0.01)
+    array([1.e-06, 1.e-08])
     """
     sizes = whole_sizes(m)
     if term not in TERMS:
@@ -259,10 +268,19 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
     ndarray, shape (n_f,)
         [(unit of the rate)²/Hz, two-sided]
 
+    See Also
+    --------
+    avar : the Allan variance of the same term.
+
     Notes
     -----
     Eqs. (14), (16), (18), (20), (24). A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose
     Allan variance by eq. (11) diverges and is not eq. (23). It is given for drawing only.
+
+    Examples
+    --------
+    >>> psd("rate_random_walk", 1e-6, [0.1])
+    array([2.53302959e-12])
     """
     if term not in TERMS:
         raise ValueError(f"unknown term {term!r}; terms: {', '.join(TERMS)}")
@@ -270,7 +288,7 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
 
 
 def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> float:
-    """By which factor sampling without an anti-alias filter makes the random walk of a sensor larger.
+    """Factor by which sampling without an anti-alias filter increases the random walk of a sensor.
 
     A sensor whose white noise ends at its own bandwidth, a Butterworth filter, folds onto the low frequencies what it lets
     pass at the multiples of the sampling rate.

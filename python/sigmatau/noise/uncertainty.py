@@ -1,4 +1,4 @@
-"""How sure a deviation is.
+"""Uncertainty of deviations.
 
 References
 ----------
@@ -64,7 +64,7 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
     """Exact covariance of the overlapped Allan variances of a record with the given noise.
 
     For Gaussian noise, with the finite length of the record and its ends accounted for: the sum over all lags of the
-    squared covariance of second differences of the phase (Isserlis' theorem), of which the flicker part is summed by
+    squared covariance of second differences of the phase (Isserlis' theorem), whose flicker part is summed by
     quadrature to 1e-11 and all others in closed form.
 
     Parameters
@@ -135,7 +135,7 @@ def degrees_of_freedom(coefficients: Mapping[str, float], *, n: int, m: ArrayLik
 
 
 def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What a measured deviation is multiplied by for the ends of its interval: √(edf/χ²) at (1 ± level)/2.
+    """Factors on a measured deviation that give the ends of its interval: √(edf/χ²) at (1 ± level)/2.
 
     The law of an Allan variance is taken as that of a χ² with the same mean and variance; see `degrees_of_freedom`.
 
@@ -155,10 +155,20 @@ def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.flo
     ValueError
         For degrees of freedom that are not positive, a level outside 0 … 1.
 
+    See Also
+    --------
+    degrees_of_freedom : the degrees of freedom of a curve.
+
     References
     ----------
     D. A. Howe, D. W. Allan, J. A. Barnes, "Properties of signal sources and measurement methods," Proc. 35th Annual
     Frequency Control Symposium, 1981.
+
+    Examples
+    --------
+    >>> low, high = chi2_factors([10, 100])
+    >>> low.round(3), high.round(3)
+    (array([0.699, 0.879]), array([1.755, 1.161]))
     """
     from scipy.special import gammaincinv
 
@@ -174,7 +184,7 @@ def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.flo
 
 @functools.lru_cache(maxsize=8)
 def _tensors(n: int, m: tuple[int, ...], tau0: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The tensors of a grid, kept: they depend on no datum, so that all axes and steps of a fit share them."""
+    """Tensors of a grid, cached: they do not depend on the data, so all axes and steps of a fit share them."""
     noise, ramp = kernels.covariance_tensors(n, np.array(m, dtype=np.int64), tau0)
     noise.setflags(write=False)
     ramp.setflags(write=False)

@@ -1,1 +1,1 @@
-"""Figures. Everything here draws from plain arrays, and matplotlib is imported in the call."""
+"""Figures, drawn from plain arrays. matplotlib is imported in the call."""

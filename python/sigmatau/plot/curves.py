@@ -29,18 +29,18 @@ __all__ = [
     "save",
 ]
 
-# Okabe & Ito's palette: told apart with any colour vision, and in print by its lightness.
+# Okabe & Ito's palette: distinct for any colour vision, and by lightness in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
 TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
 
-# Of a record's every averaging time, lines for each would make a slow figure and a large file, and look the same.
-_PER_OCTAVE = 256
+# A line for each of very many averaging times makes a slow figure and a large file, and looks the same.
+_DRAWN_PER_OCTAVE = 256
 _MOST_MARKERS = 300
 
 
-class CurveLike(Protocol):
-    """What is drawn: see `sigmatau.estimators.allan.DeviationCurve`."""
+class ChannelLike(Protocol):
+    """Result of one channel."""
 
     @property
     def channel(self) -> str: ...
@@ -48,6 +48,11 @@ class CurveLike(Protocol):
     def quantity(self) -> str: ...
     @property
     def unit(self) -> str: ...
+
+
+class CurveLike(ChannelLike, Protocol):
+    """Attributes of `sigmatau.estimators.allan.DeviationCurve` that are drawn."""
+
     @property
     def tau(self) -> NDArray[np.float64]: ...
     @property
@@ -59,17 +64,11 @@ class CurveLike(Protocol):
     def interval(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
 
-class DeviationLike(Protocol):
-    """What is drawn: see `sigmatau.estimators.deviation.Deviation`."""
+class DeviationLike(ChannelLike, Protocol):
+    """Attributes of `sigmatau.estimators.deviation.Deviation` that are drawn."""
 
     @property
-    def channel(self) -> str: ...
-    @property
     def label(self) -> str: ...
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
     @property
     def tau(self) -> NDArray[np.float64]: ...
     @property
@@ -77,7 +76,7 @@ class DeviationLike(Protocol):
 
 
 class FitLike(Protocol):
-    """What a model's curve is drawn from: see `sigmatau.fitting.noise_fit.NoiseFit`."""
+    """Attributes of `sigmatau.fitting.noise_fit.NoiseFit` that are drawn."""
 
     @property
     def model(self) -> Mapping[str, float]: ...
@@ -89,7 +88,7 @@ class FitLike(Protocol):
 
 
 class CoefficientLike(Protocol):
-    """What a line is drawn from: see `sigmatau.fitting.read_off.Coefficient`."""
+    """Attributes of `sigmatau.fitting.read_off.Coefficient` that are drawn."""
 
     @property
     def value(self) -> float: ...
@@ -100,7 +99,7 @@ class CoefficientLike(Protocol):
 
 
 def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = COLOURS[0]) -> Axes:
-    """One curve with its band, see `DeviationCurve.interval`.
+    """Draw one curve with its band, see `DeviationCurve.interval`.
 
     Parameters
     ----------
@@ -125,7 +124,7 @@ def draw_deviation(
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     colour: str = COLOURS[0],
 ) -> Axes:
-    """One deviation of `sigmatau.deviation`, with a band if there is one; units as in `draw_curve`."""
+    """Draw one deviation of `sigmatau.deviation`, with its band if it has one; units as in `draw_curve`."""
     factor, text = curve_unit(curve, unit)
     ax = _axes() if ax is None else ax
     edges = None if band is None else tuple(edge / factor for edge in band)
@@ -137,7 +136,7 @@ def draw_deviation(
 def draw_deviations(
     curves: Mapping[str, DeviationLike], bands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
 ) -> Figure:
-    """Deviations of all channels, one panel a quantity and unit."""
+    """Draw the deviations of all channels, one panel per quantity and unit."""
     figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()})
     for ax, key, channels in panels:
         for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
@@ -191,7 +190,7 @@ def draw_analysis(
     read_off: Mapping[str, Mapping[str, CoefficientLike]],
     fits: Mapping[str, FitLike] | None = None,
 ) -> Figure:
-    """All channels, one panel a quantity and unit, with their fitted models or, without, the lines that were read."""
+    """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off."""
     figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()})
     for ax, key, channels in panels:
         named: list[tuple[float, float]] = []
@@ -230,7 +229,7 @@ def _panels(kinds: Mapping[str, tuple[str, str]]) -> tuple[Figure, list[tuple[Ax
 
 
 def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
-    """The model's deviation; a model without intervals dotted all along."""
+    """Draw the deviation of a model; dotted if the model has no intervals."""
     if not fitted.model or fitted.tau_min is None:
         return
     factor, _ = curve_unit(curve, None)
@@ -284,7 +283,7 @@ def _draw_line(
 def _free_place(
     low: float, high: float, named: list[tuple[float, float]], at: Callable[[float], float]
 ) -> float | None:
-    """A τ inside the region at which a label covers no earlier one; None if there is none."""
+    """An averaging time of a region at which a label covers no earlier label; None if there is none."""
     for share in (0.5, 0.35, 0.65):
         x = low + share * (high - low)
         y = math.log10(at(10**x))
@@ -300,8 +299,8 @@ def save(figure: Figure, path: str) -> None:
 
 
 def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Indices of the averaging times that a figure can tell apart; all, unless there are very many."""
-    bins = np.floor(np.log2(tau / tau[0]) * _PER_OCTAVE)
+    """Indices of the averaging times that differ visibly in a figure."""
+    bins = np.floor(np.log2(tau / tau[0]) * _DRAWN_PER_OCTAVE)
     return np.flatnonzero(np.diff(bins, prepend=-1) > 0)
 
 
@@ -320,6 +319,6 @@ def _cycle(n: int) -> list[str]:
 
 
 def need_matplotlib() -> None:
-    """Raise ImportError with what to do if there is no matplotlib."""
+    """Raise ImportError with the command to install matplotlib if it is missing."""
     if importlib.util.find_spec("matplotlib") is None:
         raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")

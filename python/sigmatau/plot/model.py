@@ -24,7 +24,7 @@ _TITLES = {"rad": ("angle", "deg", math.pi / 180), "m/s": ("velocity", "m/s", 1.
 
 
 class ErrorLike(Protocol):
-    """What is drawn: see `sigmatau.navigation.prediction.PredictedError`."""
+    """Attributes of `sigmatau.navigation.prediction.PredictedError` that are drawn."""
 
     @property
     def unit(self) -> str: ...
@@ -41,7 +41,7 @@ class ErrorLike(Protocol):
 
 
 def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats) -> Figure:
-    """Errors against time, log-log, a panel a unit, with dots at the times nearest to those that are marked."""
+    """Draw errors against time, log-log, one panel per unit, with dots at the times nearest to the marked times."""
     need_matplotlib()
     from matplotlib.figure import Figure
 
@@ -75,7 +75,7 @@ def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats) -> Figur
 
 
 def _whole_decades(ax: Axes) -> None:
-    """Limits a decade apart or more, and labels at the powers of ten alone, so that they do not collide."""
+    """Limits of at least a decade, with labels at powers of ten only, so that labels do not overlap."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     for axis, limits, put in ((ax.xaxis, ax.get_xlim(), ax.set_xlim), (ax.yaxis, ax.get_ylim(), ax.set_ylim)):
@@ -89,7 +89,7 @@ def _whole_decades(ax: Axes) -> None:
 def draw_verification(
     curve: CurveLike, avar: Floats, label: str, *, ax: Axes | None = None, unit: str | None = None
 ) -> Axes:
-    """A record's curve with its band, and the curve of a model at the same averaging times."""
+    """Draw a record's curve with its band, and the curve of a model at the same averaging times."""
     ax = draw_curve(curve, ax=ax, unit=unit)
     factor, _ = curve_unit(curve, unit)
     ax.plot(curve.tau, np.sqrt(avar) / factor, color=_COLOURS[1], linewidth=1.3, zorder=3, label=label)
@@ -99,7 +99,7 @@ def draw_verification(
 
 
 def draw_verifications(found: Mapping[str, tuple[CurveLike, Floats, str]]) -> Figure:
-    """A panel for each channel."""
+    """Draw one panel per channel."""
     need_matplotlib()
     from matplotlib.figure import Figure
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import COLOURS, TITLES, need_matplotlib
+from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike, need_matplotlib
 from sigmatau.units import find, known
 
 if TYPE_CHECKING:
@@ -30,22 +30,16 @@ class Estimate(Protocol):
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]: ...
 
 
-class SpectrumLike(Estimate, Protocol):
-    """What is drawn: see `sigmatau.spectrum.result.Spectrum`."""
+class SpectrumLike(ChannelLike, Estimate, Protocol):
+    """Attributes of `sigmatau.spectrum.result.Spectrum` that are drawn."""
 
-    @property
-    def channel(self) -> str: ...
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
     @property
     def trusted(self) -> float: ...
     def binned(self, *, per_octave: int = 8) -> Estimate: ...
 
 
 class ComparisonLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.comparison.Comparison`."""
+    """Attributes of `sigmatau.spectrum.comparison.Comparison` that are drawn."""
 
     @property
     def channel(self) -> str: ...
@@ -57,7 +51,7 @@ class ComparisonLike(Protocol):
 
 
 class CrossLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.cross.CrossSpectrum`."""
+    """Attributes of `sigmatau.spectrum.cross.CrossSpectrum` that are drawn."""
 
     @property
     def a(self) -> str: ...
@@ -75,7 +69,7 @@ class CrossLike(Protocol):
 
 
 class FilterLike(Protocol):
-    """What is drawn: see `sigmatau.spectrum.transfer.MinimumPhase`."""
+    """Attributes of `sigmatau.spectrum.transfer.MinimumPhase` that are drawn."""
 
     @property
     def channel(self) -> str: ...
@@ -100,7 +94,7 @@ def draw_spectrum(
     colour: str = COLOURS[0],
     without: Sequence[str] = (),
 ) -> Axes:
-    """A density in bins of an eighth of an octave with its 95 % band; dotted below what is to be trusted of a red one.
+    """Draw a density in bins of an eighth of an octave with its 95 % band; dotted below `Spectrum.trusted`.
 
     Parameters
     ----------
@@ -157,7 +151,8 @@ def draw_spectra(
     *,
     without: Mapping[str, Sequence[str]] | None = None,
 ) -> Figure:
-    """Densities of all channels, one panel a quantity and unit, with those of a model where there is one.
+    """Draw the densities of all channels, one panel per quantity and unit, with the densities of a model where it has the
+    channel.
 
     `without` says by channel what of the model has no density.
     """
@@ -191,7 +186,7 @@ def draw_spectra(
 
 
 def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colour: str = COLOURS[0]) -> Axes:
-    """Ratios of a measured density to a model's, with their 95 % intervals."""
+    """Draw ratios of a measured density to a model's, with their 95 % intervals."""
     need_matplotlib()
     from matplotlib.figure import Figure
 
@@ -210,7 +205,7 @@ def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colou
 
 
 def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
-    """Coherence with the level that chance exceeds in 5 %, and below it the phase where the coherence is above."""
+    """Draw the coherence with its 95 % significance level, and the phase where the coherence is above it."""
     need_matplotlib()
     from matplotlib.figure import Figure
 
@@ -239,7 +234,7 @@ def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
 
 
 def draw_filter(found: FilterLike, *, colour: str = COLOURS[0]) -> Figure:
-    """Magnitude of a filter with its 95 % interval, and below it its phase."""
+    """Draw the magnitude of a filter with its 95 % interval, and its phase."""
     need_matplotlib()
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""Maps of a deviation over time and averaging time, from any object with a dynamic Allan deviation's attributes."""
+"""Maps of a deviation over time and averaging time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import curve_unit, need_matplotlib
+from sigmatau.arrays import runs
+from sigmatau.plot.curves import ChannelLike, curve_unit, need_matplotlib
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -18,19 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["draw_all", "draw_dynamic", "relative"]
 
 
-_ENDS = (1.5, 4.0)
-_LABELS = 5
+_COLOUR_LIMITS = (1.5, 4.0)
+_MEDIAN_LABELS = 5
 
 
-class MapLike(Protocol):
-    """What is drawn: see `sigmatau.estimators.stability.DynamicAllan`."""
+class MapLike(ChannelLike, Protocol):
+    """Attributes of `sigmatau.estimators.stability.DynamicAllan` that are drawn."""
 
-    @property
-    def channel(self) -> str: ...
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
     @property
     def times(self) -> NDArray[np.float64]: ...
     @property
@@ -44,7 +39,7 @@ class MapLike(Protocol):
 
 
 def draw_all(maps: Mapping[str, MapLike]) -> Figure:
-    """One map a channel, three in a row."""
+    """Draw one map per channel, three in a row."""
     need_matplotlib()
     from matplotlib.figure import Figure
 
@@ -60,10 +55,10 @@ def draw_all(maps: Mapping[str, MapLike]) -> Figure:
 
 
 def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
-    """A map of σ over time and τ, as a multiple of the median of all windows at the same τ.
+    """Draw a map of σ over time and τ, relative to the median of all windows at the same τ.
 
-    A record whose noise stays the same is pale all over, whatever the slope of its curve; the scatter by chance grows with
-    τ. Windows without a deviation are hatched. At the right the medians themselves.
+    The map of stationary noise is pale, for any slope of its curve; random scatter grows with τ. Windows without a
+    deviation are hatched. The axis at the right shows the medians.
 
     Parameters
     ----------
@@ -93,7 +88,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
         across, up, np.ma.masked_invalid(ratio.T), norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True
     )
     empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
-    for start, stop in _runs(empty):
+    for start, stop in runs(empty):
         ax.axvspan(across[start], across[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
     hatched = "\nhatched: a tenth of the window or more is missing" if empty.any() else ""
     ax.set_xlabel(f"time in the record, middle of the window [{time}]{hatched}")
@@ -108,7 +103,9 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     bar.ax.yaxis.set_minor_formatter(NullFormatter())
     bar.ax.minorticks_off()
     known = np.flatnonzero(np.isfinite(medians) & (medians > 0))
-    chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, _LABELS)).astype(int))] if len(known) else known
+    chosen = (
+        known[np.unique(np.round(np.linspace(0, len(known) - 1, _MEDIAN_LABELS)).astype(int))] if len(known) else known
+    )
     beside = ax.secondary_yaxis("right")
     beside.yaxis.set_major_locator(FixedLocator(dynamic.tau[chosen].tolist()))
     beside.yaxis.set_major_formatter(_at(dynamic.tau[chosen], medians[chosen] / factor))
@@ -119,7 +116,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
 
 
 def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Deviations over the median of all windows at the same averaging time, and these medians.
+    """Deviations relative to the median of all windows at the same averaging time, and these medians.
 
     Parameters
     ----------
@@ -141,18 +138,13 @@ def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def _limit(ratio: NDArray[np.float64]) -> float:
-    """End of the colours: what nearly all windows keep within, 1.5 at least and 4 at most; the rest is off the scale."""
+    """End of the colour scale: the ratio that 90 % of the windows do not exceed, at least 1.5 and at most 4."""
     off = np.abs(np.log(ratio[np.isfinite(ratio)]))
-    return float(np.clip(np.exp(np.quantile(off, 0.9)), *_ENDS)) if len(off) else _ENDS[0]
-
-
-def _runs(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], bad.view(np.int8), [0]))))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return float(np.clip(np.exp(np.quantile(off, 0.9)), *_COLOUR_LIMITS)) if len(off) else _COLOUR_LIMITS[0]
 
 
 def _at(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: ANN401  matplotlib has no types for it
-    """Labels of the places τ: the values there."""
+    """Labels of an axis at the averaging times `tau`: the values there."""
     from matplotlib.ticker import FuncFormatter
 
     def label(place: float, _: int | None = None) -> str:

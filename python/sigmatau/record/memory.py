@@ -1,4 +1,4 @@
-"""How much memory there is, and whether the curves of a stream fit into it."""
+"""Available memory, and whether the curves of a stream fit into it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["available", "fits", "needed"]
 
-_SHARE = 0.8
-"""Of the memory that is free: the rest is for everybody else."""
+_USABLE_SHARE = 0.8
+"""Share of the free memory that may be used."""
 
 
 def available() -> int | None:
-    """Bytes that can be had without swapping; None if the system does not say."""
+    """Memory available without swapping; None if the system does not report it. [bytes]"""
     try:
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             if line.startswith("MemAvailable:"):
@@ -28,7 +28,7 @@ def available() -> int | None:
 
 
 def _limits() -> list[int]:
-    """What the control group leaves, as in a container; a number beyond all memory if there is no limit."""
+    """Memory left by the control group of a container; a very large number without a limit. [bytes]"""
     try:
         group = Path("/sys/fs/cgroup")
         most = (group / "memory.max").read_text(encoding="ascii").strip()
@@ -40,7 +40,7 @@ def _limits() -> list[int]:
 
 
 def needed(stream: Stream, threads: int | None) -> int:
-    """Bytes that the exact curves of a stream take beside its raw samples: rates in SI, and a phase for each thread."""
+    """Memory for the exact curves of a stream besides its raw samples: rates in SI, and one phase per thread. [bytes]"""
     channels = len(stream.channels)
     workers = min(channels, threads or os.cpu_count() or 1)
     return 8 * stream.grid.n * (channels + workers)
@@ -49,4 +49,4 @@ def needed(stream: Stream, threads: int | None) -> int:
 def fits(stream: Stream, threads: int | None) -> bool:
     """Whether the exact curves of a stream can be computed in memory."""
     free = available()
-    return free is None or needed(stream, threads) <= _SHARE * free
+    return free is None or needed(stream, threads) <= _USABLE_SHARE * free

@@ -1,4 +1,4 @@
-"""Records: what every reader returns and every estimator takes.
+"""Records: returned by every reader and taken by every estimator.
 
 A `Record` is a tuple of streams, a note of where they came from, and what was noticed on the way.
 """
@@ -38,17 +38,17 @@ __all__ = [
 ]
 
 _SLOWEST, _FASTEST = 1e-15, 1e15
-"""Beyond, powers of the sample interval leave the range of numbers. [Hz]"""
+"""Range of sampling rates; powers of sample intervals outside overflow a double. [Hz]"""
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
-"""Quantities with a unit of their own; any other signal keeps the unit it came in."""
+"""SI units by quantity. Any other signal keeps its unit."""
 
 MIN_SAMPLES = 4
-"""Fewer samples than this give no curve worth the name."""
+"""Fewest samples of a record; fewer give no useful curve."""
 
 
 class Checksum:
-    """The SHA-256 of a file, computed when it is first asked for: of a large log it takes as long as to read it.
+    """SHA-256 of a file, computed on first use: for a large log it takes as long as reading it.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Checksum:
         self._found: str | None = None
 
     def value(self) -> str | None:
-        """The checksum; None if the file is not what it was."""
+        """The checksum; None if the file was changed."""
         if self._found is None:
             import hashlib
 
@@ -89,22 +89,22 @@ def _state(status: os.stat_result) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """Where a record came from and what was done to it.
+    """Origin of a record, and the conversions made.
 
     Attributes
     ----------
     path : str or None
-        File, as it was named by the caller.
+        File name as given by the caller.
     format : str
         ``"text"``, ``"npy"``, ``"npz"``, ``"array"``, ``"simulation"``.
     topics : tuple of str
-        What was read of a file that holds several.
+        Topics read, if the file has several.
     rows : int
         Rows of data read.
     conversions : tuple of str
-        Each conversion and choice, in words.
+        Descriptions of conversions and choices.
     ignored : tuple of str
-        Columns that the file has and the record has not.
+        Columns of the file that are not in the record.
     """
 
     path: str | None = None
@@ -134,14 +134,28 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Record(Printed):
-    """A static record: streams and where they came from.
+    """A static record: streams, their origin, and findings of the reader.
 
     Attributes
     ----------
     streams : tuple of Stream
     provenance : Provenance
-    findings : tuple of sigmatau.results.Finding
-        What the reader noticed about the file.
+    findings : tuple of sigmatau.findings.finding.Finding
+        Findings of the reader.
+
+    See Also
+    --------
+    sigmatau.read : a record from a file.
+    sigmatau.from_frame : a record from a data frame.
+    sigmatau.simulate : a simulated record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sigmatau import Record
+    >>> Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=np.zeros((1000, 3)))
+    Record of 1 stream
+      gyro: gyro_x, gyro_y, gyro_z [rad/s], 1000 samples at 100 Hz (10 s)
     """
 
     streams: tuple[Stream, ...]
@@ -154,7 +168,7 @@ class Record(Printed):
         return tuple(name for stream in self.streams for name in stream.channels)
 
     def stream_of(self, channel: str) -> Stream:
-        """The stream that holds a channel."""
+        """The stream that contains a channel."""
         for stream in self.streams:
             if channel in stream.channels:
                 return stream
@@ -350,7 +364,7 @@ def make_stream(
 
 
 def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[str, str, float]:
-    """Quantity of a channel, unit of its rates, and the factor to it from the unit that is given for it or its stream.
+    """Quantity of a channel, unit of its rates, and the factor from the unit given for it or for its stream.
 
     Without a unit it is in SI already. A signal keeps its unit.
     """

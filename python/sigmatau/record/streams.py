@@ -1,4 +1,4 @@
-"""Streams: the channels of one sensor on one uniform grid, read as rates in SI whatever the log held.
+"""Streams: the channels of one sensor on one uniform grid, read as rates in SI.
 
 Rates, increments, accumulated angle or velocity; counts, volts or any unit: a `Transform` turns them into rates when they
 are read. Samples are reached through `Stream.chunks` or `Stream.column`, so that a record need not fit in memory.
@@ -23,7 +23,7 @@ PLAUSIBLE_RATES = (0.01, 1e5)
 """Sampling rates of inertial sensors. [Hz]"""
 
 CHUNK = 1 << 16
-"""Samples read together where nothing else is asked for."""
+"""Default number of samples of a chunk."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,9 +39,9 @@ class Grid:
     start : float
         Time of the first sample in the log's own clock, after whole-second epochs have been taken off. [s]
     source : str
-        How `tau0` was found, in words for the reader of a report.
+        How `tau0` was found, as text for a report.
     lead : float
-        Time of the first sample from the beginning of the record that it is a part of; 0 if it is all of it. [s]
+        Time of the first sample from the beginning of the whole record; 0 for the whole record. [s]
     jitter : float or None
         Standard deviation of the time stamps about the grid; None without time stamps. [s]
     """
@@ -66,7 +66,7 @@ class Grid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transform:
-    """From the number in the log to a rate in SI: ``(raw - offset) * scale * factor``, then the step that `kind` asks for.
+    """Conversion of a number of the log to a rate in SI: ``(raw - offset) * scale * factor``, then the step for `kind`.
 
     `scale` and `offset` turn counts or volts into the stated unit, `factor` that unit into SI. Increments are divided by
     the sample interval; accumulated values are differenced first.
@@ -82,8 +82,8 @@ class Transform:
 class Columns:
     """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read.
 
-    What is taken for missing although the log has a number is True in `missing`, shape (n, n_channels): a mask of rates,
-    because an accumulated value is part of two of them, and beside the log, because its numbers stay what they are.
+    `missing`, shape (n, n_channels), is True for rates that are treated as missing although the log has a number. It masks
+    rates, because an accumulated value is part of two rates. The numbers of the log are not changed.
     """
 
     raw: tuple[NDArray[Any], ...]
@@ -96,7 +96,7 @@ class Columns:
         return max(len(self.raw[0]) - lost, 0)
 
     def shrinks(self, channel: int) -> bool:
-        """Whether no rate of a channel is larger than the raw number it is made from."""
+        """Whether the rates of a channel are never larger than its raw numbers."""
         t = self.transforms[channel]
         return t.kind == "rate" and t.offset == 0 and abs(t.scale * t.factor) <= 1
 
@@ -134,7 +134,21 @@ class Stream:
     grid : Grid
     samples : Columns
     mask : ndarray of bool, shape (n, n_channels), or None
-        True where a sample is missing; None if none is.
+        True where a sample is missing; None if no sample is missing.
+
+    See Also
+    --------
+    Record : streams and their origin.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sigmatau import Record
+    >>> (stream,) = Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=np.ones((1000, 3))).streams
+    >>> stream.channels, stream.unit, stream.grid.duration
+    (('gyro_x', 'gyro_y', 'gyro_z'), 'rad/s', 10.0)
+    >>> stream.column("gyro_x")[:2].round(6)
+    array([0.017453, 0.017453])
     """
 
     name: str
@@ -156,15 +170,15 @@ class Stream:
             yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
 
     def with_rates(self, columns: Sequence[NDArray[np.float64]]) -> Stream:
-        """The stream with other rates in SI in place of its own, one array a channel."""
+        """The stream with the given rates in SI, one array per channel."""
         return replace(self, samples=Columns(tuple(columns), (Transform(),) * len(columns), self.grid.tau0))
 
     def only(self, channel: str) -> Stream:
-        """One of the channels as a stream of its own."""
+        """A stream of one of the channels."""
         return self.of([channel])
 
     def of(self, channels: Sequence[str]) -> Stream:
-        """Some of the channels as a stream of their own."""
+        """A stream of some of the channels."""
         if tuple(channels) == self.channels:
             return self
         at = [self.channels.index(channel) for channel in channels]
@@ -179,7 +193,7 @@ class Stream:
         return replace(self, channels=tuple(channels), samples=samples, mask=mask if missing else None)
 
     def cut(self, start: int, stop: int) -> Stream:
-        """Samples `start` to `stop` as a stream of its own."""
+        """A stream of the samples `start` to `stop`."""
         more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
         raw = tuple(r[start : stop + more] for r in self.samples.raw)
         missing = None if self.samples.missing is None else self.samples.missing[start:stop]
@@ -194,7 +208,7 @@ class Stream:
         )
 
     def longest_run(self) -> Stream:
-        """The longest run of samples in which no channel misses one."""
+        """The longest run of samples in which no channel has a missing sample."""
         if self.mask is None:
             return self
         bad = np.flatnonzero(self.mask.any(axis=1))
@@ -204,7 +218,7 @@ class Stream:
 
 
 def grid_text(stream: Stream) -> str:
-    """Samples, rate and length of a stream in words, and what is missing."""
+    """Number of samples, rate, length and missing samples of a stream, as text."""
     grid = stream.grid
     length = f"{grid.duration / 3600:.4g} h" if grid.duration >= 3600 else f"{grid.duration:.4g} s"
     missing = "" if stream.mask is None else f", {_missing_text(stream)} of samples missing"

@@ -1,4 +1,4 @@
-"""What is a temperature: names that plainly say so, units, and numbers that electronics can have."""
+"""Recognition of temperatures: by names, units and plausible values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 __all__ = ["CELSIUS", "NAMES", "PLAUSIBLE", "TO_CELSIUS", "thermometers", "typical"]
 
 CELSIUS = "degC"
-"""Unit of a stream of temperatures, which stands beside the sensors."""
+"""Unit of a stream of temperatures."""
 
 NAMES = (
     r"temp|temperature|imu_?temp(?:erature)?|(?:sensor|chip|die|internal|int)_temp(?:erature)?|temp(?:erature)?_(?:imu|sensor|chip|die)",
@@ -28,7 +28,7 @@ PLAUSIBLE = (-90.0, 150.0)
 
 
 def typical(values: NDArray[np.float64], unit: str) -> float:
-    """Median of numbers in one of the units, NaN left out. [°C]"""
+    """Median of the numbers in one of the units, without NaN. [°C]"""
     scale, offset = TO_CELSIUS[unit]
     there = values[~np.isnan(values)]
     return (float(np.median(there[:: max(len(there) // 4096, 1)])) - offset) * scale if len(there) else float("nan")
@@ -37,9 +37,9 @@ def typical(values: NDArray[np.float64], unit: str) -> float:
 def thermometers(
     by_stream: Mapping[str, Mapping[str, NDArray[np.float64]]], unit: Mapping[str, str]
 ) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Units of the streams that are temperatures by name and numbers, and what was decided.
+    """Units of the streams that are temperatures by name and values, and notes about the decision.
 
-    Where nothing else is given, the noise of these is asked for, and they are no temperatures unless a unit says so.
+    If all streams are temperatures, they are the signals to analyse, and count as temperatures only with a unit.
     """
     found, notes = {}, []
     for name, columns in by_stream.items():

@@ -1,1 +1,1 @@
-"""Simulated records: in memory, or straight into a file of any length."""
+"""Simulated records, in memory or in a file of any length."""

@@ -1,4 +1,4 @@
-"""From a noise model to the generators of its channels."""
+"""Generators of the channels of a noise model."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def stream_number(channel: str) -> int:
 
 
 def _shares(model: NoiseModel, term: str, channel: str) -> list[tuple[int, float]]:
-    """Whose random numbers a channel's noise is made of, and how much of each."""
+    """Channels whose random numbers make a channel's noise, and the share of each."""
     if not model.correlation.get(term):
         return [(stream_number(channel), 1.0)]
     names = list(model.channels)
@@ -99,6 +99,6 @@ def _low_pass(bandwidth: LowPass, tau0: float) -> tuple[Floats, Floats, Floats]:
 
 
 def _root(covariance: Floats) -> Floats:
-    """A matrix with this square, by eigenvalues: of short steps some are lost in rounding, and may come out negative."""
+    """A square root of a matrix by eigenvalues. Eigenvalues that rounding makes negative count as 0."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

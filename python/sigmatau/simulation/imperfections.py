@@ -1,4 +1,4 @@
-"""What a log of a real sensor has beside noise: levels, drifts, steps of its numbers, lost rows, wrong stamps."""
+"""Imperfections of simulated logs: levels, drifts, resolution, lost rows, wrong stamps."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ABSOLUTE_ZERO = -273.15  # °C
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WarmUp:
-    """A level that dies away after turning on: amplitude·exp(−t/time).
+    """A level that decays after turn-on: amplitude·exp(−t/time).
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class WarmUp:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Temperature:
-    """The temperature of the sensor, what it does to the channels, and the thermometer in the log.
+    """Temperature of the sensor, its effect on the channels, and the thermometer of the log.
 
     end + (start − end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
 
@@ -124,11 +124,11 @@ class Outage:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Imperfections(Printed):
-    """What a simulated log has beside the model's noise. Nothing of it is there unless it is given.
+    """Imperfections of a simulated log besides the model's noise. Default: none.
 
-    Mappings are by channel (``"accel_z"``) or sensor (``"accel"``); a channel's own value goes before its sensor's. To the
-    noise are added level, warm-up and what the temperature does; the sum is clipped by `saturation`, then put into the form
-    of `output` and rounded to steps of `lsb`.
+    Mappings are by channel (``"accel_z"``) or sensor (``"accel"``); the value of a channel overrides that of its sensor.
+    Level, warm-up and the effect of temperature are added to the noise. The sum is clipped at `saturation`, converted to
+    the form of `output`, and rounded to steps of `lsb`.
 
     Attributes
     ----------
@@ -137,23 +137,35 @@ class Imperfections(Printed):
     warm_up : mapping of str to WarmUp
     temperature : Temperature or None
     saturation : mapping of str to float
-        The largest rate, of either sign, that the sensor shows. [unit of the rate]
+        Largest absolute rate that the sensor outputs. [unit of the rate]
     output : {"rate", "increments", "accumulated"}
-        What the numbers of the log are, as `sigmatau.read` takes it by `input`: rates; the angle (velocity) of one sample
-        interval; or their running sum from 0, of one row more. Only rates of a model with other
-        signals than gyros and accelerometers.
+        Meaning of the numbers of the log, as `input` of `sigmatau.read`: rates; the angle (velocity) of one sample interval;
+        or its running sum from 0, which has one more row. A model with signals other than gyros and accelerometers allows
+        only rates.
     lsb : mapping of str to float
-        Step of the numbers. Of rates each is rounded by itself; of the other two the running sum is, and increments are
-        differences of the rounded sum, as an integrating sensor forms them: quantization noise of lsb/√12.
+        Resolution of the numbers. Rates are rounded one by one. For the other outputs the running sum is rounded, and
+        increments are differences of the rounded sum, as in an integrating sensor: quantization noise of lsb/√12.
         [unit of the rate; for increments and accumulated output rad or m/s]
     lost : float
-        Part of the rows that are lost, each by chance and by itself; 0 to 0.5. The first and the last row are always there.
+        Share of rows that are lost at random and independently; 0 to 0.5. The first and the last row are never lost.
     outages : tuple of Outage
-        Times in which all rows are lost, but for the first and the last.
+        Times in which all rows are lost, except the first and the last row of the log.
     jitter : float
-        Standard deviation of the time stamps about the times of the samples, which are regular: it is the stamps that are
-        measured wrongly. At most a tenth of the sample interval, beyond which stamps would come out of order; normal, but
-        never more than 4.5 times as large. [s]
+        Standard deviation of the time stamps about the regular times of the samples: only the stamps are wrong. At most a
+        tenth of the sample interval, so that stamps stay in order. Normal, clipped at 4.5 standard deviations. [s]
+
+    See Also
+    --------
+    sigmatau.simulate, sigmatau.simulate_to
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"accel_z": {"random_walk": 1e-3}})
+    >>> real = st.Imperfections(level={"accel_z": 9.80665}, lsb={"accel_z": 0.01}, lost=0.1)
+    >>> record = st.simulate(model, duration=10, rate=100, rng=1, imperfections=real)
+    >>> record.stream_of("accel_z").column("accel_z")[:4].round(2)
+    array([9.79, 9.81, 9.81, 9.79])
     """
 
     level: Mapping[str, float] = field(default_factory=dict)
@@ -203,7 +215,7 @@ class Imperfections(Printed):
         _not_negative("the jitter of the stamps", self.jitter)
 
     def check(self, channels: Iterable[str], tau0: float, duration: float) -> None:
-        """Refuse what does not fit a record of these channels, sample interval and length; raises `OptionError`."""
+        """Raise `OptionError` for imperfections that do not fit these channels, sample interval and length."""
         names = list(channels)
         known = {*names, *map(stream_name, names)}
         sensitivity = {} if self.temperature is None else self.temperature.sensitivity
@@ -279,7 +291,7 @@ class Imperfections(Printed):
 
 
 def rounded(values: Floats, step: float) -> Floats:
-    """Values in whole steps; as they are if the step is 0."""
+    """Values rounded to whole steps; unchanged if the step is 0."""
     # No instrument writes -0: the sum of -0 and 0 is 0.
     return np.asarray(np.rint(values / step) * step + 0.0) if step else values
 

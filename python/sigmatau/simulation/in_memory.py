@@ -28,8 +28,8 @@ def simulate(
 ) -> Record:
     """A record with the model's noise, by exact generators.
 
-    Every term is drawn as the sampled process whose Allan variance `NoiseModel.avar` states: quantization as differences
-    of white phase, the random walk as white noise (behind a bandwidth as the filter's states, sampled), bias instability
+    Every term is the sampled process whose Allan variance `NoiseModel.avar` returns: quantization as differences of
+    white phase, the random walk as white noise (behind a bandwidth as the filter's states, sampled), bias instability
     as discrete flicker noise by circulant embedding of its first differences (Davies and Harte), the rate random walk as a
     sampled walk, the ramp as a line, Gauss-Markov processes as stationary recursions, sinusoids with a random phase.
 
@@ -41,27 +41,39 @@ def simulate(
     rate : float
         Sampling rate. [Hz]
     rng : int or numpy.random.Generator
-        Seed, or a generator that one is drawn from. The same seed gives the same record; a channel's noise does not
-        depend on which other channels and terms the model has, but for those it is correlated with.
+        Seed, or a generator from which a seed is drawn. The same seed gives the same record. The noise of a channel does not
+        depend on other channels and terms of the model, except on correlated channels.
     imperfections : Imperfections, optional
-        What a real log has beside noise. Default: nothing.
+        Imperfections of a real log. Default: none.
     flicker : {"exact", "poles"}
-        How bias instability is made: exactly, or as `simulate_to` does it; then both give the same samples.
+        Generator of bias instability: exact, or the poles of `simulate_to`, which gives the same samples as that function.
 
     Returns
     -------
     Record
         Rates in SI, one stream for the gyros, one for the accelerometers, one for each other signal and the temperature;
-        each channel of shape (n,), NaN where rows are lost. Stamps with jitter are not kept: samples lie on their grid.
+        each channel of shape (n,), NaN where rows are lost. The record has no jitter: samples are on their grid.
 
     Raises
     ------
     OptionError
         For a rate or duration that is not positive, fewer than 4 samples, or imperfections that do not fit.
 
+    See Also
+    --------
+    simulate_to : simulates into a file of any length.
+
     References
     ----------
     R. B. Davies and D. S. Harte, "Tests for Hurst effect", Biometrika 74(1), 1987, :doi:`10.1093/biomet/74.1.95`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5}})
+    >>> st.simulate(model, duration=600, rate=100, rng=1)
+    Record of 1 stream
+      gyro: gyro_x [rad/s], 60000 samples at 100 Hz (600 s)
     """
     given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
     wrong = given.imperfections
@@ -97,7 +109,7 @@ def simulate(
 
 
 def _rows_there(given: Job) -> NDArray[np.bool_] | None:
-    """Which rows are not lost; None for all."""
+    """Rows that are not lost; None for all rows."""
     stamps = Stamps(given)
     pieces = [stamps.next(min(CHUNK, given.rows - start))[1] for start in range(0, given.rows, CHUNK)]
     return np.concatenate([p for p in pieces if p is not None]) if pieces[0] is not None else None
@@ -115,7 +127,7 @@ def _column(given: Job, name: str, there: NDArray[np.bool_] | None) -> Floats:
 
 
 def _marked(column: Floats, there: NDArray[np.bool_] | None) -> Floats:
-    """A column with NaN in lost rows, to be read only."""
+    """A read-only column with NaN in lost rows."""
     if there is not None:
         column[~there] = np.nan
     column.setflags(write=False)

@@ -1,4 +1,4 @@
-"""The rows of a simulated log, piece by piece: what each channel shows, the stamps, and which rows are lost."""
+"""Rows of a simulated log, piece by piece: channels, time stamps and lost rows."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ __all__ = ["Channel", "Job", "Stamps", "job"]
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 
-_LARGEST = {"exact": 1 << 30, "poles": 1 << 40}  # samples
+_MAX_N = {"exact": 1 << 30, "poles": 1 << 40}  # samples
 # Channels' numbers have 32 bits.
 _LOSSES, _JITTER = 1 << 32, 2 << 32
-_CLIPPED = 4.5  # standard deviations of the jitter
+_MOST_JITTER_SIGMAS = 4.5  # standard deviations of the jitter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """What is to be simulated, checked.
+    """Checked arguments of a simulation.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def job(
     imperfections: Imperfections | None,
     flicker: Flicker,
 ) -> Job:
-    """Check what `sigmatau.simulate` takes; raises `OptionError`."""
+    """Check the arguments of `sigmatau.simulate`; raises `OptionError`."""
     if not isinstance(model, NoiseModel):
         raise OptionError(
             f"{{option}} must be a NoiseModel, NoiseModel(channels={{…}}), not {model!r:.80}", option="model"
@@ -96,13 +96,13 @@ def job(
     sampling_rate(rate)
     if not (math.isfinite(real(duration)) and duration > 0):
         raise OptionError(f"the duration must be a positive number, not {duration!r} s", option="hours")
-    if flicker not in _LARGEST:
+    if flicker not in _MAX_N:
         raise OptionError(f"{{option}} must be 'exact' or 'poles', not {flicker!r}", option="flicker")
     samples = float(duration) * float(rate)
-    if samples > _LARGEST[flicker]:
+    if samples > _MAX_N[flicker]:
         where = "in memory; write them to a file, with flicker noise by poles" if flicker == "exact" else "at once"
         raise OptionError(
-            f"{duration:g} s at {rate:g} Hz are {samples:.10g} samples; at most {_LARGEST[flicker]} can be simulated {where}"
+            f"{duration:g} s at {rate:g} Hz are {samples:.10g} samples; at most {_MAX_N[flicker]} can be simulated {where}"
         )
     n = round(samples)
     if n < MIN_SAMPLES:
@@ -127,7 +127,7 @@ def job(
 
 
 class Channel:
-    """What the log shows of one channel.
+    """Values of one channel of the log.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Channel:
         return np.asarray(steps * self._lsb + 0.0)  # no -0
 
     def _drift(self, rate: Floats, start: int) -> None:
-        """Add what is no noise."""
+        """Add level, warm-up and the effect of temperature."""
         if self._level:
             rate += self._level
         if self._warm_up is None and not self._sensitivity:
@@ -187,7 +187,7 @@ class Channel:
 
 
 class Stamps:
-    """The time stamps of the log's rows, and which rows are lost.
+    """Time stamps of the rows, and which rows are lost.
 
     Parameters
     ----------
@@ -225,10 +225,10 @@ class Stamps:
         if self._jitter is not None:
             drawn = np.empty(n)
             self._jitter.fill(drawn)
-            t = t + given.jitter * np.clip(drawn, -_CLIPPED, _CLIPPED)
+            t = t + given.jitter * np.clip(drawn, -_MOST_JITTER_SIGMAS, _MOST_JITTER_SIGMAS)
         return t, there
 
 
 def _own(values: Mapping[str, T], channel: str, default: T) -> T:
-    """What is given for a channel, or for its sensor."""
+    """Value given for a channel, or for its sensor."""
     return values.get(channel, values.get(stream_name(channel), default))

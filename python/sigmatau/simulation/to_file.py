@@ -26,7 +26,7 @@ __all__ = ["Simulated", "simulate_to"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Printed):
-    """What was written.
+    """Description of the file that was written.
 
     Attributes
     ----------
@@ -78,25 +78,26 @@ def simulate_to(
     chunk: int = CHUNK,
     progress: Callable[[float], None] | None = None,
 ) -> Simulated:
-    """Simulate a record into a file, which need not fit in memory; `sigmatau.read` gives the record of `simulate`.
+    """Simulate a record into a file, which may be larger than memory. `sigmatau.read` returns the record of `simulate`.
 
-    Of channels that are neither ``gyro_x`` … ``accel_z`` nor the temperature, `sigmatau.read` gives those that its
-    `channels` names; a finding says which it left out.
+    `sigmatau.read` returns channels other than ``gyro_x`` … ``accel_z`` and the temperature only if its `channels` names
+    them; a finding lists the omitted ones.
 
     Parameters
     ----------
     path : str or path
-        ``.csv``, ``.csv.gz``, ``.npy`` (a structured array of 64-bit floats, a field a column), ``.npz`` (an array a
-        column), ``.parquet`` or ``.h5`` (a dataset a column): time, channels and temperature, in SI, with their units.
+        ``.csv``, ``.csv.gz``, ``.npy`` (a structured array of 64-bit floats, one field per column), ``.npz`` (one array
+        per column), ``.parquet`` or ``.h5`` (one dataset per column): time, channels and temperature, in SI, with their
+        units.
     model, duration, rate, rng, imperfections
-        As `simulate` takes them. The log of increments or accumulated output is read with ``input=`` saying so.
+        As for `simulate`. Read a log of increments or accumulated output with the same `input`.
     flicker : {"poles", "exact"}
-        How bias instability is made: by a bank of poles that span the record, whose Allan deviation is within 0.002 % of
-        the exact one up to a third of it; or exactly, which keeps all samples of the channels that have it in memory.
+        Generator of bias instability: a bank of poles, whose Allan deviation is within 0.002 % of the exact one up to a
+        third of the record; or exact, which keeps all samples of channels with bias instability in memory.
     chunk : int
-        Samples made together. The file does not depend on it.
+        Samples generated at a time. The file does not depend on it.
     progress : callable, optional
-        Is told after each chunk which part is done, 0 to 1.
+        Called after each chunk with the share done, 0 to 1.
 
     Returns
     -------
@@ -107,14 +108,28 @@ def simulate_to(
     OptionError
         As `simulate`, and for a file name of another ending.
     DataError
-        If the file cannot be written, or a library is not installed that its format needs. Nothing is left of a file that
-        was not finished, be it by an error or an interruption.
+        If the file cannot be written, or a library for its format is not installed. An unfinished file is removed, after an
+        error as well as after an interruption.
+
+    See Also
+    --------
+    simulate : simulates in memory.
+    read : reads the file.
 
     Notes
     -----
     The filter of flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`) is (1 − z⁻¹)^(−1/2) =
     (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1; by a trapezoidal rule it is a sum of poles that share one
     white noise. They start with their joint stationary covariance.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.simulate_to(pathlib.Path(folder) / "log.csv", model, duration=10, rate=100, rng=1).samples
+    1000
     """
     if isinstance(chunk, bool) or not isinstance(chunk, int | np.integer) or chunk < 1:
         raise OptionError(f"{{option}} must be a positive number of samples, not {chunk!r}", option="chunk")

@@ -1,4 +1,4 @@
-"""Neighbouring frequencies together: logarithmic bins."""
+"""Logarithmic bins of frequencies."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ __all__ = ["bin_starts", "levelled", "shared", "slopes"]
 
 Floats = NDArray[np.float64]
 
-_STEEPEST = 4.0
+_STEEPEST_SLOPE = 4.0
 """Slope of a density in a log-log plot that is followed within a bin."""
 
 # Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
-_NEIGHBOURS = np.array([4 / 9, 1 / 36])
+_NEIGHBOUR_CORRELATION = np.array([4 / 9, 1 / 36])
 
 
 def bin_starts(frequency: Floats, per_octave: int) -> NDArray[np.intp]:
-    """Indices of the first frequency of each bin, as many bins an octave; `OptionError` unless that is 1 or more."""
+    """Index of the first frequency of each bin; `OptionError` unless there is at least 1 bin per octave."""
     if isinstance(per_octave, bool) or not (isinstance(per_octave, Integral) and per_octave >= 1):
         raise OptionError(
             f"{{option}} must be a whole number of bins, 1 or more, not {per_octave!r}", option="per_octave"
@@ -37,14 +37,14 @@ def bin_starts(frequency: Floats, per_octave: int) -> NDArray[np.intp]:
 
 
 def slopes(density: Floats, frequency: Floats) -> Floats:
-    """Slope in a log-log plot at each bin, from its neighbours; 0 where there are too few or a density is 0."""
+    """Log-log slope at each bin, from its neighbours; 0 if there are too few neighbours or a density is 0."""
     if len(density) < 3 or not (density > 0).all():
         return np.zeros(len(density))
-    return np.asarray(np.clip(np.gradient(np.log(density), np.log(frequency)), -_STEEPEST, _STEEPEST))
+    return np.asarray(np.clip(np.gradient(np.log(density), np.log(frequency)), -_STEEPEST_SLOPE, _STEEPEST_SLOPE))
 
 
 def levelled(density: Floats, frequency: Floats, starts: NDArray[np.intp]) -> tuple[Floats, Floats, Floats]:
-    """Frequencies of bins, densities there, and by what each density was multiplied to take it there."""
+    """Frequencies and densities of bins, and the factor by which each density was moved to the frequency of its bin."""
     count = np.diff(np.append(starts, len(frequency)))
     centres = np.add.reduceat(frequency, starts) / count
     slope = slopes(np.add.reduceat(density, starts) / count, centres)
@@ -53,7 +53,9 @@ def levelled(density: Floats, frequency: Floats, starts: NDArray[np.intp]) -> tu
 
 
 def shared(count: NDArray[np.intp], *, method: str, tapers: int) -> Floats:
-    """By how much the variance of a mean over so many neighbours is larger than if they were independent, relative."""
-    correlation = _NEIGHBOURS if method == "welch" else sine_correlation(tapers, np.arange(1, 2 * tapers + 1))
+    """Relative increase of the variance of a mean over neighbouring frequencies, compared with independent ones."""
+    correlation = (
+        _NEIGHBOUR_CORRELATION if method == "welch" else sine_correlation(tapers, np.arange(1, 2 * tapers + 1))
+    )
     apart = np.arange(1, len(correlation) + 1)
     return np.asarray(2 * (np.maximum(1 - apart / count[:, None], 0) @ correlation))

@@ -1,7 +1,7 @@
-"""The law of a measured coherence.
+"""Probability distribution of a measured coherence.
 
-Of n independent pairs of Gaussian transforms with the coherence γ² the measured one is, given the input's power, of a
-non-central beta law whose non-centrality has a gamma law; without coherence it is Beta(1, n − 1).
+For n independent pairs of Gaussian transforms with the coherence γ², the measured coherence, given the input's power, has a
+non-central beta distribution whose non-centrality is gamma distributed. Without coherence it is Beta(1, n − 1).
 
 References
 ----------
@@ -24,12 +24,12 @@ Floats = NDArray[np.float64]
 
 _GAMMA_NODES = 30
 _HALVINGS = 28
-_LARGEST = 12.0  # of atanh γ: 1 − γ² = 1e-10
-_MOST_SOLVED = 100
+_LARGEST_ATANH = 12.0  # of atanh γ: 1 − γ² = 1e-10
+_MOST_AT_ONCE = 100
 
 
 def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
-    """What the coherence of two independent series stays below with probability `level`, 1 − (1 − level)^(1/(n − 1)).
+    """Coherence that two independent series exceed with probability 1 − `level`: 1 − (1 − level)^(1/(n − 1)).
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
 
 
 def probability_below(measured: ArrayLike, true: ArrayLike, n: ArrayLike) -> Floats:
-    """Probability that the coherence of `n` pairs comes out below `measured` if it is `true`; arrays broadcast."""
+    """Probability that the coherence of `n` pairs is measured below `measured` if it is `true`; arrays broadcast."""
     from scipy.special import gammaincinv, ncfdtr
 
     c, truth, pairs = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (measured, true, n)))
@@ -61,7 +61,7 @@ def _rule() -> tuple[Floats, Floats]:
 
 
 def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Floats, Floats]:
-    """Between which values the true coherence lies: those that do not make the measured one improbable.
+    """Confidence interval of the true coherence.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Float
         there = np.flatnonzero(rounded == pairs)
         if pairs <= 1:
             continue
-        z = np.arctanh(np.sqrt(np.clip(measured[there], 0.0, np.tanh(_LARGEST) ** 2)))
+        z = np.arctanh(np.sqrt(np.clip(measured[there], 0.0, np.tanh(_LARGEST_ATANH) ** 2)))
         # Of many frequencies alike the ends are curves, which are drawn once.
-        at = np.linspace(z.min(), z.max(), _MOST_SOLVED) if len(there) > _MOST_SOLVED else z
+        at = np.linspace(z.min(), z.max(), _MOST_AT_ONCE) if len(there) > _MOST_AT_ONCE else z
         ends = [_solve(np.tanh(at) ** 2, float(pairs), p) for p in ((1 + level) / 2, (1 - level) / 2)]
         low[there], high[there] = (np.tanh(np.interp(z, at, end) if at is not z else end) ** 2 for end in ends)
         low[there] *= measured[there] > significance(pairs, level=(1 + level) / 2)
@@ -91,10 +91,10 @@ def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Float
 
 
 def _solve(measured: Floats, n: float, probability: float) -> Floats:
-    """The atanh γ for which the measured coherence is the quantile; 0 if it is below that of no coherence at all."""
+    """The atanh γ for which the measured coherence is the quantile; 0 if it is below the quantile without coherence."""
     # The law at γ is some 1/√(2n) wide in atanh γ.
     at, wide = np.arctanh(np.sqrt(np.minimum(measured, 1 - 1e-10))), 8 / np.sqrt(n) + 8 / n
-    left, right = np.maximum(at - wide, 0.0), np.minimum(at + wide, _LARGEST)
+    left, right = np.maximum(at - wide, 0.0), np.minimum(at + wide, _LARGEST_ATANH)
     for _ in range(_HALVINGS):
         middle = (left + right) / 2
         below = probability_below(measured, np.tanh(middle) ** 2, n)

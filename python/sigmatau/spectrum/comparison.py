@@ -1,4 +1,4 @@
-"""A measured density over that of a model, by band."""
+"""Ratio of a measured density to a model's, by band."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.results import Printed
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Comparison(Printed):
-    """A measured density over a model's: 1 where the model is right.
+    """Ratio of a measured density to a model's; 1 if the model is right.
 
     Attributes
     ----------
@@ -52,13 +53,10 @@ class Comparison(Printed):
     beside_lines: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "ratio", "dof"):
-            array = np.asarray(getattr(self, name), dtype=np.float64).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "ratio", "dof", dtype=np.float64)
 
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Between which values the true ratio lies, by χ²; two arrays of shape (n_bands,)."""
+        """Confidence interval of the true ratio, by χ²; two arrays of shape (n_bands,)."""
         from scipy.special import chdtri
 
         low, high = chdtri(self.dof, (1 - level) / 2), chdtri(self.dof, (1 + level) / 2)
@@ -66,7 +64,7 @@ class Comparison(Printed):
 
     @property
     def p_values(self) -> Floats:
-        """How likely a ratio at least as far from 1 is if the model is right, to either side; shape (n_bands,)."""
+        """Two-sided p-value of each ratio; shape (n_bands,)."""
         from scipy.special import chdtr, chdtrc
 
         x = self.ratio * self.dof
@@ -74,7 +72,7 @@ class Comparison(Printed):
 
     @property
     def p_value(self) -> float:
-        """That of the worst band, times their number: below 0.05 the model does not describe the density."""
+        """Smallest p-value times the number of bands: below 0.05 the model does not describe the density."""
         return float(min(1.0, self.p_values.min() * len(self.ratio)))
 
     def to_dict(self) -> dict[str, Any]:
@@ -102,7 +100,7 @@ class Comparison(Printed):
         return draw_comparison(self, ax=ax)
 
     def statement(self) -> str:
-        """What it says of the model, in a sentence."""
+        """Result of the comparison, as a sentence."""
         low, high = self.interval()
         outside = int(((low > 1) | (high < 1)).sum())
         chance = 0.05 * len(self.ratio)
@@ -118,7 +116,7 @@ class Comparison(Printed):
         return f"{begin}; the model does not describe it: {how} (p = {self.p_value:.1g})"
 
     def notes(self) -> str:
-        """What of the model is not in the ratios, in a sentence; empty if nothing."""
+        """Parts of the model that are not in the ratios, as a sentence; empty if there are none."""
         if not self.left_out:
             return ""
         return f"not in the model's density, because they have none: {', '.join(self.left_out)}"

@@ -1,4 +1,4 @@
-"""Two channels together: cross-spectrum, coherence, phase, and the transfer from one to the other."""
+"""Cross-spectrum, coherence, phase and transfer of two channels."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -41,12 +42,12 @@ Complexes = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class CrossSpectrum(Printed):
-    """What two channels have in common, frequency by frequency; two-sided densities.
+    """Cross-spectrum of two channels; two-sided densities.
 
     Attributes
     ----------
     a, b : str
-        Channels; of a transfer a is the input.
+        Channels; a is the input of the transfer.
     unit_a, unit_b : str
         Of their rates; SI.
     frequency : ndarray, shape (n_f,)
@@ -54,7 +55,7 @@ class CrossSpectrum(Printed):
     density_a, density_b : ndarray, shape (n_f,)
         Two-sided densities of each. [unit²/Hz]
     cross : ndarray of complex, shape (n_f,)
-        Two-sided cross density E[A*·B]: what b has of a, its phase that of b relative to a. [unit_a·unit_b/Hz]
+        Two-sided cross density E[A*·B]; its phase is that of b relative to a. [unit_a·unit_b/Hz]
     dof : ndarray, shape (n_f,)
         Degrees of freedom of each density, twice the number of independent pairs that were averaged.
     resolution : float
@@ -64,6 +65,19 @@ class CrossSpectrum(Printed):
     n, tau0 : int, float
         Samples in the record, and their interval. [s]
     method : {"welch", "multitaper"}
+
+    See Also
+    --------
+    cross_spectrum : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> channels = {"gyro_x": {"random_walk": 1e-4}, "gyro_y": {"random_walk": 1e-4}}
+    >>> model = st.NoiseModel(channels=channels, correlation={"random_walk": {("gyro_x", "gyro_y"): 0.9}})
+    >>> cross = st.cross_spectrum(st.simulate(model, duration=600, rate=100, rng=1), "gyro_x", "gyro_y")
+    >>> float(cross.coherence.mean().round(1))  # the square of the correlation
+    0.8
     """
 
     a: str
@@ -82,16 +96,13 @@ class CrossSpectrum(Printed):
     method: Method = "welch"
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "density_a", "density_b", "cross", "dof"):
-            array = np.asarray(getattr(self, name)).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "density_a", "density_b", "cross", "dof")
 
     @property
     def coherence(self) -> Floats:
-        """γ² = |S_ab|²/(S_a·S_b), from 0 to 1: the share of b's power that a linear filter makes of a; shape (n_f,).
+        """γ² = |S_ab|²/(S_a·S_b), from 0 to 1: the share of b's power that a linear filter makes from a; shape (n_f,).
 
-        As measured. Of independent channels it is not 0 but 2/dof in the mean.
+        As measured: the mean for independent channels is 2/dof, not 0.
         """
         power = self.density_a * self.density_b
         return np.asarray(np.where(power > 0, np.abs(self.cross) ** 2 / np.where(power > 0, power, 1.0), 0.0))
@@ -103,32 +114,32 @@ class CrossSpectrum(Printed):
 
     @property
     def transfer(self) -> Complexes:
-        """The linear filter from a to b that leaves least, S_ab/S_a; complex, shape (n_f,). [unit_b/unit_a]
+        """Linear least-squares filter from a to b, S_ab/S_a; complex, shape (n_f,). [unit_b/unit_a]
 
-        Noise on a itself makes it too small, by the share of that noise in S_a.
+        Measurement noise of a reduces it, by the share of that noise in S_a.
         """
         power = np.where(self.density_a > 0, self.density_a, np.inf)
         return np.asarray(self.cross / power)
 
     def significance(self, *, level: float = 0.95) -> Floats:
-        """What the coherence of independent channels stays below with this probability; shape (n_f,).
+        """Coherence that independent channels exceed with probability 1 − `level`; shape (n_f,).
 
-        By the law of independent pairs. In bins neighbours are alike, of tapers by the half-bins that they share: dof/2 is
-        the number of independent pairs with the same variance, whose law keeps the level to half a percent.
+        By the distribution for independent pairs. Neighbouring frequencies of tapers are correlated; dof/2 independent pairs
+        have the same variance, and their distribution keeps the level to half a percent.
         """
         _check(level)
         return law.significance(self.dof / 2, level=level)
 
     def coherence_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Between which values the true coherence lies, by its exact law; two arrays of shape (n_f,).
+        """Confidence interval of the true coherence, by its exact distribution; two arrays of shape (n_f,).
 
-        The lower end is 0 where the coherence may be chance.
+        The lower end is 0 if the coherence is not significant.
         """
         _check(level)
         return law.interval(self.coherence, self.dof / 2, level=level)
 
     def _spread(self, level: float) -> Floats:
-        """Half the interval of either part of the transfer, over its magnitude: Student's t of a regression."""
+        """Half the interval of either part of the transfer, relative to its magnitude: Student's t of a regression."""
         from scipy.special import stdtrit
 
         _check(level)
@@ -139,20 +150,20 @@ class CrossSpectrum(Printed):
         return np.asarray(np.where(free > 0, wide, np.inf))
 
     def gain_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Between which values the magnitude of the transfer lies; two arrays of shape (n_f,). [unit_b/unit_a]"""
+        """Confidence interval of the magnitude of the transfer; two arrays of shape (n_f,). [unit_b/unit_a]"""
         gain, spread = np.abs(self.transfer), self._spread(level)
         return np.asarray(gain * np.maximum(1 - spread, 0.0)), np.asarray(gain * (1 + spread))
 
     def phase_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Between which values the phase lies, ±π around it where it is not known; two arrays of shape (n_f,). [rad]"""
+        """Confidence interval of the phase, ±π if the phase is unknown; two arrays of shape (n_f,). [rad]"""
         spread = self._spread(level)
         wide = np.where(spread < 1, np.arcsin(np.minimum(spread, 1.0)), np.pi)
         return self.phase - wide, self.phase + wide
 
     def binned(self, *, per_octave: int = 8) -> CrossSpectrum:
-        """The same with neighbouring frequencies averaged, as many bins an octave.
+        """The cross-spectrum with neighbouring frequencies averaged, `per_octave` bins per octave.
 
-        A phase that turns within a bin, as that of a delay does, lessens the coherence.
+        A phase that changes within a bin, for example by a delay, reduces the coherence.
         """
         starts = bin_starts(self.frequency, per_octave)
         count = np.diff(np.append(starts, len(self.frequency)))
@@ -247,8 +258,8 @@ def cross_spectrum(
     Parameters
     ----------
     record : Record or Stream
-        Static data. Welch's segments in which either channel lacks a sample are left out; the multitaper estimate takes
-        the longest run in which neither does.
+        Static data. Welch's segments with a missing sample of either channel are omitted; the multitaper estimate uses the
+        longest run without a missing sample.
     a, b : str
         Channels, sampled together: of one stream, or of two with the same number of samples and interval.
     method, segment, tapers, f_max
@@ -263,11 +274,23 @@ def cross_spectrum(
     OptionError
         As `sigmatau.psd`; for a channel with itself.
     DataError
-        If the record has no such channel, the two are not sampled together, or too few segments are left for a coherence.
+        If the record does not have the channels, they are not sampled together, or there are too few segments.
+
+    See Also
+    --------
+    psd : spectra of single channels.
 
     References
     ----------
     J. S. Bendat, A. G. Piersol, "Random Data," 4th ed., Wiley 2010, chapters 5 and 9.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}, "gyro_y": {"random_walk": 1e-4}})
+    >>> cross = st.cross_spectrum(st.simulate(model, duration=60, rate=100, rng=1), "gyro_x", "gyro_y")
+    >>> bool((cross.coherence > 0.5).any())
+    False
     """
     if method not in ("welch", "multitaper"):
         raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")

@@ -1,4 +1,4 @@
-"""From samples to spectra; see `psd`."""
+"""Estimates of power spectral densities; see `psd`."""
 
 from __future__ import annotations
 
@@ -26,11 +26,13 @@ MOST_SAMPLES = 1 << 22
 SHORTEST = 64
 """Samples in the shortest segment that a spectrum is made of."""
 
-_LONGEST = 1 << 12  # segments by default: of 1e6 samples 480, so that each of the 2048 bins has an error of 4.6 %
+_LONGEST_SEGMENT = (
+    1 << 12
+)  # segments by default: of 1e6 samples 480, so that each of the 2048 bins has an error of 4.6 %
 _LEAST_SEGMENTS = 15
-_BATCH = 1 << 16  # samples transformed together: what stays in a core's cache
+_BATCH_SAMPLES = 1 << 16  # samples transformed together: what stays in a core's cache
 # Sum of the squared correlations of Hann-tapered segments that overlap by half, (1/6)², twice: Welch 1967.
-_OVERLAP = 2 / 36
+_OVERLAP_CORRELATION = 2 / 36
 
 
 def psd(
@@ -46,13 +48,13 @@ def psd(
     Parameters
     ----------
     record : Record or Stream
-        Static data. Where samples are missing, Welch's segments with a missing sample are left out, and are made shorter
-        if that leaves too few; the multitaper estimate takes the longest run without one.
+        Static data. Welch's segments with a missing sample are omitted, and segments are shortened if too few are left; the
+        multitaper estimate uses the longest run without a missing sample.
     method : {"welch", "multitaper"}
         Welch's average of Hann-tapered segments that overlap by half, each without its own mean and the record's
         slope [1]_; or the mean over sine tapers of the whole record without its mean and slope [2]_, for low frequencies.
     segment : float, optional
-        Length of Welch's segments. Default: a power of two of samples, 4096 at most, of which 15 at least fit in. [s]
+        Length of Welch's segments. Default: a power of two of samples, at most 4096, so that at least 15 fit in. [s]
     tapers : int
         Of the multitaper estimate, which has 2·tapers degrees of freedom, fewer within a resolution of 0 and of half the
         sampling rate; the resolution is (tapers + 1)/(2·record), to either side.
@@ -71,10 +73,23 @@ def psd(
     RecordTooShortError
         If no segment, of 64 samples by default, has all its samples.
 
+    See Also
+    --------
+    cross_spectrum : coherence of two channels.
+    transfer : the filter that shaped a spectrum.
+
     References
     ----------
     .. [1] P. D. Welch, :doi:`10.1109/TAU.1967.1161901`.
     .. [2] K. S. Riedel, A. Sidorenko, :doi:`10.1109/78.365298`, eqs. (8) and (9).
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> spectrum = st.psd(st.simulate(model, duration=600, rate=100, rng=1))["gyro_x"]
+    >>> float(spectrum.density.mean().round(10))  # N²
+    1e-08
     """
     if method not in ("welch", "multitaper"):
         raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")
@@ -92,7 +107,7 @@ def psd(
 
 
 def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -> Spectrum:
-    """Welch's estimate of a channel whose samples are at hand; see `psd`. `size` is the segment in samples."""
+    """Welch's estimate of a channel from an array; see `psd`. `size` is the segment in samples."""
     n, tau0 = len(y), stream.grid.tau0
     length = size or default_size(n)
     while True:
@@ -123,19 +138,19 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
 def welch_grid(starts: NDArray[np.int64], length: int, tau0: float) -> tuple[Floats, Floats]:
     """Frequencies of Welch's estimate and the degrees of freedom at each, from the segments' beginnings."""
     overlapping = float(np.mean(np.diff(starts) < length)) if len(starts) > 1 else 0.0
-    dof = 2 * len(starts) / (1 + _OVERLAP * overlapping)
-    # A mean that is taken off takes a sixth of white noise with it from the first frequency, and nothing from the others.
+    dof = 2 * len(starts) / (1 + _OVERLAP_CORRELATION * overlapping)
+    # Removing the mean removes a sixth of white noise at the first frequency, and nothing at the others.
     frequency = np.arange(2, length // 2 + 1) / (length * tau0)
     dofs = np.full(len(frequency), dof)
     if length % 2 == 0:
-        dofs[-1] /= 2  # half the sampling rate has no imaginary part
+        dofs[-1] /= 2  # the transform at half the sampling rate is real
     return frequency, dofs
 
 
 def default_size(n: int) -> int:
     """Samples in a segment for a record of `n`: a power of two, so that 15 that overlap by half fit in."""
     fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
-    return min(1 << (fits.bit_length() - 1), _LONGEST)
+    return min(1 << (fits.bit_length() - 1), _LONGEST_SEGMENT)
 
 
 def segment_size(segment: float | None, stream: Stream) -> int | None:
@@ -154,7 +169,7 @@ def segment_size(segment: float | None, stream: Stream) -> int | None:
 
 
 def segment_starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
-    """Where segments begin: half a length apart, all samples present, evenly thinned beyond `MOST_SAMPLES`."""
+    """Starts of the segments: half a length apart, no sample missing, evenly thinned beyond `MOST_SAMPLES`."""
     starts = np.arange(0, len(y) - length + 1, max(length // 2, 1))
     if gaps:
         missing = np.concatenate(([0], np.cumsum(np.isnan(y))))
@@ -166,7 +181,7 @@ def segment_starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
 
 
 def slope(y: Floats, *, gaps: bool) -> float:
-    """Of the whole record, per sample: a ramp would leak into all frequencies, and a segment is too short to tell it."""
+    """Slope of the whole record per sample: a ramp leaks into all frequencies, and a segment is too short to find it."""
     t = np.arange(len(y), dtype=np.float64)
     t -= (len(y) - 1) / 2
     if gaps:
@@ -190,13 +205,13 @@ def _average(y: Floats, starts: NDArray[np.int64], length: int, rise: float) -> 
 
 
 def batches(starts: NDArray[np.int64], length: int) -> list[NDArray[np.int64]]:
-    """The segments' beginnings, as many at a time as are transformed together."""
-    batch = max(1, _BATCH // length)
+    """Starts of the segments, in groups that are transformed together."""
+    batch = max(1, _BATCH_SAMPLES // length)
     return [starts[first : first + batch] for first in range(0, len(starts), batch)]
 
 
 def transforms(y: Floats, starts: NDArray[np.int64], taper: Floats, ramp: Floats) -> NDArray[np.complex128]:
-    """Of segments without their means, tapered, less a tapered ramp; shape (n_segments, n_f)."""
+    """Transforms of segments, mean and ramp removed, tapered; shape (n_segments, n_f)."""
     rows = np.lib.stride_tricks.sliding_window_view(y, len(taper))[starts]
     rows -= rows.mean(axis=1, keepdims=True)
     rows *= taper
@@ -231,7 +246,7 @@ def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: 
 
 
 def used_samples(n: int, tapers: int, what: str) -> int:
-    """How many of n samples are used: at most a few in a thousand fewer, for a fast transform."""
+    """Number of samples used of n: a few in a thousand fewer at most, for a fast transform."""
     if tapers < 1:
         raise OptionError(f"{{option}} must be at least 1, not {tapers!r}", option="tapers")
     need = max(SHORTEST, 4 * tapers)
@@ -241,7 +256,7 @@ def used_samples(n: int, tapers: int, what: str) -> int:
 
 
 def tapered_bins(used: int, tau0: float, f_max: float | None) -> int:
-    """How many frequencies up to `f_max`, or 4096."""
+    """Number of frequencies up to `f_max`; 4096 by default."""
     bins = min(4096, used // 2) if f_max is None else min(int(f_max * (used + 1) * tau0), used // 2)
     if bins < 1:
         raise OptionError(f"{{option}} is below the record's resolution, {1 / (used * tau0):.3g} Hz", option="f_max")
@@ -257,7 +272,7 @@ def tapered_grid(used: int, bins: int, tapers: int, tau0: float) -> tuple[Floats
 
 
 def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128]]:
-    """Transforms of samples without mean and slope under each sine taper, at that many frequencies.
+    """Transforms of samples without mean and slope under each sine taper, at the given number of frequencies.
 
     All from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
     """
@@ -269,7 +284,7 @@ def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128
 
 
 def _at(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -> NDArray[np.complex128]:
-    """A real series' transform at any bin: beyond the ends it is its own mirror image."""
+    """Transform of a real series at any bin; beyond its ends the transform is mirrored."""
     folded = np.abs(bins)
     over = folded > used + 1
     folded = np.where(over, 2 * (used + 1) - folded, folded)

@@ -1,4 +1,4 @@
-"""What a line of known amplitude and frequency leaves in a spectrum, at its own frequency and beside it."""
+"""Density of a sinusoid in a spectrum, at its frequency and beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spectra as results."""
+"""Spectra and their comparison with models."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed
 from sigmatau.spectrum.bins import bin_starts, levelled, shared
@@ -29,7 +30,7 @@ _LINE_SHARE = 1e-3
 
 
 class HasDensity(Protocol):
-    """What a density is compared with: see `sigmatau.model.channel.ChannelModel`."""
+    """Attributes of `sigmatau.model.channel.ChannelModel` that a density is compared with."""
 
     @property
     def unit(self) -> str: ...
@@ -37,7 +38,7 @@ class HasDensity(Protocol):
 
 
 class HasChannels(Protocol):
-    """Several of them by name: see `sigmatau.model.noise_model.NoiseModel`."""
+    """Attributes of `sigmatau.model.noise_model.NoiseModel`: channels by name."""
 
     @property
     def channels(self) -> Mapping[str, HasDensity]: ...
@@ -57,14 +58,27 @@ class Spectrum(Printed):
     density : ndarray, shape (n_f,)
         Two-sided: white noise of random walk N has N² at every frequency. [unit²/Hz]
     dof : ndarray, shape (n_f,)
-        Degrees of freedom of each density, of which dof·density/truth has a χ² law.
+        Degrees of freedom of each density: dof·density/truth is χ² distributed.
     resolution : float
-        Width of what one frequency sees. [Hz]
+        Frequency resolution. [Hz]
     segments : int
         Segments averaged, or tapers.
     n, tau0 : int, float
         Samples in the record, and their interval. [s]
     method : {"welch", "multitaper"}
+
+    See Also
+    --------
+    sigmatau.psd : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> spectrum = st.psd(st.simulate(model, duration=600, rate=100, rng=1))["gyro_x"]
+    >>> low, high = spectrum.binned(per_octave=1).interval()
+    >>> bool((low < 1e-8).mean() > 0.8)
+    True
     """
 
     channel: str
@@ -80,14 +94,11 @@ class Spectrum(Printed):
     method: Method = "welch"
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "density", "dof"):
-            array = np.asarray(getattr(self, name), dtype=np.float64).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "density", "dof", dtype=np.float64)
 
     @property
     def trusted(self) -> float:
-        """Frequency from which a density as steep as f⁻² has no bias worth speaking of: 3 resolutions, of tapers 4. [Hz]"""
+        """Frequency from which the bias of a density as steep as f⁻² is negligible: 3 resolutions, 4 for tapers. [Hz]"""
         return (3.0 if self.method == "welch" else 4.0) * self.resolution
 
     @property
@@ -96,7 +107,7 @@ class Spectrum(Printed):
         return f"({self.unit})^2/Hz" if "/" in self.unit else f"{self.unit}^2/Hz"
 
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Between which densities the true one lies, by χ².
+        """Confidence interval of the density, by χ².
 
         Parameters
         ----------
@@ -111,13 +122,13 @@ class Spectrum(Printed):
         Raises
         ------
         OptionError
-            For a level that is no probability.
+            For a level that is not between 0 and 1.
 
         Notes
         -----
-        Of a density that changes little within the `resolution`. Of a red one, as steep as f⁻², the lowest frequencies are
-        wrong by more than the interval: what the taper lets through from below, and the slope that was taken off. The
-        intervals hold from `trusted` on.
+        The intervals hold for a density that changes little within the `resolution`. For a density as steep as f⁻² the bias
+        of the lowest frequencies, by leakage and by the removed slope, is larger than the interval. The intervals hold from
+        `trusted` on.
         """
         if not 0 < level < 1:
             raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
@@ -128,11 +139,11 @@ class Spectrum(Printed):
         return self.density * self.dof / low, self.density * self.dof / high
 
     def binned(self, *, per_octave: int = 8) -> Spectrum:
-        """The same with neighbouring frequencies averaged, as many bins an octave: what a figure or a fit needs.
+        """The spectrum with neighbouring frequencies averaged, `per_octave` bins per octave.
 
-        The frequency of a bin is the mean of its frequencies. Its density is that at this frequency: the mean after each
-        density was taken there along the slope between the neighbouring bins, without which an octave of a density as steep
-        as f⁻² would be an eighth too high.
+        The frequency of a bin is the mean of its frequencies. Each density is moved to this frequency along the slope
+        between the neighbouring bins before the mean is taken. Without this step an octave of a density as steep as f⁻²
+        would be an eighth too high.
         """
         return self._binned(bin_starts(self.frequency, per_octave))
 
@@ -160,17 +171,17 @@ class Spectrum(Printed):
         }
 
     def expected(self, model: HasDensity | HasChannels) -> Floats:
-        """The density of a noise model at the frequencies of this spectrum, with what sampling folds back; shape (n_f,).
+        """Density of a noise model at the frequencies of this spectrum, aliasing included; shape (n_f,).
 
         Parameters
         ----------
         model : ChannelModel or NoiseModel
-            Of the latter the channel of this name. Sinusoids are lines and a ramp is no noise: neither has a density.
+            Of a NoiseModel the channel of this name is used. Sinusoids and a ramp have no density.
 
         Raises
         ------
         DataError
-            If the model has no such channel, has it in another unit, or has nothing with a density in it.
+            If the model does not have the channel, has it in another unit, or has no noise with a density.
         """
         channels = getattr(model, "channels", None)
         if channels is not None and self.channel not in channels:
@@ -194,7 +205,7 @@ class Spectrum(Printed):
         ----------
         model : ChannelModel or NoiseModel
         per_octave : int
-            Bands in an octave: those of `binned`, of which each is left out that begins below `trusted`.
+            Bands per octave, as in `binned`. Bands that begin below `trusted` are omitted.
 
         Raises
         ------
@@ -203,8 +214,8 @@ class Spectrum(Printed):
 
         Notes
         -----
-        Bands in which a sinusoid of the model shows by more than a thousandth of the model's density are left out,
-        and named in the comparison: lines have no density.
+        Bands to which a sinusoid of the model adds more than a thousandth of the model's density are omitted, and named in
+        the comparison.
         """
         expected = self.expected(model)
         lined = (expected > 0) & (self._of_lines(model) > _LINE_SHARE * expected)
@@ -235,14 +246,14 @@ class Spectrum(Printed):
         )
 
     def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
-        """What of a model has no density and is not in `expected`, in words: ``("sinusoid at 0.55 Hz", "rate ramp")``."""
+        """Parts of a model without a density, which `expected` omits: ``("sinusoid at 0.55 Hz", "rate ramp")``."""
         channels = getattr(model, "channels", None)
         noise = model if channels is None else channels[self.channel]
         lines = [f"sinusoid at {line.frequency:.4g} Hz" for line in getattr(noise, "sinusoid", ())]
         return (*lines, *(["rate ramp"] if "rate_ramp" in getattr(noise, "terms", ()) else []))
 
     def _of_lines(self, model: HasDensity | HasChannels) -> Floats:
-        """What the model's sinusoids leave in this spectrum, at most; shape (n_f,)."""
+        """Upper bound of the density of the model's sinusoids in this spectrum; shape (n_f,)."""
         noise = getattr(model, "channels", {self.channel: model})[self.channel]
         tapers = self.segments if self.method == "multitaper" else None
         total = np.zeros(self.frequency.shape)
@@ -290,9 +301,8 @@ class Spectrum(Printed):
 
 
 def _ranges(frequency: Floats, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """First and last frequency of each run of those that are chosen."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.astype(np.int8), [0]))))
-    return tuple((float(frequency[a]), float(frequency[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
+    """First and last frequency of each run of chosen frequencies."""
+    return tuple((float(frequency[a]), float(frequency[b - 1])) for a, b in runs(chosen))
 
 
 class Spectra(ByChannel[Spectrum]):

@@ -1,4 +1,4 @@
-"""What is done to samples before they are transformed."""
+"""Tapers, and other preparation of samples for a transform."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def hann(n: int) -> Floats:
 
 
 def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
-    """Correlation of the mean power of so many sine tapers at two frequencies, for white noise.
+    """Correlation of the mean power of a number of sine tapers at two frequencies, for white noise.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def good_length(n: int) -> int:
 
 
 def without_line(y: Floats) -> Floats:
-    """Samples without their mean and slope, by least squares: what leaks most from below the lowest frequency."""
+    """Samples without their mean and slope, by least squares, which reduces leakage from low frequencies."""
     n = len(y)
     t = np.arange(n, dtype=np.float64)
     t -= (n - 1) / 2

@@ -1,8 +1,8 @@
-"""Eq. (2) of the paper: what shaped a noise, from the density of its output when the input is white.
+"""Filter that shaped white noise into a spectrum, eq. (2) of the paper.
 
-The output of a linear filter H driven by white noise of density N² has the density |H|²·N²: it gives the magnitude of H and
-says nothing of its phase. Of all filters with that magnitude one has the least delay and a stable causal inverse, the
-minimum-phase one; its phase follows from the magnitude at all frequencies (Kolmogorov, Bode), by the cepstrum: the causal
+The output of a linear filter H driven by white noise of density N² has the density |H|²·N². It determines the magnitude
+of H, but not its phase. Among all filters with this magnitude the minimum-phase filter has the least delay and a stable
+causal inverse. Its phase follows from the magnitude at all frequencies (Kolmogorov, Bode) by the cepstrum: the causal
 part of the inverse transform of ln|H|.
 
 References
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import Printed
 from sigmatau.spectrum.result import Spectrum
@@ -31,16 +32,16 @@ __all__ = ["MinimumPhase", "transfer"]
 
 Floats = NDArray[np.float64]
 
-_FLOOR = 1e-12
-"""Of the largest density: what is below is taken to be there, since of nothing there is no logarithm."""
+_DENSITY_FLOOR = 1e-12
+"""Smallest density relative to the largest; lower ones are raised to it, because 0 has no logarithm."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MinimumPhase(Printed):
-    """A filter with the magnitude that a spectrum shows, and with the phase of the minimum-phase filter: an assumption.
+    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter, which is an assumption.
 
-    A spectrum cannot tell it from a filter with the same magnitude and more delay; a sensor's own anti-alias filter, of
-    analogue poles or averages, is nearly always of minimum phase but for a delay.
+    A spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
+    sensor, made of analogue poles or averages, is nearly always minimum-phase except for a delay.
 
     Attributes
     ----------
@@ -52,15 +53,15 @@ class MinimumPhase(Printed):
     low, high : ndarray, shape (n_f,)
         95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below `measured_from`.
     phase : ndarray, shape (n_f,)
-        By assumption; unwrapped, 0 at 0. [rad]
+        Assumed phase, unwrapped, 0 at 0. [rad]
     impulse : ndarray, shape (n_taps,)
         Impulse response in samples: the output is its convolution with the input.
     input_density : float
         Two-sided density N² of the white input. [`input_unit`]
     input_unit : str
-        unit²/Hz of the output's unit, since a filter of noise has none of its own.
+        The output's unit²/Hz.
     measured_from : float
-        The spectrum's lowest frequency; below it the magnitude is taken to stay as it is there. [Hz]
+        Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
     tau0 : float
         Sample interval. [s]
     """
@@ -78,14 +79,11 @@ class MinimumPhase(Printed):
     tau0: float
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "magnitude", "low", "high", "phase", "impulse"):
-            array = np.asarray(getattr(self, name), dtype=np.float64).view()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "frequency", "magnitude", "low", "high", "phase", "impulse", dtype=np.float64)
 
     @property
     def corner(self) -> float | None:
-        """Where |H|² has fallen to half of what it is at the lowest frequency, for the first time. [Hz]"""
+        """Lowest frequency at which |H|² is half of its value at the lowest frequency. [Hz]"""
         below = np.flatnonzero(self.magnitude**2 < 0.5 * self.magnitude[0] ** 2)
         return float(self.frequency[below[0]]) if len(below) else None
 
@@ -138,13 +136,13 @@ def transfer(
     Parameters
     ----------
     spectrum : Spectrum
-        Of the output, by Welch: at even steps up to half the sampling rate.
+        Welch's spectrum of the output, at even steps up to half the sampling rate.
     random_walk : float, optional
-        N of the white input, two-sided: its density is N². Default: that of the output at the lowest frequencies, a
-        hundredth of the band, so that H(0) = 1. [unit·√s]
+        N of the white input, whose two-sided density is N². Default: that of the output in the lowest hundredth of the band,
+        so that H(0) = 1. [unit·√s]
     per_octave : int, optional
-        Smooth the magnitude by so many bins an octave before the phase is taken of it. Default: as it is; errors of single
-        frequencies then go into the impulse response, where they are spread over all taps.
+        Bins per octave by which the magnitude is smoothed before the phase is computed. Default: no smoothing; errors of
+        single frequencies then spread over all taps of the impulse response.
     taps : int, optional
         Length of the impulse response. Default: half that of the spectrum's segments.
 
@@ -155,20 +153,32 @@ def transfer(
     Raises
     ------
     OptionError
-        For a spectrum of tapers, which has not all frequencies, or a random walk or length that cannot be.
+        For a multitaper spectrum, which lacks frequencies, or an impossible random walk or length.
     DataError
         If the density is 0 everywhere.
 
+    See Also
+    --------
+    psd : the spectrum of a record.
+
     Notes
     -----
-    The mean of the logarithm of a χ² density is below that of the density by ln(ν/2) − ψ(ν/2), which is put right. Below its
-    first frequency the density is taken to stay as it is. The result is that of the sampled sequence: what has folded back
-    is part of the magnitude. At a zero, such as a digital Butterworth filter has at half the sampling rate, Welch's taper
-    shows less depth than there is.
+    The mean logarithm of a χ² density is too small by ln(ν/2) − ψ(ν/2), which is corrected. The density is
+    constant below the first frequency. The result describes the sampled sequence: aliased noise is part of the magnitude.
+    Welch's taper reduces the depth of zeros, for example of a digital Butterworth filter at half the sampling rate.
 
     References
     ----------
-    Eq. (2) of :doi:`10.1109/TIM.2007.908635`: S_out = H·S_in·H*, of which a single channel has |H|²·S_in.
+    Eq. (2) of :doi:`10.1109/TIM.2007.908635`: S_out = H·S_in·H*; for a single channel |H|²·S_in.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": st.ChannelModel(
+    ...     terms={"random_walk": 1e-4}, bandwidth=st.LowPass(order=2, corner=20.0))})
+    >>> spectrum = st.psd(st.simulate(model, duration=600, rate=100, rng=1))["gyro_x"]
+    >>> bool(st.transfer(spectrum, per_octave=4).magnitude[-1] < 0.3)
+    True
     """
     if spectrum.method != "welch":
         raise OptionError("{option} must be Welch's, at even steps up to half the sampling rate", option="spectrum")
@@ -196,7 +206,7 @@ def transfer(
     # What was not measured has no interval.
     below, above = (np.concatenate((np.full(first, np.nan), edge)) / white for edge in (low, high))
     magnitude = np.sqrt(power)
-    floor = np.maximum(power, _FLOOR * power.max())
+    floor = np.maximum(power, _DENSITY_FLOOR * power.max())
     minimum = _minimum_phase(0.5 * np.log(floor))
     impulse = np.fft.irfft(minimum, length)[:taps]
     return MinimumPhase(
@@ -215,12 +225,12 @@ def transfer(
 
 
 def _smoothed(spectrum: Spectrum, per_octave: int | None) -> tuple[Floats, Floats, Floats]:
-    """The density, the mean of whose logarithm is that of the truth, and the ends of its interval."""
+    """The density, corrected for the bias of its logarithm, and its interval."""
     from scipy.special import digamma
 
     shown = spectrum if per_octave is None else spectrum.binned(per_octave=per_octave)
     half = np.maximum(shown.dof, 1.0) / 2
-    least = _FLOOR * shown.density.max()
+    least = _DENSITY_FLOOR * shown.density.max()
     logarithms = [np.log(np.maximum(shown.density, least)) + np.log(half) - digamma(half)]
     logarithms += [np.log(np.maximum(edge, least)) for edge in shown.interval()]
     if per_octave is not None:

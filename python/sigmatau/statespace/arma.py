@@ -1,7 +1,7 @@
 """Noise models as ARIMA processes: the difference equation with the same spectrum.
 
-The moving average is the spectral factor of the sum of all terms, see `sigmatau.statespace.spectral_factor`; what is
-returned is held against the model's own spectrum first.
+The moving average is the spectral factor of the sum of all terms, see `sigmatau.statespace.spectral_factor`. The spectrum of
+the result is compared with that of the model before it is returned.
 """
 
 from __future__ import annotations
@@ -13,45 +13,45 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.misplaced import one_channel
 from sigmatau.model.processes import interval
 from sigmatau.results import Printed
 from sigmatau.statespace.spectral_factor import Spectrum
-from sigmatau.statespace.state_space import flicker_of
+from sigmatau.statespace.state_space import check_channel_model, flicker_of
 
 __all__ = ["Arma", "arma"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_LOST = 1e-6
-"""What rounded coefficients may change the gain at zero frequency by, relative, roots at 1 left out."""
+_MOST_GAIN_CHANGE = 1e-6
+"""Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded."""
 
-_LONGEST = 1e12
-"""Samples of the longest period at which the spectrum is held against the model's: flicker's longest band."""
+_LONGEST_PERIOD = 1e12
+"""Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]"""
 
-_PER_DECADE = 8
+_PER_DECADE = 8  # frequencies at which the spectrum is compared
 
-_WRONG = 1e-4
-"""Relative error of a spectrum that is not returned. A root rounded to double precision moves 1 − φ by 1e-16, which is 1e-4
-of it at a correlation time of 10¹² samples; all else is below 1e-12."""
+_MOST_SPECTRUM_ERROR = 1e-4
+"""Relative error of a spectrum above which the process is refused. A root rounded to double precision moves 1 − φ by 1e-16,
+which is 1e-4 of it at a correlation time of 10¹² samples; other errors are below 1e-12."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Arma(Printed):
     """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
 
-    To filter with it, take `sections`: of roots close to 1, which flicker noise and long correlation times have, double
-    precision has no coefficients of a polynomial, and a filter made of such coefficients is unstable.
+    Filter with `sections`. Flicker noise and long correlation times have roots close to 1, for which polynomial
+    coefficients in double precision are not accurate enough: such a filter would be unstable.
 
     Attributes
     ----------
     d : int
         Differences: 1 with a rate random walk or a ramp, else 0.
     variance : float
-        Of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
+        Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
     drift : float
         Mean of the differenced process before `ar`: a ramp. [unit of the rate]
     ar_roots : ndarray, shape (p,)
@@ -65,7 +65,7 @@ class Arma(Printed):
     flicker_error : float
         Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without.
     tau_max : float or None
-        The longest averaging time for which the flicker noise is right. [s]
+        Longest averaging time for which the flicker noise is accurate. [s]
     error : float
         Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and down
         to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see `flicker_error`.
@@ -83,10 +83,7 @@ class Arma(Printed):
     error: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("ar_roots", "ma_roots"):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "ar_roots", "ma_roots", copy=True)
 
     @property
     def p(self) -> int:
@@ -100,7 +97,7 @@ class Arma(Printed):
 
     @property
     def ar(self) -> Floats:
-        """1, −φ₁ … as it stands in front of y, the differences taken out; shape (p + 1,).
+        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,).
 
         Raises `DataError` where coefficients in double precision do not have the roots; take `sections`.
         """
@@ -108,12 +105,12 @@ class Arma(Printed):
 
     @property
     def ma(self) -> Floats:
-        """1, θ₁ …, shape (q + 1,); raises `DataError` as `ar` does."""
+        """Coefficients 1, θ₁ … of e; shape (q + 1,). Raises `DataError` as `ar` does."""
         return _coefficients("ma", self.ma_roots)
 
     @property
     def sections(self) -> Floats:
-        """The whole filter from e to y, differences too but for the drift, in factors of first and second order.
+        """The whole filter from e to y, differences included and drift excluded, as factors of first and second order.
 
         Returns
         -------
@@ -141,7 +138,7 @@ class Arma(Printed):
 
     def _has_sections(self) -> bool:
         """1 + c₁ + c₂ = |1 − φ|² of a pair is what is left of numbers up to 2, which are rounded."""
-        return 4 * float(np.finfo(float).eps) <= _LOST * self._closest() ** 2
+        return 4 * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * self._closest() ** 2
 
     def psd(self, f: ArrayLike) -> Floats:
         """Two-sided density of the process, without its drift; frequencies in Hz, positive. [(unit of the rate)²/Hz]"""
@@ -206,17 +203,21 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Returns
     -------
     Arma
-        Of m Gauss-Markov processes, those of flicker noise among them: ARMA(m, m) with a random walk, ARMA(m, m − 1)
-        without; a difference more with a rate random walk or a ramp, an order of the moving average more with each
-        of these and with quantization.
+        For m Gauss-Markov processes, including those of flicker noise: ARMA(m, m) with a random walk, ARMA(m, m − 1)
+        without. A rate random walk or a ramp adds one difference. Each of these, and quantization, adds one order of the
+        moving average.
 
     Raises
     ------
     OptionError
         As `sigmatau.statespace.state_space`.
     DataError
-        For a sinusoid, which is no such process, or a ramp with no noise; if the spectrum of what was found is not the
-        model's to 1e-4.
+        For a sinusoid, which is not an ARIMA process, or a ramp without noise; if the spectrum of the result differs from
+        the model's by more than 1e-4.
+
+    See Also
+    --------
+    state_space : the same noise as a linear system.
 
     Notes
     -----
@@ -226,8 +227,16 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     ----------
     A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter," 1989, section 2.4, for the reduced form
     of sums of processes; O. Aberth, Math. Comp. 27, 1973, :doi:`10.1090/S0025-5718-1973-0329236-7`, for the roots.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.ChannelModel(terms={"random_walk": 1e-4, "rate_random_walk": 1e-6})
+    >>> found = st.arma(model, dt=0.01)
+    >>> (found.p, found.d, found.q)
+    (0, 1, 1)
     """
-    one_channel(model, kind=ChannelModel, function="arma")
+    check_channel_model(model, function="arma")
     interval("dt", dt)
     if model.sinusoid:
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
@@ -265,13 +274,13 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
         flicker_error=poles.error if poles else 0.0,
         tau_max=poles.tau_max if poles else None,
     )
-    f = np.geomspace(1 / (_LONGEST * dt), 0.5 / dt, math.ceil(_PER_DECADE * math.log10(_LONGEST / 2)))
+    f = np.geomspace(1 / (_LONGEST_PERIOD * dt), 0.5 / dt, math.ceil(_PER_DECADE * math.log10(_LONGEST_PERIOD / 2)))
     expected = dt * spectrum.at(4 * np.sin(math.pi * f * dt) ** 2)
     error = float(np.abs(found.psd(f) / expected - 1).max())
-    if not error <= _WRONG:
+    if not error <= _MOST_SPECTRUM_ERROR:
         raise DataError(
             f"the roots of this model's ARMA process, rounded to double precision, have a spectrum that is off by"
-            f" {error:.2g} of it (at most {_WRONG:g} is returned); take its state space"
+            f" {error:.2g} of it (at most {_MOST_SPECTRUM_ERROR:g} is returned); take its state space"
         )
     return replace(found, error=error)
 
@@ -292,7 +301,7 @@ def _has_coefficients(roots: Complexes) -> bool:
     """Whether the product, multiplied out in double precision, still has the roots."""
     beside = 1 - roots[roots != 1]
     size = float(np.abs(_expanded(roots)).sum())
-    return size * float(np.finfo(float).eps) <= _LOST * float(np.abs(np.prod(beside)))
+    return size * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * float(np.abs(np.prod(beside)))
 
 
 def _coefficients(name: str, roots: Complexes) -> Floats:
@@ -306,7 +315,7 @@ def _coefficients(name: str, roots: Complexes) -> Floats:
 
 
 def _factors(roots: Complexes) -> list[tuple[complex, Floats]]:
-    """Real roots alone, complex ones with their conjugates: one of the roots, and 1, c₁, c₂."""
+    """Factors of a polynomial: a root and its coefficients 1, c₁, c₂; a complex root includes its conjugate."""
     found = []
     for root in roots.tolist():
         if root.imag == 0:
@@ -317,7 +326,7 @@ def _factors(roots: Complexes) -> list[tuple[complex, Floats]]:
 
 
 def _sections(poles: Complexes, zeros: Complexes) -> Floats:
-    """Each pole, the closest to the unit circle first, over the zero nearest to it of its own order."""
+    """Sections of second order: each pole, the closest to the unit circle first, over the nearest zero of its order."""
     one = np.array([1.0, 0.0, 0.0])
     left = _factors(zeros)
     rows = []

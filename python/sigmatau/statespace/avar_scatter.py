@@ -1,4 +1,4 @@
-"""How the Allan variances of a record scatter if a model is true: their covariance, and whether chance rules at all."""
+"""Covariance of the Allan variances of a record if a model is true, and whether noise dominates it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ Floats = NDArray[np.float64]
 
 _LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 
-_STILL = 1e-9
-"""Sine of the turn per sample of a sinusoid that is sampled as a constant, or at each of its zeros."""
+_SMALLEST_SINE = 1e-9
+"""Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros."""
 
-_MOST_OF_PHASE = 0.1
+_MOST_PHASE_SHARE = 0.1
 """Of a standard error of a variance, what may be wrong with it because the share x that a sinusoid's phase moves it by is
 not small: the law of the variances is followed to x, and the next order is x²/2."""
 
@@ -34,7 +34,7 @@ not small: the law of the variances is followed to x, and the next order is x²/
 def covariance_of_model(
     model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float, together: NDArray[np.bool_] | None = None
 ) -> Floats:
-    """Of the Allan variances, if the model is true; of sizes that are not `together`, the variances; (n_tau, n_tau)."""
+    """Covariance of the Allan variances if the model is true; shape (n_tau, n_tau). Only variances unless `together`."""
     times = [process.time for process in model.gauss_markov]
     noise, ramp = kernels.covariance_tensors(n, m, tau0, correlation_times=times)
     theta = np.array(
@@ -75,7 +75,7 @@ def _filtered(
     tau0: float,
     together: tuple[bool, ...],
 ) -> Floats:
-    """See `filtered_covariance`; kept, for it is the same for all records of a length."""
+    """`filtered_covariance`, cached: it is the same for all records of one length."""
     coefficients = dict(terms)
 
     def beside(lags: Floats) -> Floats:
@@ -102,7 +102,7 @@ def _filtered(
 
 
 def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) -> list[tuple[Sinusoid, Floats, Floats]]:
-    """Each sinusoid, its variances, and by what share of them its phase may change those of a record, either way.
+    """Variances of each sinusoid, and the share of them by which its unknown phase may change those of a record.
 
     Of a phase φ at the middle of the record, a mean over M second differences has 1 + cos(2φ)·sin(Mω)/(M·sin ω) times the
     variance.
@@ -111,13 +111,13 @@ def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) ->
     for line in model.sinusoid:
         turn = 2 * math.pi * _folded(line.frequency, tau0) * tau0
         terms = n - 2 * m + 1.0
-        share = np.sin(terms * turn) / (terms * math.sin(turn)) if math.sin(turn) > _STILL else np.ones(len(m))
+        share = np.sin(terms * turn) / (terms * math.sin(turn)) if math.sin(turn) > _SMALLEST_SINE else np.ones(len(m))
         found.append((line, kernels.sinusoid_avar(line.amplitude, line.frequency, m, tau0), share))
     return found
 
 
 def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
-    """Refuse a model without noise: `DataError`."""
+    """Raise `DataError` for a model without noise."""
     if not (set(model.terms) & set(_LINEAR) or model.gauss_markov):
         raise DataError(
             f"the model of {curve.channel} has no noise: nothing in its variances is by chance, and no misfit is more or"
@@ -126,14 +126,14 @@ def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
 
 
 def check_phases(model: ChannelModel, curve: DeviationCurve, m: NDArray[np.int64], variance: Floats) -> None:
-    """Refuse a model whose variances are more by the phase of a sinusoid than by noise: `DataError`."""
+    """Raise `DataError` for a model whose variances depend more on the phase of a sinusoid than on noise."""
     expected = model.avar(m=m, tau0=curve.tau0)
     for line, column, share in _lines(model, n=curve.n, m=m, tau0=curve.tau0):
         moved = column * share / expected
         noise = np.sqrt(np.maximum(variance / expected**2 - moved**2 / 2, 0.0))
         # The shares go into V, where they are taken as small; what is wrong with that is a half of their square.
         wrong = np.divide(moved**2 / 2, noise, out=np.full(len(m), np.inf), where=noise > 0)
-        if wrong[moved != 0].max(initial=0.0) > _MOST_OF_PHASE:
+        if wrong[moved != 0].max(initial=0.0) > _MOST_PHASE_SHARE:
             turns = _folded(line.frequency, curve.tau0) * curve.n * curve.tau0
             raise DataError(
                 f"the model of {curve.channel} has a sinusoid at {line.frequency:.4g} Hz, of {turns:.3g} turns in the"
@@ -144,6 +144,6 @@ def check_phases(model: ChannelModel, curve: DeviationCurve, m: NDArray[np.int64
 
 
 def _folded(frequency: float, tau0: float) -> float:
-    """Where a frequency shows in samples."""
+    """Frequency at which a sinusoid appears in samples."""
     turns = frequency * tau0 % 1.0
     return max(min(turns, 1 - turns), 1e-12) / tau0

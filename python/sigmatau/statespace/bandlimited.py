@@ -1,13 +1,13 @@
-"""What white noise behind a bandwidth adds to the covariance of Allan variances.
+"""Covariance of Allan variances added by white noise behind a low-pass filter.
 
 With C(l) the covariance of the second differences z_j(n) and z_{j+l}(m) of the phase, that of two Allan variances is
 Σ w(l)·[C(l)² + 2·R²n²m²τ₀⁴·C(l)]/(2n²m²τ₀⁴·M(n)·M(m)), w(l) the number of pairs at the lag l and R a ramp. C is that of
 filtered noise, F, and of all else, E: the kernels have Σ w·E², and here are Σ w·(F² + 2FE) and the ramp's Σ w·F, from the
 generalised autocovariances of the phase (`sigmatau.model.covariance`).
 
-F is smooth but for the nine lags at which an end of a cluster meets one of the other, and ends where the filter has
-forgotten. So sums go over all lags near those nine, and over Gauss' points of panels in between, which grow with the
-distance but follow the filter's swings.
+F is smooth except at the nine lags at which ends of the two clusters coincide, and is negligible beyond the memory of the
+filter. So sums include all lags near those nine, and Gauss points of panels in between, whose lengths grow with the distance
+but not beyond an oscillation of the filter.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ __all__ = ["filtered_covariance"]
 Floats = NDArray[np.float64]
 Phase = Callable[[Floats], Floats]
 
-_SECOND = np.array([1.0, -2.0, 1.0])
+_SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0])
 
-_FORGOTTEN = 20.0
-"""Time constants of the slowest pole after which a filter's memory, 2e-9, is taken as none."""
+_FILTER_MEMORY = 20.0
+"""Time constants of the slowest pole after which the memory of a filter, e^−20 = 2e-9, is neglected."""
 
-_NEAR = 24
-"""Lags on either side of a meeting that are summed one by one."""
+_WHOLE_LAGS = 24
+"""Lags on either side of a coincidence of cluster ends that are summed one by one."""
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -48,7 +48,7 @@ def filtered_covariance(
     ramp: float,
     together: NDArray[np.bool_],
 ) -> Floats:
-    """Covariance of Allan variances less that without the filtered noise.
+    """Covariance of Allan variances minus the covariance without the filtered noise.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def filtered_covariance(
         return covariances.phase_of_band_limited(random_walk, bandwidth.order, bandwidth.corner, lags, tau0)
 
     turn = 2 * math.pi * bandwidth.corner * tau0
-    memory = math.ceil(_FORGOTTEN / (turn * math.sin(math.pi / (2 * bandwidth.order))))
+    memory = math.ceil(_FILTER_MEMORY / (turn * math.sin(math.pi / (2 * bandwidth.order))))
     panels = _panels(n, memory=min(memory, 2 * n), swing=math.pi / turn)
     total = np.zeros((len(m), len(m)))
     for i, first in enumerate(m.tolist()):
@@ -96,16 +96,16 @@ def filtered_covariance(
 
 
 def _differences(phase: Phase, first: int, second: int, lags: Floats) -> Floats:
-    """C at lags, which need not be whole."""
+    """C at lags, which may be fractions."""
     total = np.zeros(lags.shape)
-    for a, left in enumerate(_SECOND):
-        for b, right in enumerate(_SECOND):
+    for a, left in enumerate(_SECOND_DIFFERENCE):
+        for b, right in enumerate(_SECOND_DIFFERENCE):
             total += left * right * phase(np.abs(lags + float(b * second - a * first)))
     return total
 
 
 def _lags(first: int, second: int, pairs: tuple[float, float], memory: int, panels: Floats) -> tuple[Floats, Floats]:
-    """Lags, and how many pairs of pairs of clusters each stands for."""
+    """Lags, and the number of pairs of pairs of clusters of each."""
     meetings = (np.subtract.outer(np.arange(3) * first, np.arange(3) * second)).ravel()
     low = max(-int(pairs[0]), int(meetings.min()) - memory)
     high = min(int(pairs[1]), int(meetings.max()) + memory)
@@ -125,8 +125,8 @@ def _lags(first: int, second: int, pairs: tuple[float, float], memory: int, pane
 
 
 def _panels(longest: int, *, memory: int, swing: float) -> Floats:
-    """Where panels of distances end: growing with the distance, but at most a swing long while the filter remembers."""
-    ends = [min(_NEAR, longest)]
+    """Ends of the panels of distances: growing with the distance, but at most one oscillation of the filter long."""
+    ends = [min(_WHOLE_LAGS, longest)]
     while ends[-1] < longest:
         width = ends[-1] / 2
         if ends[-1] < memory:
@@ -136,7 +136,7 @@ def _panels(longest: int, *, memory: int, swing: float) -> Floats:
 
 
 def _outwards(inside: int, panels: Floats) -> tuple[Floats, Floats]:
-    """Distances 1 … `inside` by whole ones or Gauss' points, and how many each stands for."""
+    """Distances 1 … `inside`, whole or Gauss points, and the number of distances that each stands for."""
     whole = np.arange(1.0, min(inside, panels[0]) + 1)
     ends = np.minimum(panels[: np.searchsorted(panels, inside) + 1], inside)
     begin, width = ends[:-1], np.diff(ends)

@@ -1,7 +1,7 @@
 """Linear Gauss-Markov systems over many steps at once, by doubling.
 
-Of x' = F·x + w, cov w = W, n steps are x → Fⁿ·x + wₙ with Fᵃ⁺ᵇ = Fᵇ·Fᵃ and W₍ₐ₊ᵦ₎ = Fᵇ·Wₐ·Fᵇᵀ + Wᵦ: any n takes
-2·log₂(n) products, and nothing is lost on the way that single steps would keep.
+For x' = F·x + w, cov w = W, n steps are x → Fⁿ·x + wₙ with Fᵃ⁺ᵇ = Fᵇ·Fᵃ and W₍ₐ₊ᵦ₎ = Fᵇ·Wₐ·Fᵇᵀ + Wᵦ. So n steps take
+2·log₂(n) products, and are as accurate as single steps.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
-    """Some steps of a linear system.
+    """Transition and noise of some steps of a linear system.
 
     Attributes
     ----------
     transition : ndarray, shape (n_states, n_states)
     noise : ndarray, shape (n_states, n_states)
-        Covariance of what the steps add.
+        Covariance of the noise added by the steps.
     """
 
     transition: Floats
     noise: Floats
 
     def then(self, later: Steps) -> Self:
-        """These steps and the `later` ones after them."""
+        """These steps, followed by the `later` ones."""
         noise = later.transition @ self.noise @ later.transition.T + later.noise
         return type(self)(later.transition @ self.transition, (noise + noise.T) / 2)
 
@@ -49,5 +49,5 @@ class Steps:
         return result
 
     def covariance(self, before: Floats) -> Floats:
-        """Covariance of the state after these steps, from that before them; both of shape (n_states, n_states)."""
+        """Covariance of the state after these steps, from the covariance before; both of shape (n_states, n_states)."""
         return np.asarray(self.transition @ before @ self.transition.T + self.noise)

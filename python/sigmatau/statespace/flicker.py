@@ -1,8 +1,8 @@
-"""Flicker noise as a sum of Gauss-Markov processes: what a filter or a simulator can hold in a few states.
+"""Flicker noise as a sum of a few Gauss-Markov processes, for filters and simulators.
 
-Flicker noise of density B²/(2πf) is the sum of Gauss-Markov processes of every correlation time, with the variance B²/π for
-each e-fold of it. A few of them, evenly spread over the logarithm of the time, do for a band of averaging times; their
-variances are those, none negative, whose worst error of the Allan variance is least.
+Flicker noise of density B²/(2πf) is the sum of Gauss-Markov processes of all correlation times, with the variance B²/π for
+each factor e of the correlation time. A few processes, evenly spaced on a logarithmic axis, are sufficient for a band of
+averaging times. Their non-negative variances minimise the largest error of the Allan variance.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ Floats = NDArray[np.float64]
 LONGEST_BAND = 1e12
 """The longest averaging time over the shortest."""
 
-_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
-_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
-_FINE = 8  # as many between, at which the error is taken
-_BEYOND = 0.5  # decades by which the poles reach past the band
+_POLES_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
+_TIMES_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
+_FINER_BY = 8  # factor on the number of averaging times at which the error is measured
+_DECADES_BEYOND = 0.5  # poles reach beyond the band by this much at both ends [decades]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FlickerPoles(Printed):
-    """Gauss-Markov processes that stand for flicker noise of B = 1.
+    """Gauss-Markov processes that approximate flicker noise of B = 1.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class FlickerPoles(Printed):
     variances : ndarray, shape (n_poles,)
         [B²]
     tau_min, tau_max : float
-        Averaging times for which they do. [s]
+        Averaging times for which the approximation holds. [s]
     error : float
         The largest relative error of the Allan deviation there.
     """
@@ -64,7 +64,7 @@ class FlickerPoles(Printed):
 
 
 def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerPoles:
-    """The fewest Gauss-Markov processes that stand for flicker noise, sampled every `dt`.
+    """The fewest Gauss-Markov processes that approximate flicker noise, sampled every `dt`.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
     tau_max : float
         The longest averaging time. [s]
     error : float
-        What the Allan deviation may be off by, relative; from 0.0001.
+        Largest relative error of the Allan deviation; at least 0.0001.
 
     Returns
     -------
@@ -101,16 +101,16 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
 
 @functools.lru_cache(maxsize=32)
 def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
-    """Times in samples, variances and the error reached."""
+    """Correlation times in samples, variances and the error reached."""
     octaves = max(math.log2(band), 0.0)
     sizes, fine = (
         np.unique(np.round(2 ** np.linspace(0, octaves, int(number * octaves) + 2)).astype(np.int64))
-        for number in (_PER_OCTAVE, _PER_OCTAVE * _FINE)
+        for number in (_TIMES_PER_OCTAVE, _TIMES_PER_OCTAVE * _FINER_BY)
     )
     exact, finely = (kernels.term_avar("bias_instability", 1.0, m, 1.0) for m in (sizes, fine))
     best = np.empty(0), np.empty(0), math.inf
-    for per_decade in _PER_DECADE:
-        low, high = -_BEYOND, math.log10(band) + _BEYOND
+    for per_decade in _POLES_PER_DECADE:
+        low, high = -_DECADES_BEYOND, math.log10(band) + _DECADES_BEYOND
         times = 10 ** np.linspace(low, high, math.ceil(per_decade * (high - low)) + 1)
         variances = _closest(_columns(times, sizes) / exact[:, None])
         reached = float(np.abs(np.sqrt(_columns(times, fine) @ variances / finely) - 1).max())
@@ -130,7 +130,9 @@ def _columns(times: Floats, sizes: NDArray[np.int64]) -> Floats:
 
 
 def _closest(columns: Floats) -> Floats:
-    """Weights, none negative, with which the columns add up to 1 with the least largest error; shape (n_poles,)."""
+    """Non-negative weights for which the weighted sum of the columns has the smallest maximal distance from 1; shape
+    (n_poles,).
+    """
     from scipy.optimize import linprog
 
     rows, poles = columns.shape

@@ -1,9 +1,9 @@
-"""The spectral factor of a sum of sampled processes, in as many digits as its cancellation takes.
+"""Spectral factor of a sum of sampled processes, in decimal arithmetic of sufficient precision.
 
 With w = 2 − z − 1/z = 4·sin²(πf·dt) the spectrum is c + q·w + k/w + Σ aⱼ(w)/dⱼ(w), real polynomials of degree 2 at most.
-Between the many poles of a sharp filter far below the rate the sum is a part in 10³⁰ of its terms, of which double precision
-knows nothing. Here sum, roots and innovation variance are taken in decimal numbers, and what is handed out is rounded once.
-Of a root w of the numerator, ϑ inside the unit circle has (1 − ϑ)²/ϑ = −w.
+With a sharp filter whose corner is far below the rate, the terms cancel to 1e-30 of their size, which double precision
+cannot represent. Sum, roots and innovation variance are therefore computed in decimal numbers, and rounded once at the
+end. A root w of the numerator gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Floats = NDArray[np.float64]
 Exact = NDArray[np.object_]
 
 _DIGITS = 60
-"""That are left after the cancellation foreseen."""
+"""Digits left after the expected cancellation."""
 
-_KNOWN = 25
-"""Digits to which a spectrum must be known, or nothing is returned."""
+_LEAST_DIGITS = 25
+"""Correct digits that a spectrum must have; otherwise `DataError`."""
 
-_WHITE = Decimal("1e-14")
-"""What is left of a process after one sample, below which it is white."""
+_NEGLIGIBLE = Decimal("1e-14")
+"""Correlation of neighbouring samples below which a process counts as white."""
 
 _ITERATIONS = 300
-_FOUND = Decimal("1e-20")
-"""Step, relative, of a root that is found; an imaginary part below it is none."""
+_ROOT_TOLERANCE = Decimal("1e-20")
+"""Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root."""
 
 _ZERO, _ONE, _TWO = Decimal(0), Decimal(1), Decimal(2)
 
@@ -50,14 +50,14 @@ class Roots:
     pairs: tuple[complex, ...] = ()
 
     def array(self) -> NDArray[np.complex128]:
-        """All, the real ones first from the one closest to 1 on; pairs are each other's conjugates to the bit."""
+        """All roots, real ones first in descending order; pairs are conjugates to the bit."""
         real = sorted(self.real, reverse=True)
         return np.array([*real, *(root for pair in self.pairs for root in (pair, pair.conjugate()))], dtype=complex)
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """above/below, polynomials in w from the constant on."""
+    """The ratio above/below of two polynomials in w, coefficients from the constant on."""
 
     above: tuple[Decimal, ...]
     below: tuple[Decimal, ...]
@@ -65,7 +65,7 @@ class _Part:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Spectrum:
-    """white + quantization·w + walk/w + the parts.
+    """The spectrum white + quantization·w + walk/w + the parts.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class Spectrum:
                 by_time[time] = by_time.get(time, _ZERO) + Decimal(sigma) ** 2
             for time, power in by_time.items():
                 phi = (-step / Decimal(time)).exp()
-                if phi < _WHITE:
+                if phi < _NEGLIGIBLE:
                     spread += power
                 else:
                     parts.append(_Part((power * (1 - phi * phi),), ((1 - phi) ** 2, phi)))
@@ -146,7 +146,7 @@ class Spectrum:
             )
 
     def at(self, w: Floats) -> Floats:
-        """The spectrum at some w, from 0 to 4, 0 left out without a walk; each term by itself.
+        """The spectrum at w from 0 to 4; w = 0 is excluded with a walk.
 
         Raises
         ------
@@ -160,7 +160,7 @@ class Spectrum:
                 terms = [self.white, self.quantization * x, self.walk / x if self.walk else _ZERO]
                 terms += [_value(part.above, x) / _value(part.below, x) for part in self.parts]
                 total = sum(terms, _ZERO)
-                if total <= max(map(abs, terms)).scaleb(_KNOWN - self.digits):
+                if total <= max(map(abs, terms)).scaleb(_LEAST_DIGITS - self.digits):
                     raise DataError("the spectrum of this model falls too far below its peak to have a moving average")
                 result.append(float(total))
         return np.array(result)
@@ -189,7 +189,7 @@ class Spectrum:
             return ma, self._variance(ma)
 
     def _variance(self, ma: Roots) -> float:
-        """At w = 2, where the gain |1 + ϑ²| of a rounded root is off by rounding alone."""
+        """Variance of the innovations, from w = 2: there the gain |1 + ϑ²| of a rounded root is accurate to rounding."""
         top = float(self.at(np.array([2.0]))[0]) * (2.0 if self.walk else 1.0)
         gains = [float(np.prod(1 + roots.array() ** 2).real) for roots in (self.poles, ma)]
         return top * gains[0] / gains[1]
@@ -216,7 +216,7 @@ def _sum(a: Sequence[Decimal], b: Sequence[Decimal]) -> list[Decimal]:
 
 
 def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], Decimal, list[float], list[complex]]:
-    """Sampled Butterworth noise: parts, what of it is white, and the poles, real ones and one of each pair.
+    """Sampled Butterworth noise: its parts, its white share, and its poles: real ones, and one of each complex pair.
 
     r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), the poles p on the unit circle's left half.
     """
@@ -234,7 +234,7 @@ def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], D
         p = (-_ONE, _ZERO) if single else _turned(turn)
         kept = (p[0] * omega * step).exp()
         rho = (-p[0] * size, -p[1] * size)
-        if kept < _WHITE:
+        if kept < _NEGLIGIBLE:
             white += rho[0] if single else 2 * rho[0]
             continue
         if single:
@@ -281,12 +281,12 @@ def _pi() -> Decimal:
 
 
 def _least() -> Decimal:
-    """Below the last digit of 1."""
+    """A number below the last digit of 1."""
     return (_ONE.next_plus() - 1) / 10
 
 
 def _turned(angle: Decimal) -> tuple[Decimal, Decimal]:
-    """Cosine and sine: the power series of a small part of the angle, squared back."""
+    """Cosine and sine: by the power series of a small part of the angle, squared repeatedly."""
     halvings = max(angle.adjusted() + 4, 4) * 4
     x = angle / 2**halvings
     re, im, term = _ONE, _ZERO, _ONE
@@ -328,11 +328,11 @@ def _roots(coefficients: list[Decimal]) -> tuple[list[Decimal], list[tuple[Decim
         size[size == 0] = _ONE
         step = (value[0] * below[0] + value[1] * below[1]) / size, (value[1] * below[0] - value[0] * below[1]) / size
         re, im = re - step[0], im - step[1]
-        if (step[0] ** 2 + step[1] ** 2 <= _FOUND**2 * (re**2 + im**2)).all():
+        if (step[0] ** 2 + step[1] ** 2 <= _ROOT_TOLERANCE**2 * (re**2 + im**2)).all():
             break
     else:
         raise DataError("the moving average of this model was not found: two of its roots are too close to each other")
-    real = np.array([abs(y) <= _FOUND.sqrt() * abs(x) for x, y in zip(re, im, strict=True)])
+    real = np.array([abs(y) <= _ROOT_TOLERANCE.sqrt() * abs(x) for x, y in zip(re, im, strict=True)])
     pairs = [(x, y) for x, y in zip(re[~real], im[~real], strict=True) if y > 0]
     if 2 * len(pairs) != degree - int(real.sum()):
         raise DataError("the moving average of this model was not found: its complex roots are no pairs")
@@ -340,7 +340,7 @@ def _roots(coefficients: list[Decimal]) -> tuple[list[Decimal], list[tuple[Decim
 
 
 def _starts(coefficients: list[Decimal]) -> tuple[Exact, Exact]:
-    """As many points on each circle as the upper hull of the coefficients' logarithms says there are roots."""
+    """Start values of the roots: on circles whose radii and numbers of roots follow from the Newton polygon."""
     logs = [float(abs(c).log10()) if c else -math.inf for c in coefficients]
     hull: list[int] = []
     for k, height in enumerate(logs):
@@ -375,7 +375,7 @@ def _horner(coefficients: list[Decimal], re: Exact, im: Exact) -> tuple[tuple[Ex
 
 
 def _inside(re: Decimal, im: Decimal) -> tuple[float, float]:
-    """ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w; its imaginary part, if any, positive."""
+    """The ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w; its imaginary part is not negative."""
     x = -re, -im
     half = _root(_times(x, (1 + x[0] / 4, x[1] / 4)))
     outside = [(1 + x[0] / 2 + sign * half[0], x[1] / 2 + sign * half[1]) for sign in (1, -1)]

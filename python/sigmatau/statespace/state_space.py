@@ -1,13 +1,18 @@
 """Noise models as linear systems: the matrices that a Kalman filter needs.
 
-Of a channel, every `dt`:
+Equations of a channel, every `dt`:
 
     x' = F·x + G·w,  cov w = Qd;   y = H·x + v,  var v = R;   cov x₀ = P0.
 
-Terms and their states: the random walk is v (behind a bandwidth, the states of its filter); a rate random walk is
-``bias``, with the ramp its slope; bias instability is a few Gauss-Markov states (`sigmatau.statespace.flicker`), a
-Gauss-Markov process one; a sinusoid a pair that turns; quantization the last two errors of the angle, whose difference
-over dt is in the rate. In the integrated form y is the angle (velocity) itself, and quantization is simply v.
+Terms and their states:
+
+- random walk: v, or with a bandwidth the states of its filter;
+- rate random walk: ``bias``; the ramp is its slope;
+- bias instability: a few Gauss-Markov states, see `sigmatau.statespace.flicker`;
+- Gauss-Markov process: one state; sinusoid: two states that rotate;
+- quantization: the last two errors of the angle, whose difference over dt is part of the rate.
+
+In the integrated form y is the angle (velocity), and quantization is v.
 """
 
 from __future__ import annotations
@@ -20,24 +25,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.arguments import whole_sizes
+from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.misplaced import one_channel
+from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, interval, real
 from sigmatau.results import Printed
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
 
-__all__ = ["Output", "StateSpace", "flicker_of", "state_space"]
+__all__ = ["Output", "StateSpace", "check_channel_model", "flicker_of", "state_space"]
 
 Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
 
-_HORIZON = 3600.0
-"""The longest averaging time if none is asked for, 1000 samples at least. [s]"""
+_DEFAULT_TAU_MAX = 3600.0
+"""Default of `tau_max`; at least 1000 samples. [s]"""
 
-_FORGOTTEN = 100.0
-"""Time constants after which a filter keeps e^−100 of its state, nothing beside 1e-16 of it."""
+_FILTER_MEMORY = 100.0
+"""Time constants after which a filter has no memory: e^−100 of its state is below rounding."""
 
 _SERIES = 40
 """Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
@@ -57,18 +63,18 @@ class StateSpace(Printed):
     R : ndarray, shape (1, 1)
         Variance of one measurement.
     P0 : ndarray, shape (n_states, n_states)
-        Covariance at the start: that of the stationary process, of a bias the variance at turn-on.
+        Covariance at the start: of stationary processes their own, of a bias its variance at turn-on.
     states, inputs : tuple of str
     dt : float
         [s]
     output : {"rate", "increments", "integrated"}
-        What y is: the mean rate of a step, its integral over the step, or since the start.
+        Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start.
     unit : str
         Of the rate, SI.
     flicker_error : float
         Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without.
     tau_max : float or None
-        The longest averaging time for which the flicker noise is right. [s]
+        Longest averaging time for which the flicker noise is accurate. [s]
     """
 
     F: Floats
@@ -86,10 +92,7 @@ class StateSpace(Printed):
     tau_max: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("F", "G", "H", "Qd", "R", "P0"):
-            array = np.array(getattr(self, name), dtype=np.float64)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)
 
     def integrated(self) -> tuple[Steps, Floats, Floats, float]:
         """One step of the system with the integral of y as its last state.
@@ -100,7 +103,7 @@ class StateSpace(Printed):
         before : ndarray, shape (n_states + 1, n_states + 1)
             Covariance at the start, the integral being 0.
         row : ndarray, shape (n_states + 1,)
-            What is measured of the integral.
+            Measurement matrix of the integral.
         noise : float
             Variance of that measurement.
         """
@@ -201,12 +204,11 @@ def state_space(
         What is measured: the mean rate over a step, the increment of the angle (velocity), or the angle itself, on which
         quantization is white.
     tau_max : float, optional
-        The longest averaging time for which flicker noise is right. [s] Default: an hour, 1000 steps at least and 10¹² at
-        most.
+        Longest averaging time for which flicker noise is accurate. [s] Default: an hour, but 1000 to 10¹² steps.
     flicker_error : float
-        What the Allan deviation of flicker noise may be off by, relative; decides the number of its states.
+        Largest relative error of the Allan deviation of flicker noise; it determines the number of states.
     turn_on : float
-        Standard deviation of the constant bias at the start, which no Allan variance shows; a state if it is not 0.
+        Standard deviation of the constant bias at the start, which the Allan variance does not show; a state unless 0.
         [unit of the rate]
 
     Returns
@@ -219,12 +221,25 @@ def state_space(
         For a model of several channels, a step or time that is not positive, an unknown output, or a flicker error that
         cannot be reached.
 
+    See Also
+    --------
+    arma : the same noise as an ARIMA process.
+    verify : compares the linear system with a record.
+
     Notes
     -----
-    The rate random walk is that of the samples, b' = b + K·√dt·w; a ramp is a slope of variance R². Exact at `dt` for all
-    but flicker noise.
+    The rate random walk is sampled, b' = b + K·√dt·w; a ramp is a slope of variance R². All terms except flicker noise are
+    exact at `dt`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.ChannelModel(terms={"random_walk": 1e-4, "rate_random_walk": 1e-6})
+    >>> system = st.state_space(model, dt=0.01)
+    >>> system.states, system.R.round(9).tolist()
+    (('bias',), [[1e-06]])
     """
-    one_channel(model, kind=ChannelModel, function="state_space")
+    check_channel_model(model, function="state_space")
     interval("dt", dt)
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"{{option}} must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
@@ -274,16 +289,29 @@ def state_space(
     )
 
 
+def check_channel_model(model: object, *, function: str) -> None:
+    """Raise `OptionError` unless the model is that of one channel."""
+    if isinstance(model, ChannelModel):
+        return
+    if isinstance(model, NoiseModel):
+        raise OptionError(
+            f"`model` has {len(model)} channel{'s' * (len(model) > 1)}, and {function} takes a single one:"
+            f" {function}(model[{next(iter(model))!r}], …)",
+            option="model",
+        )
+    raise OptionError(f"{{option}} must be a ChannelModel, not {type(model).__name__}", option="model")
+
+
 def flicker_of(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:
-    """The processes for a model's bias instability, up to an hour if no time is given; None without."""
+    """Processes for the bias instability of a model, up to an hour by default; None without bias instability."""
     if "bias_instability" not in model.terms:
         return None
-    longest = min(max(_HORIZON, 1000 * dt), LONGEST_BAND * dt) if tau_max is None else tau_max
+    longest = min(max(_DEFAULT_TAU_MAX, 1000 * dt), LONGEST_BAND * dt) if tau_max is None else tau_max
     return flicker_poles(dt=dt, tau_max=longest, error=error)
 
 
 class _System:
-    """Matrices to which terms are added one after the other; y is the mean rate of a step."""
+    """Matrices of a system to which terms are added one by one; y is the mean rate of a step."""
 
     def __init__(self, dt: float) -> None:
         self.dt = dt
@@ -333,7 +361,7 @@ class _System:
         self._add(names, f, np.array([[1.0], [0.0]]), h, np.array([[q**2]]), q**2 * np.eye(2), ["quantization"])
 
     def low_pass(self, n: float, bandwidth: LowPass) -> None:
-        """Butterworth filter at the samples' times, driven by the exact covariance of continuous white noise."""
+        """Add a Butterworth filter at the sample times, driven by the exact covariance of continuous white noise."""
         from scipy.linalg import expm, solve_continuous_lyapunov
         from scipy.signal import butter
 
@@ -347,7 +375,7 @@ class _System:
         driven = np.zeros((order, order))
         driven[-1, -1] = n**2 * corner
         p0 = solve_continuous_lyapunov(a, -driven)
-        if corner * self.dt * math.sin(math.pi / (2 * order)) > _FORGOTTEN:
+        if corner * self.dt * math.sin(math.pi / (2 * order)) > _FILTER_MEMORY:
             f, q = np.zeros((order, order)), p0  # the slowest pole has forgotten all: products of this size lose it
         else:
             f = expm(a * corner * self.dt)
@@ -365,7 +393,7 @@ class _System:
         )
 
     def integrate(self, white: float) -> None:
-        """The integral of y as the first state, and as what is measured."""
+        """Make the integral of y the first state and the measurement."""
         n, k = len(self.states), len(self.inputs)
         f, p0 = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
         f[0, 0], f[0, 1:], f[1:, 1:] = 1.0, self.dt * self.H, self.F
@@ -400,7 +428,7 @@ def _driven(a: Floats, density: Floats, time: float) -> Floats:
 
 
 def _beside(a: Floats, b: Floats) -> Floats:
-    """Block diagonal matrix of two."""
+    """Block diagonal matrix of two matrices."""
     result = np.zeros((a.shape[0] + b.shape[0], a.shape[1] + b.shape[1]))
     result[: a.shape[0], : a.shape[1]] = a
     result[a.shape[0] :, a.shape[1] :] = b

@@ -1,4 +1,4 @@
-"""The linear model that is exported, held against the curve of a record."""
+"""Comparison of an exported linear model with the curve of a record."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model.channel import ChannelModel
@@ -28,41 +29,41 @@ __all__ = ["Verification", "Verifications", "verify"]
 
 Floats = NDArray[np.float64]
 
-_MOST = 64
-"""Averaging times; of more, so many are taken, spread evenly over the logarithm."""
+_MOST_TIMES = 64
+"""Most averaging times compared; longer grids are thinned evenly on a logarithmic axis."""
 
-_LONGEST = 3
-"""The misfit goes up to this part of the record, as fits do: beyond it a variance has about one degree of freedom."""
+_LEAST_CLUSTERS = 3
+"""Clusters per record at the longest averaging time of the misfit; with fewer a variance has about one degree of freedom."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Verification(Printed):
-    """The Allan deviation of a linear model over that of a record.
+    """Ratio of the Allan deviation of a linear model to that of a record.
 
     Attributes
     ----------
     curve : DeviationCurve
-        The record's, at the averaging times that were compared, with the degrees of freedom of the model.
+        Curve of the record at the averaging times compared, with the degrees of freedom of the model.
     avar : ndarray, shape (n_tau,)
-        The linear model's. [unit²]
+        Allan variance of the linear model. [unit²]
     ratio : ndarray, shape (n_tau,)
         Deviation of the model over that of the record.
     low, high : ndarray, shape (n_tau,)
-        Where that ratio is with the probability `level` if the model is true, by χ².
+        Band that contains the ratio with probability `level` if the model is true, by χ².
     used : ndarray of bool, shape (n_tau,)
-        The octaves that the misfit is of.
+        Whether the averaging time is one of the octaves of the misfit.
     misfit : float
         uᵀC⁻¹u; see `verify`.
     freedom : int
-        What the misfit is about if the model is true.
+        Expected misfit if the model is true.
     p_value : float
-        How often chance makes a larger one.
+        Probability of a larger misfit if the model is true.
     worst : int
-        Index of the octave whose ratio is least likely.
+        Index of the octave with the least likely ratio.
     tau_min : float
         Shortest averaging time of the misfit. [s]
     of_fit : bool
-        Whether that is where the fit of the model begins.
+        Whether `tau_min` is that of the fit of the model.
     states : int
     flicker_error : float
         Largest relative error of the model's Allan deviation of flicker noise.
@@ -86,8 +87,7 @@ class Verification(Printed):
     level: float
 
     def __post_init__(self) -> None:
-        for array in (self.avar, self.ratio, self.low, self.high, self.used):
-            array.setflags(write=False)
+        freeze(self, "avar", "ratio", "low", "high", "used")
 
     @property
     def outside(self) -> NDArray[np.bool_]:
@@ -198,8 +198,8 @@ def verify(
         One curve for a `ChannelModel`, curves by channel for a `NoiseModel`: overlapped, of a record in which no sample
         is missing.
     tau_min : float, optional
-        Shortest averaging time of the misfit, for sensors with a filter. Default: `ChannelModel.tau_min`, where the fit
-        begins that the model comes from. [s]
+        Shortest averaging time of the misfit, for sensors with a filter. Default: `ChannelModel.tau_min`, the
+        shortest averaging time of the fit. [s]
     flicker_error : float
         As in `sigmatau.statespace.state_space`.
     level : float
@@ -219,21 +219,33 @@ def verify(
         For a curve of a record with gaps; for a model without noise, or with a sinusoid of so few turns in the record that
         its phase hides the noise.
 
+    See Also
+    --------
+    state_space : the linear system.
+    fit : the model of a record.
+
     Notes
     -----
-    The misfit is of octaves from `tau_min` to a third of the record. Each variance is turned into the normal deviate u of
-    the same probability, by its χ² with 2·AVAR²/Var degrees of freedom; C is the correlation of the variances, so that
-    uᵀC⁻¹u is rᵀV⁻¹r where the degrees of freedom are many. Where they are few, rᵀV⁻¹r itself has p < 0.2 % in 1.1 to 1.4 %
-    of records, this in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K).
+    The misfit uses the octaves from `tau_min` to a third of the record. Each variance is converted to the
+    normal deviate u of equal probability, by its χ² with 2·AVAR²/Var degrees of freedom. C is the correlation of the
+    variances, so that uᵀC⁻¹u equals rᵀV⁻¹r for many degrees of freedom. For few degrees of freedom rᵀV⁻¹r has p < 0.2 %
+    in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K).
 
-    V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.bandlimited`) but for a sinusoid. Of
-    that its product
-    with the noise at its frequency counts, as if all averaging times saw the same of it, and what its phase changes, to
-    first order. A line that rules some octaves is judged too hardly: with one of 0.7 Hz and ten times the standard
-    deviation of the white noise in 100 s at 100 Hz, 27 % of 60 true records had p < 5 %, with one of that deviation 10 %.
-    Far below the times of a steep filter neighbouring variances are nearly one: of 150 true records behind order 9 at 1 Hz,
-    sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60.
-    Strided curves are taken as if their clusters began at every sample.
+    V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.bandlimited`) except for a sinusoid.
+    For a sinusoid, V includes its product with the noise at its frequency, taken as equal at all averaging times, and the
+    effect of its phase to first order. The p-value is too small if a sinusoid dominates some octaves: with 0.7 Hz and ten
+    times the standard deviation of the white noise in 100 s at 100 Hz, 27 % of 60 true records had p < 5 %; with an equal
+    standard deviation, 10 %. Far below the time constant of a steep filter neighbouring variances are almost identical:
+    of 150 true records with order 9 at 1 Hz, sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60. Strided
+    curves are treated as if their clusters began at every sample.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> st.verify(model, st.allan(record))["gyro_x"].p_value > 0.05
+    True
     """
     if isinstance(model, ChannelModel):
         if not isinstance(curves, DeviationCurve):
@@ -295,9 +307,11 @@ def _verify_channel(
     of_fit = tau_min is None
     tau_min = model.tau_min if tau_min is None else tau_min
     sizes = curve.m[2 * curve.m <= curve.n]
-    if len(sizes) > _MOST:
-        sizes = sizes[np.unique(np.round(np.geomspace(1, len(sizes), _MOST)).astype(int)) - 1]
-    octaves = _octaves([int(m) for m in sizes if m * curve.tau0 >= tau_min * (1 - 1e-9) and _LONGEST * m <= curve.n])
+    if len(sizes) > _MOST_TIMES:
+        sizes = sizes[np.unique(np.round(np.geomspace(1, len(sizes), _MOST_TIMES)).astype(int)) - 1]
+    octaves = _octaves(
+        [int(m) for m in sizes if m * curve.tau0 >= tau_min * (1 - 1e-9) and _LEAST_CLUSTERS * m <= curve.n]
+    )
     if len(octaves) < 2:
         raise OptionError(
             f"{{option}} of {curve.channel} has {len(octaves)} octaves from {tau_min:g} s to a third of the record; the"
@@ -341,7 +355,7 @@ def _verify_channel(
 
 
 def _octaves(sizes: list[int]) -> list[int]:
-    """The first, and each that is at least twice the last."""
+    """Cluster sizes, each at least twice the previous one."""
     kept: list[int] = []
     for size in sizes:
         if not kept or size >= 2 * kept[-1]:
@@ -350,7 +364,7 @@ def _octaves(sizes: list[int]) -> list[int]:
 
 
 def _deviates(ratio: Floats, edf: Floats) -> Floats:
-    """Normal deviates as likely as χ²/edf = ratio."""
+    """Normal deviates with the probability of χ²/edf = ratio."""
     from scipy.special import gammainc, gammaincc, ndtri
 
     below, above = gammainc(edf / 2, edf * ratio / 2), gammaincc(edf / 2, edf * ratio / 2)

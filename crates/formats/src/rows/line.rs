@@ -10,7 +10,7 @@ use crate::table::{Delimiter, TextError};
 const QUOTED: usize = 40;
 
 /// Stands for a missing integer, as `NaT` does in NumPy.
-const NO_INTEGER: i64 = i64::MIN;
+pub(super) const NO_INTEGER: i64 = i64::MIN;
 
 const BOM: &[u8] = b"\xef\xbb\xbf";
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import median_and_spread
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Dropout
 from sigmatau.quality.facts import stream_fact
@@ -83,8 +84,7 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
     x = present(sample_of(stream, channel, most=_LOOKED_AT))
     if len(x) < 2:
         return 1.0
-    middle, zero = float(np.median(x)), zero_rate(stream, channel)
-    spread = 1.4826 * float(np.median(np.abs(x - middle)))
+    (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)
     if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_NOISE * spread:
         return 0.0
     if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_TAIL * spread:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import runs
 from sigmatau.record.streams import Stream
 
 __all__ = ["leave_out_option", "mask_of", "masked", "spans_of", "without_steps"]
@@ -51,8 +52,7 @@ def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> NDArray[np.bool_]:
 
 def spans_of(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First sample of each stretch of True, and the first after it."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], bad.view(np.int8), [0]))))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return runs(bad)
 
 
 def leave_out_option(stream: Stream, spans: Sequence[tuple[int, int]], *, kind: str = "") -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import median_and_spread
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import resolution
@@ -167,9 +168,7 @@ def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
 
 
 def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
-    x = present(x)
-    centre = float(np.median(x))
-    return centre, 1.4826 * float(np.median(np.abs(x - centre)))
+    return median_and_spread(present(x))
 
 
 def bursts(stream: Stream, found: Summary) -> list[Burst]:

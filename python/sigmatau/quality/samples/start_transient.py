@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sigmatau.arrays import median_and_spread
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import affected, axes_text, change_of_white, length, present
 from sigmatau.record.streams import Stream
@@ -45,7 +46,7 @@ def settled_from(stream: Stream, channel: str) -> int:
     there = present(away[1:])
     if len(there) < _LEAST_WINDOWS:
         return 0
-    spread = 1.4826 * float(np.median(np.abs(there - np.median(there))))
+    spread = median_and_spread(there)[1]
     if not abs(first[0] - level) > _FAR * (1 + _FEW / len(there)) * spread:
         return 0
     far = np.flatnonzero(np.abs(head - level) > _LEFT * spread)

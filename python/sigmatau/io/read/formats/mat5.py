@@ -1,7 +1,7 @@
-"""Version 5 of MATLAB's files, and 6 and 7: its published layout (MathWorks, "MAT-File Format", R2023b).
+"""MATLAB files of versions 5, 6 and 7, by the published layout (MathWorks, "MAT-File Format", R2023b).
 
-Each declared size is checked against the bytes that are there before memory is taken; numbers that are not compressed stay
-on disk until they are used.
+Each declared size is compared with the bytes of the file before memory is allocated. Numbers that are not compressed are
+mapped, so that they stay on disk until they are used. `docs/decisions/0003-own-parsers.md` says why scipy.io is not used.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
-from sigmatau.io.read.table import REST_MISSING
 
-__all__ = ["TABLES", "Found", "damage", "walk"]
+__all__ = ["TABLES", "Found", "walk"]
 
 TABLES = ("table", "timetable", "duration", "datetime")
-"""Classes that mat-io turns into frames and times."""
+"""Classes that mat-io converts to data frames and times."""
 
 _HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
@@ -33,18 +33,23 @@ _CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE = range(1, 6)
 _NUMERIC = range(6, 16)
 _OPAQUE = 17
 _COMPLEX, _LOGICAL = 0x0800, 0x0200
-_PEEK = 1 << 12  # holds the header of a variable. [bytes]
-_DEEP = 16
-_ELEMENTS = 16  # of an array of structs
+_HEADER_OF_VARIABLE = 1 << 12  # enough for the header of a variable [bytes]
+_BEST_COMPRESSION = 1100  # the largest ratio that deflate reaches is 1032
+_DEEPEST = 16  # structs within structs
+_MOST_STRUCTS = 16  # in an array of structs
 _RATES = ("rate", "sample_rate", "samplerate", "sampling_rate", "fs", "freq", "frequency", "dt", "ts")
 
 
 class _BrokenError(Exception):
-    """A declared size does not fit; the words say which."""
+    """A variable that cannot be decoded: the reason, or how many of the bytes expected are there."""
+
+    def __init__(self, reason: str = "", *, got: int | None = None, expected: int | None = None) -> None:
+        super().__init__(reason or f"{got} of {expected} bytes")
+        self.reason, self.got, self.expected = reason, got, expected
 
 
 class Found:
-    """What a file holds, as it is found."""
+    """Contents of a file, collected while it is read."""
 
     def __init__(self) -> None:
         self.leaves: list[Leaf] = []
@@ -53,10 +58,10 @@ class Found:
         self.findings: list[Finding] = []
         self.opaque: list[str] = []
         self.version_5 = False
-        self.plain = False  # numbers without a checksum
+        self.plain = False  # whether there are numbers without a checksum
 
     def add(self, names: tuple[str, ...], dims: tuple[int, ...], load: Callable[[], NDArray[Any]]) -> None:
-        """An array of numbers, unless its shape is not that of columns; `load` gives it in the shape `dims`."""
+        """Add an array of numbers if it has the shape of columns; `load` returns it in the shape `dims`."""
         label = ".".join(names)
         if dims == (1, 1):
             if names[-1].lower() in _RATES:
@@ -76,35 +81,39 @@ class Found:
 
         self.leaves.append(Leaf(group=names[:-1], name=names[-1], shape=shape, load=turned))
 
+    def lost(self, details: Damage) -> None:
+        """Add a finding of severity error."""
+        self.findings.append(Finding(details=details, severity="error"))
+
 
 @dataclass(frozen=True, slots=True)
 class _Bytes:
-    """Part of a file, or of what a variable is decompressed to; every step past its end is a `_BrokenError`."""
+    """Part of a file or of a decompressed variable; an access past its end raises `_BrokenError`."""
 
     data: NDArray[np.uint8]
     order: str
 
     def element(self, at: int) -> tuple[int, _Bytes, int]:
-        """Type and data of the element at an offset, and where the next one begins."""
+        """Type and data of the element at an offset, and the offset of the next element."""
         if at + 8 > len(self.data):
-            raise _BrokenError("ends where another element should begin")
+            raise _BrokenError(got=len(self.data), expected=at + 8)
         kind, size = struct.unpack_from(f"{self.order}II", self.data.data, at)
-        if kind >> 16:  # up to four bytes stand in the tag itself
+        if kind >> 16:  # the tag itself contains up to four bytes of data
             kind, size = kind & 0xFFFF, kind >> 16
             start, following = at + 4, at + 8
             if size > 4:
-                raise _BrokenError(f"has an element of {size} bytes where 4 have room")
+                raise _BrokenError(f"a short element of {size} bytes")
         else:
             start = at + 8
             following = start + size + (-size % 8 if kind != _COMPRESSED else 0)
         if start + size > len(self.data):
-            raise _BrokenError(f"has {len(self.data) - start} of {size} bytes")
+            raise _BrokenError(got=len(self.data) - start, expected=size)
         return kind, _Bytes(self.data[start : start + size], self.order), following
 
     def numbers(self, kind: int) -> NDArray[Any]:
         dtype = np.dtype(self.order + _TYPES[kind]) if kind in _TYPES else None
         if dtype is None or len(self.data) % dtype.itemsize:
-            raise _BrokenError(f"has {len(self.data)} bytes of numbers of type {kind}")
+            raise _BrokenError(f"{len(self.data)} bytes of numbers of type {kind}")
         return self.data.view(dtype)
 
     def text(self) -> str:
@@ -113,7 +122,7 @@ class _Bytes:
 
 @dataclass(frozen=True, slots=True)
 class _Matrix:
-    """The header of an array and what follows it."""
+    """The header of an array, and the bytes after it."""
 
     kind: int
     flags: int
@@ -124,7 +133,7 @@ class _Matrix:
 
 
 def walk(path: Path, head: bytes, found: Found) -> None:
-    """All variables of a file; what is damaged is noted as a finding."""
+    """Collect all variables of a file; a damaged variable is a finding."""
     order = "<" if head[126:128] == b"IM" else ">"
     size = path.stat().st_size
     if size <= _HEADER:
@@ -132,56 +141,45 @@ def walk(path: Path, head: bytes, found: Found) -> None:
     data = np.memmap(path, dtype=np.uint8, mode="r")
     file = _Bytes(data, order)
     at = _HEADER
-    (subsystem,) = struct.unpack_from(f"{order}Q", data.data, 116)  # holds the contents of tables; no variable
+    (subsystem,) = struct.unpack_from(f"{order}Q", data.data, 116)  # contains the data of tables; not a variable
     while at < size:
         if at + 8 <= size and (kind := struct.unpack_from(f"{order}I", data.data, at)[0]) not in (_MATRIX, _COMPRESSED):
-            found.findings.append(damage(f"at byte {at} no variable begins (type {kind}); nothing behind it is read"))
+            found.lost(Damaged(place=Place("byte", at), reason=f"type {kind} where a variable should begin"))
             return
         try:
             kind, element, following = file.element(at)
         except _BrokenError as error:
-            name = _name_of(data[at:], order)
-            found.findings.append(
-                Finding(
-                    code="broken_off",
-                    severity="error",
-                    message=f"the file breaks off at byte {size}: variable {name or 'at byte ' + str(at)} {error}",
-                    effect=REST_MISSING,
-                )
-            )
+            what = _label(data[at:], order) or "file"
+            place = Place("byte", size)
+            found.lost(BrokenOff(what=what, place=place, reason=error.reason, got=error.got, expected=error.expected))
             return
         if at != subsystem:
             try:
                 _variable(path, element, compressed=kind == _COMPRESSED, found=found)
             except (_BrokenError, zlib.error, struct.error) as error:
-                name = _name_of(data[at : at + 8 + len(element.data)], order)
-                found.findings.append(damage(f"variable {name or f'at byte {at}'} is damaged: it {error}"))
+                what = _label(data[at : at + 8 + len(element.data)], order) or "variable"
+                found.lost(Damaged(what=what, place=Place("byte", at), reason=str(error)))
         at = following
 
 
-def damage(message: str) -> Finding:
-    """A variable that cannot be read."""
-    return Finding(code="damaged", severity="error", message=message, effect=REST_MISSING)
-
-
 def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) -> None:
-    """A variable of a file; of one that is compressed only the header, if it is an array of numbers."""
+    """Collect a variable; of a compressed array of numbers only the header is read."""
     if not compressed:
         found.plain = True
         _collect(_matrix(element), (), found, 0)
         return
-    beginning = zlib.decompressobj().decompress(element.data[: 4 * _PEEK].tobytes(), _PEEK)
+    beginning = zlib.decompressobj().decompress(element.data[: 4 * _HEADER_OF_VARIABLE].tobytes(), _HEADER_OF_VARIABLE)
     if len(beginning) < 8:
-        raise _BrokenError("is empty")
+        raise _BrokenError(got=len(beginning), expected=8)
     kind, size = struct.unpack_from(f"{element.order}II", beginning)
     if kind != _MATRIX:
-        raise _BrokenError(f"holds no array (type {kind})")
-    if size > len(element.data) * 1100:  # the best that deflate can do
-        raise _BrokenError(f"declares {size} bytes, compressed to {len(element.data)}")
+        raise _BrokenError(f"type {kind} where an array should begin")
+    if size > len(element.data) * _BEST_COMPRESSION:
+        raise _BrokenError(f"{size} bytes declared, compressed to {len(element.data)}")
     head = _matrix(_Bytes(np.frombuffer(beginning, np.uint8)[8:], element.order))
     if head.kind in _NUMERIC and not head.flags & (_COMPLEX | _LOGICAL) and head.name:
-        if int(np.prod(head.dims, dtype=object)) > size:  # a number takes a byte at least
-            raise _BrokenError(f"declares {head.dims} numbers in {size} bytes")
+        if int(np.prod(head.dims, dtype=object)) > size:  # a number takes at least one byte
+            raise _BrokenError(f"{head.dims} numbers declared in {size} bytes")
 
         def load() -> NDArray[Any]:
             try:
@@ -197,31 +195,31 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) ->
 
 
 def _unpacked(element: _Bytes, size: int) -> _Bytes:
-    """A compressed variable, its checksum verified."""
+    """Decompress a variable and verify its checksum."""
     decoder = zlib.decompressobj()
     data = decoder.decompress(element.data.data, size + 8)
     if len(data) == size + 8 and not decoder.eof:
-        decoder.decompress(decoder.unconsumed_tail, 1)  # what is left is the checksum
+        decoder.decompress(decoder.unconsumed_tail, 1)  # only the checksum is left
     if len(data) != size + 8 or not decoder.eof:
-        raise _BrokenError(f"gives {len(data)} bytes where {size + 8} are declared, or lacks its checksum")
+        raise _BrokenError(f"decompressed to {len(data)} of {size + 8} bytes, or without its checksum")
     return _Bytes(np.frombuffer(data, np.uint8)[8:], element.order)
 
 
 def _matrix(content: _Bytes) -> _Matrix:
-    """The header of an array, of which more need not be there."""
+    """Decode the header of an array; the bytes after it may be missing."""
     kind, flags, at = content.element(0)
     if kind != 6 or len(flags.data) != 8:
-        raise _BrokenError("has no flags")
+        raise _BrokenError("no flags")
     word = int(flags.numbers(6)[0])
     if word & 0xFF == _OPAQUE:
         _, name, at = content.element(at)
         return _Matrix(_OPAQUE, word, (), name.text(), content, at)
     kind, sizes, at = content.element(at)
     if kind != 5 or not 2 <= len(sizes.data) // 4 <= 32:
-        raise _BrokenError("has no dimensions")
+        raise _BrokenError("no dimensions")
     dims = tuple(int(n) for n in sizes.numbers(5))
     if min(dims) < 0:
-        raise _BrokenError(f"has the shape {dims}")
+        raise _BrokenError(f"shape {dims}")
     _, name, at = content.element(at)
     return _Matrix(word & 0xFF, word, dims, name.text(), content, at)
 
@@ -230,18 +228,18 @@ def _array(matrix: _Matrix) -> NDArray[Any]:
     kind, data, _ = matrix.body.element(matrix.at)
     values = data.numbers(kind)
     if len(values) != int(np.prod(matrix.dims, dtype=object)):
-        raise _BrokenError(f"has {len(values)} numbers for the shape {matrix.dims}")
+        raise _BrokenError(f"{len(values)} numbers for the shape {matrix.dims}")
     return values.reshape(matrix.dims, order="F")
 
 
 def _collect(matrix: _Matrix, above: tuple[str, ...], found: Found, depth: int) -> None:
-    """The arrays of numbers of a variable, or of a field of a struct whose name `above` ends with."""
+    """Collect the arrays of numbers of a variable, or of the field of a struct whose names are `above`."""
     names = above if depth else (matrix.name,)
     label = ".".join(names)
     if matrix.kind in _NUMERIC and not matrix.flags & (_COMPLEX | _LOGICAL):
-        array = _array(matrix)  # a view, so nothing is read yet
+        array = _array(matrix)  # a view: nothing is read yet
         found.add(names, matrix.dims, lambda: array)
-    elif matrix.kind == _STRUCT and depth < _DEEP:
+    elif matrix.kind == _STRUCT and depth < _DEEPEST:
         _fields(matrix, names, found, depth)
     elif matrix.kind == _OPAQUE:
         if depth == 0 and _class_name(matrix) in TABLES:
@@ -256,10 +254,10 @@ def _fields(matrix: _Matrix, names: tuple[str, ...], found: Found, depth: int) -
     content, at = matrix.body, matrix.at
     kind, width, at = content.element(at)
     if kind != 5 or len(width.data) != 4 or (length := int(width.numbers(5)[0])) <= 0:
-        raise _BrokenError("has a struct without the length of its names")
+        raise _BrokenError("a struct without the length of its names")
     _, joined, at = content.element(at)
     if len(joined.data) % length:
-        raise _BrokenError("has a struct with names of another length")
+        raise _BrokenError("a struct with names of another length")
     fields = [
         joined.data[k : k + length].tobytes().split(b"\0")[0].decode("latin-1")
         for k in range(0, len(joined.data), length)
@@ -267,7 +265,7 @@ def _fields(matrix: _Matrix, names: tuple[str, ...], found: Found, depth: int) -
     count = int(np.prod(matrix.dims, dtype=object))
     if not fields or not count:
         return
-    if count > _ELEMENTS:
+    if count > _MOST_STRUCTS:
         found.skipped.append(f"{'.'.join(names)} ({count} structs)")
         return
     for number in range(count):
@@ -275,24 +273,26 @@ def _fields(matrix: _Matrix, names: tuple[str, ...], found: Found, depth: int) -
         for field in fields:
             kind, inner, at = content.element(at)
             if kind != _MATRIX:
-                raise _BrokenError(f"has no array for {'.'.join((*group, field))}")
+                raise _BrokenError(f"no array for {'.'.join((*group, field))}")
             if len(inner.data):
                 _collect(_matrix(inner), (*group, field), found, depth + 1)
 
 
 def _class_name(matrix: _Matrix) -> str:
-    """The class of an object: the second of the words after its name."""
+    """The class of an object: the second text after its name."""
     _, _, at = matrix.body.element(matrix.at)
     _, name, _ = matrix.body.element(at)
     return name.text()
 
 
-def _name_of(data: NDArray[np.uint8], order: str) -> str:
-    """The name of a variable of which only the beginning is there; empty if it cannot be told."""
+def _label(data: NDArray[np.uint8], order: str) -> str:
+    """``"variable NAME"`` by the beginning of a variable; empty if it cannot be decoded."""
     try:
-        content = data[8 : 8 + _PEEK]
+        content = data[8 : 8 + _HEADER_OF_VARIABLE]
         if struct.unpack_from(f"{order}I", data.data)[0] == _COMPRESSED:
-            content = np.frombuffer(zlib.decompressobj().decompress(content.tobytes(), _PEEK), np.uint8)[8:]
-        return _matrix(_Bytes(content, order)).name
+            unpacked = zlib.decompressobj().decompress(content.tobytes(), _HEADER_OF_VARIABLE)
+            content = np.frombuffer(unpacked, np.uint8)[8:]
+        name = _matrix(_Bytes(content, order)).name
     except (_BrokenError, zlib.error, struct.error):
         return ""
+    return name and f"variable {name}"

@@ -1,4 +1,4 @@
-"""MATLAB's files: version 5 (and 6, 7) by `mat5`, and 7.3, which is HDF5; tables and timetables by mat-io."""
+"""MATLAB files: versions 5, 6 and 7 by `mat5`, version 7.3 as HDF5, tables and timetables by mat-io."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats import hdf5, mat5
 from sigmatau.io.read.formats.arrays import Leaf, gather
@@ -24,12 +25,12 @@ _CLASSES_73 = frozenset(["double", "single", *(f"{sign}int{bits}" for sign in ("
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is of version 5 or 7.3, by the marks at the end of its header."""
+    """Whether the file is a MATLAB file of version 5 or 7.3, by the signature at the end of its header."""
     return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI") or head[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n"
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The tables of a file: the variables of one length together, and each struct, table and timetable by itself."""
+    """The tables of a file: variables of equal length form one table; each struct, table and timetable is one."""
     found = mat5.Found()
     if head.data[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n":
         version = "7.3"
@@ -43,7 +44,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         _tables(path, found)
     notes = [f"MATLAB file, version {version}"]
     if version == "5" and found.plain:
-        notes.append("without compression there is no checksum: a damaged number would not be seen")
+        notes.append("without compression there is no checksum: a damaged number is not detected")
     if found.skipped:
         notes.append(f"not numbers of shape (n,) or (n, k): {', '.join(found.skipped[:12])}")
     if not found.leaves:
@@ -78,7 +79,7 @@ def _walk_73(path: Path, found: mat5.Found) -> None:
                 if dataset.dtype.kind not in "iuf" or kind not in (None, *_CLASSES_73):
                     found.skipped.append(".".join(names))
                     continue
-                # Of n columns and m rows HDF5 has m columns and n rows.
+                # HDF5 stores the transpose.
                 dims = tuple(int(n) for n in reversed(dataset.shape))
                 found.add(names, dims, hdf5.loader(path, names, transposed=True))
         except DataError:
@@ -105,9 +106,8 @@ def _tables(path: Path, found: mat5.Found) -> None:
     except MemoryError:
         raise
     except Exception as error:
-        text = str(error).split("\n")[0] or type(error).__name__
-        names = ", ".join(found.opaque)
-        found.findings.append(mat5.damage(f"{names} cannot be read: {text}"))
+        reason = str(error).split("\n")[0] or type(error).__name__
+        found.lost(Damaged(what=f"variable {', '.join(found.opaque)}", reason=reason))
         return
     for name in found.opaque:
         value = held.get(name)
@@ -126,7 +126,7 @@ def _of_frame(name: str, frame: Any, found: mat5.Found) -> Iterator[Leaf]:  # no
     variables = _variables([str(column) for column in frame.columns])
     units = [str(unit) for unit in frame.attrs.get("VariableUnits") or frame.attrs.get("varUnits") or ()]
     if units and len(units) != len(set(variables.values())):
-        found.notes.append(f"{name}: its units are not used, which are {len(units)} for {len(frame.columns)} columns")
+        found.notes.append(f"{name}: {len(units)} units for {len(frame.columns)} columns, so they are not used")
         units = []
     stems = list(dict.fromkeys(variables.values()))
     for k, (column, stem) in enumerate(variables.items()):
@@ -144,7 +144,7 @@ def _of_frame(name: str, frame: Any, found: mat5.Found) -> Iterator[Leaf]:  # no
 
 
 def _variables(columns: list[str]) -> dict[str, str]:
-    """The variable that each column is of: mat-io splits one of three columns into ``gyro_1``, ``gyro_2``, ``gyro_3``."""
+    """The variable of each column: mat-io splits a variable of three columns into ``gyro_1``, ``gyro_2``, ``gyro_3``."""
     variables = {column: column for column in columns}
     for column in columns:
         stem = column.removesuffix("_1")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import median_and_spread
 from sigmatau.errors import DataError, NonFiniteError, StampError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import DuplicateSamples, MissingStamps, RowsOutOfOrder, WrongStamps
@@ -193,8 +194,8 @@ def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
     if len(stamps) < _MIN_STAMPS or count > _MAX_SWAPPED * len(stamps):
         return stamps
     intervals = np.diff((stamps - stamps.min()).astype(np.float64))
-    usual = float(np.median(intervals))
-    most = _JITTER_SIGMAS * 1.4826 * float(np.median(np.abs(intervals - usual)))
+    usual, spread = median_and_spread(intervals)
+    most = _JITTER_SIGMAS * spread
     if not most > usual:
         return stamps
     stamps = stamps.copy()

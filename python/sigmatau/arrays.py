@@ -1,0 +1,57 @@
+"""Helpers for arrays that several rooms share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+__all__ = ["SIGMA_OF_MAD", "freeze", "median_and_spread", "runs"]
+
+SIGMA_OF_MAD = 1.4826
+"""Standard deviation of normal noise over its median absolute deviation: 1/Φ⁻¹(3/4)."""
+
+
+def freeze(result: object, *names: str, dtype: DTypeLike | None = None, copy: bool = False) -> None:
+    """Make array fields of a frozen dataclass read-only; a field that is None stays None.
+
+    Parameters
+    ----------
+    result : object
+    *names : str
+    dtype : dtype, optional
+        Type to convert the arrays to. Default: their own.
+    copy : bool
+        Whether the arrays are copied. Default: the fields become read-only views.
+    """
+    for name in names:
+        given = getattr(result, name)
+        if given is None:
+            continue
+        array = np.array(given, dtype=dtype) if copy else np.asarray(given, dtype=dtype).view()
+        array.setflags(write=False)
+        object.__setattr__(result, name, array)
+
+
+def median_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
+    """Median, and the standard deviation of normal noise that has the same median absolute deviation.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> median_and_spread(np.array([1.0, 2.0, 3.0, 4.0, 1000.0]))
+    (3.0, 1.4826)
+    """
+    median = float(np.median(x))
+    return median, SIGMA_OF_MAD * float(np.median(np.abs(x - median)))
+
+
+def runs(mask: ArrayLike) -> list[tuple[int, int]]:
+    """Start and stop of each run of True.
+
+    Examples
+    --------
+    >>> runs([False, True, True, False, True])
+    [(1, 3), (4, 5)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], np.asarray(mask, dtype=np.int8), [0]))))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -16,11 +16,11 @@ __all__ = [
     "comment",
     "digits",
     "number",
+    "number_with_comment",
     "plain_name",
     "quoted",
     "remark",
     "said",
-    "setting",
     "single",
     "topic",
     "vector",
@@ -71,9 +71,9 @@ def with_remarks(content: str, ending: str, sentences: Iterable[str]) -> str:
     return content + "".join(f"{mark[0]}{comment(sentence)}{mark[1]}\n" for sentence in sentences)
 
 
-def setting(key: str, value: float, words: str) -> str:
-    """A line of YAML: a number, and behind it in a comment its unit and where it comes from."""
-    return f"{key}: {digits(value)}  # {comment(words)}"
+def number_with_comment(value: float, words: str) -> str:
+    """A number of YAML with its unit and origin in a comment."""
+    return f"{digits(value)}  # {comment(words)}"
 
 
 def said(words: Iterable[str]) -> str:

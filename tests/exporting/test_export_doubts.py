@@ -43,7 +43,7 @@ def test_every_target_says_that_a_fit_is_not_adequate(name):
     found = prepare(bad, to=name, choices=choices)
     assert NOT_ADEQUATE in found.content
     assert [(f.code, f.severity) for f in found.findings] == [("not_adequate", "warning")]
-    assert found.findings[0].message.startswith("gyro_y: ")
+    assert found.findings[0].channels == ("gyro_y",)
 
 
 def test_a_model_file_carries_it_both_ways(tmp_path):
@@ -61,9 +61,12 @@ def test_a_chosen_walk_does_not_hide_what_was_observed(name):
     model = model_of(NO_K, limits={"rate_random_walk": 1e-6})
     walk = {"gyro": "upper-limit", "accel": "horizon"}
     found = prepare(model, to=name, choices=Choices(walk=walk, horizon=10.0, rate=100.0))
-    assert "left out for the walk that was chosen: gyro_x bias instability 10.31 deg/h; gyro_y" in found.content
+    assert "omitted for the chosen random walk: gyro_x bias instability 10.31 deg/h; gyro_y" in found.content
     assert "accel_x bias" not in found.content
-    assert [f.code for f in found.findings] == ["slow_noise_left_out"]
+    (finding,) = found.findings
+    assert (finding.code, finding.severity) == ("slow_noise_left_out", "warning")
+    assert finding.channels == ("gyro_x", "gyro_y", "gyro_z")
+    assert [(one.term, one.value) for one in finding.details.omitted] == [("bias_instability", 5e-5)] * 3
     both = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, rate=100.0)
     assert prepare(model, to=name, choices=both).findings == ()
 
@@ -112,12 +115,15 @@ class TestOfAResult:
 
     def test_another_rate_is_said(self, result, capsys):
         assert main(["export", str(result), "--to", "ros", "--rate", "200"]) == 0
-        assert "# written for 200 Hz; the record was at 50 Hz\n" in capsys.readouterr().out
+        assert "# written for 200 Hz; the sampling rate of the record is 50 Hz\n" in capsys.readouterr().out
 
     def test_a_filter_is_said(self, result):
         found = prepare(read_source(result), to="ros")
         assert "as without the low-pass filter of 12 Hz that was found" in found.content
-        assert {f.code for f in found.findings} == {"low_pass_filter", "not_adequate"}
+        assert {f.code for f in found.findings} == {"correlated_samples", "not_adequate"}
+        details = next(f.details for f in found.findings if f.code == "correlated_samples")
+        assert (details.corner, details.ratio) == (12.0, None)
+        assert details.independent_variance == pytest.approx(1e-6 * 50.0)
 
     def test_the_sheet_says_why_there_is_no_value(self, result):
         sheet = export(read_source(result), to="ieee952")
@@ -131,7 +137,7 @@ class TestOfAResult:
     def test_a_warning_at_the_terminal(self, result, capsys):
         assert main(["export", str(result), "--to", "model"]) == 0
         out, err = capsys.readouterr()
-        assert "warning: accel_x: from a fit that is not adequate" in err
+        assert "warning: accel_x: the fit is not adequate" in err
         assert "adequate = false" in out
 
     def test_onto_itself(self, result, capsys):
@@ -145,8 +151,8 @@ def test_several_targets_at_once(tmp_path):
     files = {"kalibr": tmp_path / "a", "kf-gins": tmp_path / "b", "ros": tmp_path / "c"}
     made = prepare_all(model, files, choices=choices)
     assert [file.to for file in made] == list(files)
-    (said,) = (f.message for f in made[0].findings if f.code == "choice_without_place")
-    assert "`horizon` has no place in kalibr" in said
+    (details,) = (f.details for f in made[0].findings if f.code == "choice_without_place")
+    assert (details.target, details.option, details.key) == ("kalibr", "horizon", "")
     assert made[1].content == export(model, to="kf-gins", choices=choices)
     with pytest.raises(OptionError, match="`step` has no place in kalibr"):
         prepare_all(model, {"kalibr": None, "ros": None}, choices=replace(choices, step=0.1))

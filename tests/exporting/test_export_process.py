@@ -152,7 +152,8 @@ class TestMoreSlowNoiseThanTheProcess:
         assert (finding.code, finding.severity) == ("slow_noise_left_out", "warning")
         # Flicker of 1000 B, σ² = 2 ln2/π·B², over the peak of the process, which is that of flicker of B/1.076.
         ratio = math.hypot(1000 * SIGMA_OF_FLICKER, 1)
-        assert f"all slow noise of gyro_x has {ratio:.3g} times" in finding.message
+        assert finding.channels == ("gyro_x",)
+        assert finding.details.ratio == pytest.approx(ratio, rel=1e-3)
         assert f"{ratio:.3g} times" in found.words
 
     def test_a_walk_beside_flicker_at_a_horizon(self):

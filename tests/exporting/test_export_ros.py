@@ -133,10 +133,11 @@ class TestRos:
         wanted = {"worst": [max(each)] * 3, "mean": [sum(each) / 3] * 3, "each": each}[axes]
         # Both are of the same samples; the last means, beyond white noise, leave 1/1000.
         assert [found[0], found[4], found[8]] == pytest.approx(wanted, rel=2e-3)
-        said = {f.channel: f.message for f in prepared.findings if f.code == "correlated_samples"}
-        assert set(said) == {"gyro_x", "gyro_y", "gyro_z"}
-        assert "low-pass" in said["gyro_y"]
-        assert "low-pass" not in said["gyro_z"]
+        correlated = {f.channel: f.details for f in prepared.findings if f.code == "correlated_samples"}
+        assert set(correlated) == {"gyro_x", "gyro_y", "gyro_z"}
+        assert correlated["gyro_y"].corner is not None
+        assert correlated["gyro_y"].ratio < 1
+        assert correlated["gyro_z"].corner is None
 
     def test_at_another_rate_it_is_the_models(self):
         rng = np.random.default_rng(seed_of("ros other rate"))

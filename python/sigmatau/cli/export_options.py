@@ -122,4 +122,4 @@ def as_typed(before: str = "", after: str = "") -> Iterator[None]:
 def said(findings: Iterable[Finding], *, quiet: bool) -> None:
     """Findings of an export for the terminal, each once."""
     for line in finding_lines(list(dict.fromkeys(findings))):
-        say(typed(line), quiet=quiet)
+        say(line, quiet=quiet)

@@ -19,7 +19,9 @@ from sigmatau.exporting.choices import given
 from sigmatau.exporting.horizon import slow_avar
 from sigmatau.exporting.values import Numbers
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
@@ -159,16 +161,12 @@ def _short(numbers: Numbers, sensor: str, written: Process) -> Process:
     ratio = numbers.choices.walk_factor * math.sqrt(has) / written.stood_for(tau)
     if ratio <= _SHORT:
         return written
-    whose = f"of {', '.join(slow)}, in the mean," if numbers.choices.axes == "mean" and len(slow) > 1 else f"of {most}"
-    words = f"all slow noise {whose} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
-    numbers.find(
-        Finding(
-            code="slow_noise_left_out",
-            severity="warning",
-            message=f"{sensor}: the bias that is written is {written.stands}; {words}",
-            effect="the bias that is written is too steady by that",
-            remedy=f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)} has the process stand for all of it",
-        )
+    channels = tuple(slow) if numbers.choices.axes == "mean" else (most,)
+    details = SlowNoiseLeftOut(sensor=sensor, ratio=ratio, tau=tau)
+    numbers.find(Finding(severity="warning", channels=channels, details=details))
+    mean = " in the mean" if len(channels) > 1 else ""
+    words = (
+        f"all slow noise of {', '.join(channels)}{mean} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
     )
     return replace(written, left_out=f"{written.left_out}; {words}")
 
@@ -225,7 +223,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
     times = "" if factor == 1 else f", times {factor:g}"
     if model.gauss_markov:
         own = max(model.gauss_markov, key=lambda g: g.sigma)
-        stands = f"{name}: Gauss-Markov {own.sigma / size:.4g} {text} over {seconds(own.time)} s"
+        stands = f"{name}: {_gauss_markov_text(model, own)}"
         if len(model.gauss_markov) > 1:
             stands += f", the largest of {len(model.gauss_markov)}"
         left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
@@ -283,36 +281,37 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
 
 
 def left_out(numbers: Numbers) -> list[str]:
-    """Sentences, a sensor each, on slow noise that was observed and gives way to a walk that was chosen; a finding too.
+    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each.
 
-    A walk that matches the Allan variance at a horizon stands for all of it.
+    A walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
     """
     sentences = []
     for sensor, wanted in numbers.choices.walk.items():
         if wanted == "horizon" or not numbers.has(sensor):
             continue
-        parts = []
+        parts, omitted = [], []
         for name, model in numbers.channels(sensor).items():
-            slow = _values(model, "bias_instability", "rate_ramp")
-            text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
-            slow += [f"Gauss-Markov {g.sigma / size:.4g} {text} over {seconds(g.time)} s" for g in model.gauss_markov]
+            terms = [term for term in ("bias_instability", "rate_ramp") if term in model]
+            slow = _values(model, *terms) + [_gauss_markov_text(model, g) for g in model.gauss_markov]
             if slow:
                 parts.append(f"{name} {', '.join(slow)}")
+            omitted += [OmittedTerm(channel=name, term=term, value=model[term]) for term in terms]
+            omitted += [OmittedTerm(channel=name, term="gauss_markov", value=g.sigma) for g in model.gauss_markov]
         if parts:
-            sentence = f"Observed, and left out for the walk that was chosen: {'; '.join(parts)}."
             sentences.append(
-                f"{sentence} --rate-random-walk {sensor}=horizon has the process stand for all slow noise."
+                f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}. --rate-random-walk {sensor}=horizon"
+                " approximates all slow noise."
             )
-            numbers.find(
-                Finding(
-                    code="slow_noise_left_out",
-                    severity="warning",
-                    message=f"observed, and left out for the walk that was chosen: {'; '.join(parts)}",
-                    effect="the bias that is written is too steady by that",
-                    remedy=f"{given('walk', 'horizon', sensor)} has the process stand for all slow noise",
-                )
-            )
+            channels = tuple(dict.fromkeys(one.channel for one in omitted))
+            details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))
+            numbers.find(Finding(severity="warning", channels=channels, details=details))
     return sentences
+
+
+def _gauss_markov_text(model: ChannelModel, process: GaussMarkov) -> str:
+    """Standard deviation and correlation time of a process of the model."""
+    text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+    return f"Gauss-Markov {process.sigma / size:.4g} {text} over {seconds(process.time)} s"
 
 
 def _values(model: ChannelModel, *terms: str) -> list[str]:

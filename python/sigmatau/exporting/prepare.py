@@ -15,8 +15,9 @@ from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import with_remarks
 from sigmatau.exporting.values import Numbers
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
+from sigmatau.findings.wording import words
 from sigmatau.io.write import atomic
-from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
@@ -181,11 +182,14 @@ def _placed(
                 if without and len(names) == 1:  # what it comes to without a choice that is refused is not the point
                     raise of(name, next(iter(without.values()))) from None
                 raise of(name, error) from None
-        said = tuple(
-            Finding(code="choice_without_place", severity="info", message=f"left out there: {error}")
+        omitted = tuple(
+            Finding(
+                severity="info",
+                details=ChoiceWithoutPlace(target=name, option=error.option or error.choice, key=error.key or ""),
+            )
             for error in without.values()
         )
-        made.append(replace(found, findings=(*found.findings, *said)))
+        made.append(replace(found, findings=(*found.findings, *omitted)))
         dropped.append(without)
     for key, refused in dropped[0].items() if dropped else ():
         if all(key in without for without in dropped):
@@ -208,7 +212,7 @@ def _written(
     if rate := _other_rate(source, choices):
         findings.append(rate)
     if isinstance(content, str):
-        content = with_remarks(content, wanted.ending, [f.message for f in findings if f.code == "other_rate"])
+        content = with_remarks(content, wanted.ending, [words(f).message for f in findings if f.code == OtherRate.code])
     return content, tuple(findings)
 
 
@@ -243,16 +247,7 @@ def _doubts(wanted: Target, source: Source) -> list[Finding]:
     ]
     if not found:
         return []
-    return [
-        Finding(
-            code="not_adequate",
-            severity="warning",
-            message=f"{', '.join(found)}: {NOT_ADEQUATE}",
-            effect="how far off these coefficients are is not known, and one may be the worst of three axes all the same",
-            remedy="look at the curve (sigmatau analyze --plot), choose another part of the record (--window), or leave"
-            " the channel out",
-        )
-    ]
+    return [Finding(severity="warning", channels=tuple(found), details=NotAdequate())]
 
 
 def _other_rate(source: Source, choices: Choices) -> Finding | None:
@@ -265,8 +260,4 @@ def _other_rate(source: Source, choices: Choices) -> Finding | None:
         return None
     if of_record is None or abs(choices.rate / of_record - 1) <= _SAME:
         return None
-    return Finding(
-        code="other_rate",
-        severity="info",
-        message=f"written for {choices.rate:g} Hz; the record was at {of_record:g} Hz",
-    )
+    return Finding(severity="info", details=OtherRate(rate=choices.rate, record_rate=of_record))

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.results import Printed
 from sigmatau.units import find
@@ -112,23 +113,14 @@ def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBa
         channels.setdefault(sensor, {})[term] = _positive(key, values[key])
     if rate is None:
         rate = next((_positive(key, values[key]) for key in _RATES if key in values), None)
-    unread = Finding(
-        code="keys_not_read",
-        severity="info",
-        message=f"not read: {', '.join(others)}",
-        effect="what they say is in no number",
-    )
-    finding = Finding(
-        code="imported_without_intervals",
-        severity="info",
-        message="one number for all axes, without interval; files of this kind are often inflated by hand",
-        effect="what is written from it is no surer, and inflated as it was",
-    )
+    findings = [Finding(severity="info", details=ImportedWithoutIntervals())]
+    if others:
+        findings.append(Finding(severity="info", details=KeysNotRead(keys=tuple(others))))
     topic = values.get("rostopic", "").strip("\"'")
     return ReadBack(
         model=NoiseModel(channels=channels),
         rate=rate,
-        findings=(finding, unread) if others else (finding,),
+        findings=tuple(findings),
         names={"topic": topic} if topic else {},
     )
 
@@ -158,25 +150,9 @@ def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> Rea
             walks.append(f"{prefix}_w")
     if not channels:
         raise DataError("a result of imu_utils without gyr_n or acc_n of any axis")
-    findings = [
-        Finding(
-            code="deviation_as_density",
-            severity="warning",
-            message=f"gyr_n and acc_n of imu_utils are deviations of a sample: divided by sqrt({rate:g} Hz)",
-            effect=f"copied as densities they are {math.sqrt(rate):.3g} times too large",
-            size=math.sqrt(rate),
-        )
-    ]
+    findings = [Finding(severity="warning", size=math.sqrt(rate), details=DeviationAsDensity(rate=rate))]
     if walks:
-        findings.append(
-            Finding(
-                code="minimum_as_walk",
-                severity="warning",
-                message=f"{' and '.join(walks)} of imu_utils left out: the minimum of the Allan deviation, no random walk",
-                effect="the model has no rate random walk; another unit, and a wrong number, if it is copied as one",
-                remedy="analyse the record itself, or choose what to write with --rate-random-walk",
-            )
-        )
+        findings.append(Finding(severity="warning", details=MinimumAsWalk(keys=tuple(walks))))
     return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=tuple(findings))
 
 

@@ -77,8 +77,9 @@ class Source(Printed):
         corners, samples = {}, {}
         try:
             for finding in content.get("findings", ()):
-                if finding.get("code") == _FILTER and finding.get("channel") in plain.model.channels:
-                    corners[str(finding["channel"])] = float(finding["size"])
+                if finding.get("code") == _FILTER:
+                    channels = finding.get("channels") or [finding.get("channel")]
+                    corners |= {name: float(finding["size"]) for name in channels if name in plain.model.channels}
             for name in plain.model.channels:
                 _check_rate(content["channels"][name]["sample_rate_hz"])
                 if (sample := _sample(content["channels"][name]["curve"])) is not None:

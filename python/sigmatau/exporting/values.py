@@ -16,6 +16,7 @@ from sigmatau.exporting.horizon import matching_walk, sampled
 from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import number
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import ChoiceNotUsed
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
@@ -27,7 +28,6 @@ from sigmatau.results import seconds, two_digits
 __all__ = ["Number", "Numbers"]
 
 _SAME = 1e-3  # relative: below what is said of a time
-_CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,17 +171,8 @@ class Numbers:
                 models = [model for name, model in self.model.channels.items() if stream_name(name) == sensor]
                 if wanted == "horizon" or any(term not in model for model in models):
                     continue
-                label = TERMS[term].label(models[0].quantity) if models else ""
-                found.append(
-                    Finding(
-                        code="choice_not_used",
-                        severity="warning",
-                        message=f"`{_CHOICES[term]}` of {sensor} was not used: "
-                        + (f"the {label} of the {KINDS[sensor]} was observed" if models else f"no {KINDS[sensor]}"),
-                        effect="what was observed is written" if models else "nothing is written in its place",
-                        remedy="put another value into a model file, or inflate what was observed with a factor",
-                    )
-                )
+                details = ChoiceNotUsed(sensor=sensor, term=term, observed=bool(models))
+                found.append(Finding(severity="warning", details=details))
         return tuple(found)
 
     def _chosen(self, sensor: str, term: str) -> str | float | None:

@@ -17,6 +17,7 @@ from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import said, vector
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import CorrelatedSamples
 from sigmatau.model.channel import ChannelModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
@@ -129,18 +130,9 @@ def _correlated(numbers: Numbers, name: str, value: float, independent: float) -
     """A finding where the variance of a sample is not what independent samples of the same random walk would have."""
     if 1 / _ALIKE <= value / independent <= _ALIKE:
         return
-    corner = numbers.source.corners.get(name)
-    why = f", behind a low-pass filter of {corner:.3g} Hz" if corner is not None and value < independent else ""
-    numbers.find(
-        Finding(
-            code="correlated_samples",
-            severity="warning",
-            channel=name,
-            message=f"the variance of a sample is {value / independent:.3g} of N^2*rate: samples are not independent{why}",
-            effect="a filter that takes each sample for new noise is wrong by that factor",
-            remedy=f"give such a filter N^2*rate = {independent:.4g}",
-        )
-    )
+    corner = numbers.source.corners.get(name) if value < independent else None
+    details = CorrelatedSamples(ratio=value / independent, independent_variance=independent, corner=corner)
+    numbers.find(Finding(severity="warning", channels=(name,), details=details))
 
 
 def _filtered(numbers: Numbers, name: str) -> str:
@@ -148,17 +140,9 @@ def _filtered(numbers: Numbers, name: str) -> str:
     model, corner = numbers.model.channels[name], numbers.source.corners.get(name)
     if corner is None or model.bandwidth is not None:
         return ""
-    numbers.find(
-        Finding(
-            code="low_pass_filter",
-            severity="warning",
-            channel=name,
-            message=f"a low-pass filter of {corner:.3g} Hz was found, and N^2*rate is the variance of samples without one",
-            effect="the variance of a sample is smaller",
-            remedy="right for a filter that takes samples for independent; for the variance itself give the channel its"
-            " bandwidth in a model file",
-        )
-    )
+    independent = numbers.noise_of(name).value ** 2 * numbers.rate()
+    details = CorrelatedSamples(ratio=None, independent_variance=independent, corner=corner)
+    numbers.find(Finding(severity="warning", channels=(name,), details=details))
     return f"; as without the low-pass filter of {corner:.3g} Hz that was found"
 
 

@@ -154,7 +154,8 @@ lio_sam:
         {"topic": "imu_raw", "gravity": _GRAVITY},
     ),
     # The code propagates by the mid-point rule and takes the two halves of a step, dt/2 each, for independent: a step adds
-    # 2*(dt/2)^2*n^2 = dt^2*n^2/2, which is N^2*dt for n = N*sqrt(2f). Biases add (dt*w)^2, which is K^2*dt for w = K*sqrt(f).
+    # 2*(dt/2)^2*n^2 = dt^2*n^2/2, which is N^2*dt for n = N*sqrt(2f). A bias adds (dt*w)^2, which is K^2*dt for
+    # w = K*sqrt(f).
     "vins": _Template(
         "VINS-Mono, VINS-Fusion: N*sqrt(2*rate) and K*sqrt(rate), discrete, one number for three axes",
         """\

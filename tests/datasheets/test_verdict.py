@@ -120,7 +120,7 @@ class TestWhatASheetLeavesOpen:
         open_ = {"noise_density": {"typical": f"{1.2 * N!r} rad/s/sqrt(Hz)", "sided": "unknown"}}
         verdict = compare_with(NoiseModel(channels={"gyro": model}), sheet(**open_))
         assert verdict.status == "undecided"
-        assert "one-sided or two-sided; a typical value fails nobody" in repr(verdict)
+        assert "one-sided or two-sided; a typical value fails no unit" in repr(verdict)
         assert not verdict.may_be_out
         assert not verdict.fails("fail")
         limited = compare_with(NoiseModel(channels={"gyro_x": model}), sheet(**open_), factor=1.0)

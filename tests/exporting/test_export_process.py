@@ -36,7 +36,7 @@ def test_its_hump_is_the_plateau_of_flicker_at_the_bottom_of_the_curve():
     assert avar_of(found, tau / 1.3) < avar_of(found, tau) > avar_of(found, tau * 1.3)
     for half_a_decade in (10**0.5, 10**-0.5):
         assert math.sqrt(avar_of(found, tau * half_a_decade) / flicker) == pytest.approx(0.82, abs=0.01)
-    assert "no place here for its rate random walk" in found.words
+    assert "no field here for its rate random walk" in found.words
 
 
 def test_constants_are_those_of_the_closed_form():
@@ -86,7 +86,7 @@ def test_the_models_own_process_goes_first():
     for part in (
         "largest of 2",
         "times 2",
-        "no place here for its bias instability 10.31 deg/h and rate random walk 12.38",
+        "no field here for its bias instability 10.31 deg/h and rate random walk 12.38",
     ):
         assert part in found.words
 
@@ -99,7 +99,7 @@ def test_a_walk_is_followed_up_to_the_horizon():
     assert found.density == pytest.approx(K, rel=1e-14)
     assert found.time == 600.0
     assert math.sqrt(avar_of(found, 60.0) / (K**2 * 60 / 3)) == pytest.approx(1 - 0.036, abs=1e-3)
-    # In a target with one time for all, it is right at the horizon.
+    # In a target with one time for all, it is exact at the horizon.
     assert math.sqrt(avar_of(found.at(1e4), 60.0) / (K**2 * 60 / 3)) == pytest.approx(1, abs=1e-6)
 
 
@@ -122,7 +122,7 @@ def test_axes():
     assert (mean.sigma, mean.time) == pytest.approx((math.sqrt(7) * SIGMA_OF_FLICKER * B, tau / 2), rel=1e-9)
     assert "worst of 3 axes, gyro_z" in worst.words
     assert "root mean square of gyro_x, gyro_y, gyro_z" in mean.words
-    assert "right at" not in mean.words  # three bottoms, and none of them its own
+    assert "exact at" not in mean.words  # three bottoms, and none of them its own
 
 
 def test_the_mean_of_axes_of_several_kinds_is_of_processes_of_one_time():

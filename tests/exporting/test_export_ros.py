@@ -56,7 +56,7 @@ class TestRos:
         white = np.array([[1e-8 * RATE, 0, off], [0, 4e-8 * RATE, 0], [off, 0, 9e-8 * RATE]])
         quantized = np.array([[1, 0.25, 0], [0.25, 1, 0], [0, 0, 1]]) * 2 * (1e-3 * RATE) ** 2
         assert gyro == pytest.approx(white + quantized, rel=EXACT)
-        assert "taken for independent" in export(given, to="ros", choices=Choices(rate=RATE))
+        assert "treated as independent" in export(given, to="ros", choices=Choices(rate=RATE))
 
     @pytest.mark.parametrize(("order", "corner"), [(1, 30.0), (2, 60.0)])
     def test_behind_a_bandwidth_it_is_the_variance_of_a_sample(self, order, corner):
@@ -71,7 +71,7 @@ class TestRos:
         assert gyro[0, 0] == pytest.approx(1e-6 * 2 * area, rel=1e-9)
         text = export(given, to="ros", choices=Choices(rate=RATE))
         assert "samples are correlated" in text
-        assert "N^2*rate = 0.0002 is what a filter needs that takes samples for independent" in text
+        assert "N^2*rate = 0.0002 is for a filter that assumes independent samples" in text
 
     @pytest.mark.parametrize(("axes", "square"), [("worst", 100.0), ("mean", 50.5)])
     def test_what_independent_samples_need_is_of_the_axes_that_were_chosen(self, axes, square):
@@ -175,7 +175,7 @@ class TestRos:
 
     def test_what_has_no_place(self):
         for choice in ({"walk": {"gyro": 1e-6}}, {"walk_factor": 2.0}, {"horizon": 1.0}, {"step": 0.01}):
-            with pytest.raises(OptionError, match="has no place in ros"):
+            with pytest.raises(OptionError, match="does not apply to ros"):
                 self.read(model(), **choice)
         with pytest.raises(OptionError, match="sampling rate"):
             export(model(), to="ros")

@@ -1,4 +1,4 @@
-"""``sigmatau analyze --export``: files for other programs, from the analysis itself."""
+"""``sigmatau analyze --export``: files for other programs from the analysis."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ __all__ = ["Exports"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exports:
-    """Files by target, and what was chosen for them."""
+    """Files by target, and the options for them."""
 
     files: Mapping[str, Path]
     choices: Choices
 
     @classmethod
     def of(cls, given: Sequence[str], choosing: Choosing | None, *, rate: float | None, method: str) -> Exports:
-        """Refuse, before a long log is read, what can be refused then; raises `OptionError`."""
+        """Check the options before a long log is read; raises `OptionError`."""
         choosing = choosing or Choosing()
         option = choosing.given()
         if option and not given:
-            raise OptionError(f"{option} is for --export, e.g. --export kalibr=imu.yaml", option="export")
+            raise OptionError(f"{option} needs --export, e.g. --export kalibr=imu.yaml", option="export")
         files: dict[str, Path] = {}
         for text in given:
             name, equals, path = text.partition("=")
@@ -52,9 +52,9 @@ class Exports:
         return cls(files=files, choices=choices)
 
     def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
-        """Write all, or none if there is one that cannot be; raises `OptionError` or `DataError`.
+        """Write all files, or none if one fails; raises `OptionError` or `DataError`.
 
-        `result` is the JSON that has been written, from which another try needs no second analysis.
+        `result` is the written JSON, which allows another attempt without a second analysis.
         """
         if not self.files:
             return

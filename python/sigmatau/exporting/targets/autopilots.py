@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, number, single
+from sigmatau.exporting.text import comment, number, remark, single
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
@@ -72,10 +72,10 @@ def _write_px4(numbers: Numbers) -> str:
     ids = [_identity(numbers, key) for key in ("vehicle", "component")]
     step = _step(numbers, _PX4_STEP)
     lines = [
-        f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms: right while EKF2_PREDICT_US is"
+        f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms, EKF2_PREDICT_US ="
         f" {round(1e6 * step)}; --step changes it.",
-        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2. Single precision.",
-        *_left_out(numbers),
+        "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2. Single precision.",
+        *map(remark, numbers.left_out()),
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]
     for name, value, words in _rows(numbers, _PX4_PARAMETERS, step):
@@ -87,10 +87,10 @@ def _write_ardupilot(numbers: Numbers) -> str:
     """NAME,VALUE; comments on lines of their own, which every loader skips."""
     step = _step(numbers, _ARDUPILOT_STEP)
     lines = [
-        f"# EK3 noise for a filter step of {seconds(1000 * step)} ms. It is 12.5 ms where SCHED_LOOP_RATE is 400, 13.33 of"
-        " 300, 10 of 200 or 100, 20 of 50: --step.",
-        "# Not densities: each is a density over sqrt(dt), of which the filter takes (dt*p)^2 and (dt^2*p)^2.",
-        *_left_out(numbers),
+        f"# EK3 noise for a filter step of {seconds(1000 * step)} ms. Steps by SCHED_LOOP_RATE: 12.5 ms at 400 Hz, 13.33"
+        " at 300, 10 at 200 or 100, 20 at 50; set it with --step.",
+        "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2 and (dt^2*p)^2.",
+        *map(remark, numbers.left_out()),
     ]
     for name, value, words in _rows(numbers, _ARDUPILOT_PARAMETERS, step):
         lines += [f"# {words}", f"{name},{single(value, name)}"]
@@ -106,39 +106,22 @@ def _rows(numbers: Numbers, parameters: tuple[_Parameter, ...], step: float) -> 
         letter = "N" if of.kind == "noise" else "K"
         words = f"{of.name} [{of.unit}] = {letter}/sqrt(dt), dt = {step:g} s; {found.words}"
         if value > of.cut:
-            words += f"; above {of.cut:g}, which is what the filter takes instead"
+            words += f"; the filter limits it to {of.cut:g}"
         elif not of.least <= value <= of.most:
-            side, end = ("below", of.least) if value < of.least else ("above", of.most)
-            words += f"; {side} {end:g}, the {'least' if value < of.least else 'most'} documented: a ground station may"
-            words += " refuse it or ask"
+            words += f"; outside the documented range, {of.least:g} to {of.most:g}: a ground station may reject it"
         result.append((of.name, value, comment(words)))
     return result
 
 
 def _step(numbers: Numbers, default: float) -> float:
-    """The step of the filter; raises `OptionError` for one that must be milliseconds taken for seconds. [s]"""
+    """The step of the filter; raises `OptionError` for milliseconds given as seconds. [s]"""
     step = numbers.choices.step or default
     if step > _LONGEST_STEP:
         raise OptionError(
-            f"`step` {step:g}: it is in seconds, and no filter of an autopilot has one of {step:g} s; {step:g} ms are"
-            f" {given('step', step / 1000)}",
+            f"`step` {step:g} is too long for an autopilot; the unit is s: {step:g} ms is {given('step', step / 1000)}",
             option="step",
         )
     return step
-
-
-def _left_out(numbers: Numbers) -> list[str]:
-    """A comment on slow noise that a walk is not, unless the walk was chosen to stand for it."""
-    lines = []
-    for sensor in ("gyro", "accel"):
-        channels = numbers.channels(sensor).values()
-        slow = any("bias_instability" in model or model.gauss_markov for model in channels)
-        if slow and numbers.choices.walk.get(sensor) != "horizon":
-            lines.append(
-                f"# {sensor}: the model has flicker or Gauss-Markov noise too, which has no place here and is in no number;"
-                f" --rate-random-walk {sensor}=horizon --horizon S makes the walk stand for all of it."
-            )
-    return lines
 
 
 def _identity(numbers: Numbers, key: str) -> str:

@@ -1,6 +1,6 @@
 """gnss-ins-sim: ``imu_err``, the dictionary that its class IMU takes, as Python.
 
-The simulator converts from these units itself. Its bias is a first-order Gauss-Markov process that begins at 0; without a
+The simulator converts these units itself. Its bias is a first-order Gauss-Markov process that starts at 0; without a
 correlation time, or with an infinite one, its bias is white noise.
 """
 
@@ -36,7 +36,7 @@ def write(numbers: Numbers) -> str:
         size, bias_size = find(walk_unit).factor, find(bias_unit).factor
         about = said(p.words for p in bias)
         lines += [
-            _row(f"{sensor}_b", [0.0, 0.0, 0.0], f"{bias_unit}; a constant bias, which no Allan variance shows"),
+            _row(f"{sensor}_b", [0.0, 0.0, 0.0], f"{bias_unit}; constant bias, which an Allan variance does not show"),
             _row(walk, [n.value / size for n in noise], f"{walk_unit}; {said(n.words for n in noise)}"),
             _row(
                 f"{sensor}_b_stability",
@@ -44,7 +44,7 @@ def write(numbers: Numbers) -> str:
                 f"{bias_unit}, standard deviation; {about}",
             ),
             _row(
-                f"{sensor}_b_corr", [p.time for p in bias], "s, correlation time; never infinite, which is white there"
+                f"{sensor}_b_corr", [p.time for p in bias], "s, correlation time; infinite would mean white noise here"
             ),
         ]
     return "\n".join([*lines, "}"]) + "\n"

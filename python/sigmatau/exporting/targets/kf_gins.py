@@ -1,7 +1,7 @@
 """KF-GINS: the block ``imunoise`` of its configuration.
 
-Its biases are first-order Gauss-Markov processes with one correlation time for all, driven by 2σ²/corrtime; its code
-converts from the units of the file itself.
+The biases are first-order Gauss-Markov processes with one correlation time for all, driven by noise of density 2σ²/corrtime.
+KF-GINS converts the units of the file itself.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def write(numbers: Numbers) -> str:
     time = _time(numbers, [p for axes in biases.values() for p in axes])
     shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
     lines = [
-        "# KF-GINS converts these units itself. Axes forward, right, down: those of the IMU file, not of the data sheet.",
+        "# KF-GINS converts these units itself. Axes forward, right, down, as in the IMU file.",
         *map(remark, left_out(numbers)),
         "imunoise:",
     ]
@@ -43,8 +43,8 @@ def write(numbers: Numbers) -> str:
         )
     for key in ("gsstd", "asstd"):
         ppm = number(numbers.name(key, "300"), key)
-        given = "given" if key in numbers.choices.names else f"that of KF-GINS' sample, --name {key}=PPM"
-        lines.append(f"  {key}: {vector([ppm] * 3)}  # ppm; a scale factor, which no static record shows: {given}")
+        given = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, --name {key}=PPM"
+        lines.append(f"  {key}: {vector([ppm] * 3)}  # ppm; scale factor, not visible in a static record: {given}")
     lines.append(f"  corrtime: {digits(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
     return "\n".join(lines) + "\n"
 
@@ -61,8 +61,8 @@ def _time(numbers: Numbers, processes: list[Process]) -> float:
 
 def _of_time(numbers: Numbers) -> str:
     if "corrtime" in numbers.choices.names:
-        return "as it was given"
-    return "one for all: mean of the logarithms of those of the processes, --name corrtime=HOURS"
+        return "given"
+    return "one for all: geometric mean of the processes, --name corrtime=HOURS"
 
 
 TARGET = Target(

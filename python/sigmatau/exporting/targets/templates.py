@@ -72,7 +72,7 @@ _TEMPLATES = {
     "kalibr": _Template(
         "Kalibr imu.yaml: N and K, continuous, one number for three axes",
         """\
-# Continuous-time densities: Kalibr makes them discrete with update_rate itself. Not divided by sqrt(rate) here.
+# Continuous-time densities, not divided by sqrt(rate): Kalibr makes them discrete with update_rate itself.
 # random_walk is the rate random walk K, not the bias instability B, which has another unit.
 {left_out}
 accelerometer_noise_density: {accel N}
@@ -91,9 +91,9 @@ update_rate: {rate}  # Hz
 %YAML:1.0
 
 # Continuous-time densities: OpenVINS divides N^2 by dt and multiplies K^2 by dt itself.
-# Its own sample files are inflated, white noise x 2 and random walk x 10: --noise-factor 2 --walk-factor 10.
+# The sample files of OpenVINS are inflated, white noise x 2 and random walk x 10: --noise-factor 2 --walk-factor 10.
 imu0:
-  # Yours, from the camera-IMU calibration; no Allan variance shows it:
+  # From your camera-IMU calibration; an Allan variance does not show it:
   T_i_b:
     - [1.0, 0.0, 0.0, 0.0]
     - [0.0, 1.0, 0.0, 0.0]
@@ -121,7 +121,7 @@ imu0:
         """\
 sensor_type: imu
 comment: noise parameters written by sigmatau
-# Pose of the sensor in the body frame; yours, no Allan variance shows it.
+# Pose of the sensor in the body frame, from your calibration; an Allan variance does not show it.
 T_BS:
   cols: 4
   rows: 4
@@ -140,8 +140,8 @@ gyroscope_random_walk: {gyro K}
         "LIO-SAM params.yaml: N and K, continuous (it squares them itself), one number for three axes",
         """\
 # Replace these lines of LIO-SAM's params.yaml; for ROS 2 under /**: ros__parameters: in place of lio_sam:.
-# Continuous-time densities: the code squares the noise, GTSAM divides it by dt; the biases' are multiplied by
-# sqrt(time between key frames). Nothing is multiplied by sqrt(rate), neither here nor there.
+# Continuous-time densities: the code squares the noise, GTSAM divides it by dt; LIO-SAM multiplies that of the biases
+# by sqrt(time between key frames). Nothing is multiplied by sqrt(rate), here or in LIO-SAM.
 {left_out}
 lio_sam:
   imuTopic: {topic}
@@ -149,7 +149,7 @@ lio_sam:
   imuGyrNoise: {gyro N}
   imuAccBiasN: {accel K}
   imuGyrBiasN: {gyro K}
-  imuGravity: {gravity}  # m/s^2; where you are, not the sensor's
+  imuGravity: {gravity}  # m/s^2; at your location, not measured by the sensor
 """,
         {"topic": "imu_raw", "gravity": _GRAVITY},
     ),
@@ -160,16 +160,16 @@ lio_sam:
         "VINS-Mono, VINS-Fusion: N*sqrt(2*rate) and K*sqrt(rate), discrete, one number for three axes",
         """\
 # Replace these lines of your VINS-Mono or VINS-Fusion configuration.
-# Discrete, for {rate} Hz: the code has no rate, and multiplies by the step alone.
-# The noise is N*sqrt(2*rate): integration_base.h takes the two halves of a step for independent, so that the
-# common N*sqrt(rate) propagates to half the covariance. For that one divide acc_n and gyr_n by sqrt(2).
+# Discrete, for {rate} Hz: the code multiplies by the step and does not know the rate.
+# The noise is N*sqrt(2*rate): integration_base.h treats the two halves of a step as independent, so that the
+# common N*sqrt(rate) propagates to half the covariance. For N*sqrt(rate) divide acc_n and gyr_n by sqrt(2).
 {left_out}
 imu_topic: {topic}
 acc_n: {accel N*sqrt(2*rate)}
 gyr_n: {gyro N*sqrt(2*rate)}
 acc_w: {accel K*sqrt(rate)}
 gyr_w: {gyro K*sqrt(rate)}
-g_norm: {gravity}  # m/s^2; where you are, not the sensor's
+g_norm: {gravity}  # m/s^2; at your location, not measured by the sensor
 """,
         {"topic": "/imu0", "gravity": _GRAVITY},
     ),
@@ -177,14 +177,14 @@ g_norm: {gravity}  # m/s^2; where you are, not the sensor's
     "orb-slam3": _Template(
         "ORB-SLAM3 settings: N and K, continuous, one number for three axes",
         """\
-# Replace these lines of your ORB-SLAM3 settings; IMU.T_b_c1 stays yours.
+# Replace these lines of your ORB-SLAM3 settings; keep your IMU.T_b_c1.
 # Continuous-time densities: Tracking.cc multiplies noise by sqrt(IMU.Frequency) and divides walks by it, once.
 {left_out}
 IMU.NoiseGyro: {gyro N}
 IMU.NoiseAcc: {accel N}
 IMU.GyroWalk: {gyro K}
 IMU.AccWalk: {accel K}
-IMU.Frequency: {rate}  # Hz; with a point, ORB-SLAM3 stops at an integer
+IMU.Frequency: {rate}  # Hz; with a decimal point, ORB-SLAM3 rejects an integer
 """,
     ),
     # A step adds (F_w*dt)*Q*(F_w*dt)^T, which is N^2*dt for Q = N^2*f.
@@ -192,8 +192,8 @@ IMU.Frequency: {rate}  # Hz; with a point, ORB-SLAM3 stops at an integer
         "FAST-LIO, FAST-LIO2: variances N^2*rate and K^2*rate, discrete, one number for three axes",
         """\
 # Replace these lines of your FAST-LIO configuration.
-# Variances, discrete, for {rate} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and has no rate.
-# The 0.1 and 0.0001 of its own files are round numbers far above a sensor's: see --noise-factor, --walk-factor.
+# Variances, discrete, for {rate} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and does not know the rate.
+# The sample files of FAST-LIO have 0.1 and 0.0001, far above sensor noise: see --noise-factor, --walk-factor.
 {left_out}
 common:
   imu_topic: {topic}

@@ -227,7 +227,7 @@ class TestAxes:
             sheet(f"[gyro]\naxes = {axes}")
 
     def test_leave_out_none_that_has_claims(self):
-        with pytest.raises(DataError, match=r"gyro: axes = \['x'\], but there is \[gyro_z\]"):
+        with pytest.raises(DataError, match=r"gyro: axes = \['x'\] contradicts \[gyro_z\]"):
             sheet('[gyro]\naxes = ["x"]\n[gyro_z]\nrandom_walk = { typical = "0.3 deg/sqrt(h)" }')
 
     def test_are_those_of_a_sensor_not_of_an_axis(self):

@@ -161,7 +161,7 @@ class TestMoreSlowNoiseThanTheProcess:
         axes = {"gyro_x": terms | {"rate_random_walk": 3 * K}, "gyro_y": {**terms, "bias_instability": 1.2 * B}}
         numbers = numbers_of(axes, horizon=2000.0)
         found = process(numbers, "gyro")
-        assert "gyro_y" in found.stands  # that of the largest bias instability, and the curve of x is above it
+        assert "gyro_y" in found.origin  # that of the largest bias instability, and the curve of x is above it
         ratio = math.sqrt((2 * math.log(2) / math.pi * B**2 + (3 * K) ** 2 * 2000 / 3) / avar_of(found, 2000.0))
         assert ratio > 1.3
         assert f"all slow noise of gyro_x has {ratio:.3g} times" in found.words

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.analysis import Analysis
-from sigmatau.cli.export_options import Choosing, as_typed, said
+from sigmatau.cli.export_options import Choosing, as_typed, print_findings
 from sigmatau.cli.options import say
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices
@@ -61,7 +61,7 @@ class Exports:
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
         with as_typed("--export ", again):
             files = prepare_all(analysis, self.files, choices=self.choices, named=True)
-        said((finding for file in files for finding in file.findings), quiet=quiet)
+        print_findings((finding for file in files for finding in file.findings), quiet=quiet)
         for file in files:
             file.write()
             say(f"{file.path}: written for {file.to}", quiet=quiet)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.export_options import Choosing, as_typed, said
+from sigmatau.cli.export_options import Choosing, as_typed, print_findings
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
 from sigmatau.exporting.prepare import check_choices, check_path, prepare
@@ -74,7 +74,7 @@ def export_command(
     content = prepared.content
     if output is None and isinstance(content, bytes):
         raise OptionError(f"--output: the file for {to} is binary; give its name", option="output")
-    said(prepared.findings, quiet=quiet)
+    print_findings(prepared.findings, quiet=quiet)
     if output is not None:
         prepared.write()
         say(f"{output}: written for {to}", quiet=quiet)

@@ -16,7 +16,7 @@ from sigmatau.exporting.choices import Axes, Choices
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
-__all__ = ["Choosing", "as_typed", "said", "typed"]
+__all__ = ["Choosing", "as_typed", "print_findings", "typed"]
 
 
 @Parameter(name="*")
@@ -116,7 +116,7 @@ def as_typed(before: str = "", after: str = "") -> Iterator[None]:
         raise OptionError(f"{before}{typed(str(error))}{after}", option=error.option) from None
 
 
-def said(findings: Iterable[Finding], *, quiet: bool) -> None:
+def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
     """Print findings of an export, each once."""
     for line in finding_lines(list(dict.fromkeys(findings))):
         say(line, quiet=quiet)

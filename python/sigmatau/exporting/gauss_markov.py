@@ -32,11 +32,11 @@ __all__ = [
     "WALK_TIME",
     "Process",
     "bottom",
-    "left_out",
     "process",
     "processes",
     "refuse_horizon",
     "relative_avar",
+    "replaced_noise",
 ]
 
 PEAK_TIME = 1.8926178329250187668
@@ -63,13 +63,13 @@ class Process:
         Standard deviation, including the factor. [rad/s or m/s²]
     time : float
         Correlation time. [s]
-    stands : str
+    origin : str
         What it approximates, for a comment.
     fit : str
         Averaging time at which it is exact, and errors elsewhere, for a comment.
     place : str
         Name of this averaging time.
-    left_out : str
+    omitted : str
         What it does not include, for a comment.
     walk : bool
         Whether it approximates a random walk, up to a tenth of its correlation time.
@@ -79,17 +79,17 @@ class Process:
 
     sigma: float
     time: float
-    stands: str
+    origin: str
     fit: str
     place: str
-    left_out: str = ""
+    omitted: str = ""
     walk: bool = False
     own: bool = False
 
     @property
     def words(self) -> str:
         """Text of the comment."""
-        return self.stands + self.fit + self.left_out
+        return self.origin + self.fit + self.omitted
 
     @property
     def density(self) -> float:
@@ -146,7 +146,7 @@ def process(numbers: Numbers, sensor: str) -> Process:
     if numbers.choices.axes == "mean":
         return _with_excess(numbers, sensor, _mean(found))
     worst = max(found.values(), key=lambda p: p.sigma)
-    return _with_excess(numbers, sensor, replace(worst, stands=f"worst of {len(found)} axes, {worst.stands}"))
+    return _with_excess(numbers, sensor, replace(worst, origin=f"worst of {len(found)} axes, {worst.origin}"))
 
 
 def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
@@ -160,12 +160,12 @@ def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
         return written
     channels = tuple(slow) if numbers.choices.axes == "mean" else (most,)
     details = SlowNoiseLeftOut(sensor=sensor, ratio=ratio, tau=tau)
-    numbers.find(Finding(severity="warning", channels=channels, details=details))
+    numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
     mean = " in the mean" if len(channels) > 1 else ""
     words = (
         f"all slow noise of {', '.join(channels)}{mean} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
     )
-    return replace(written, left_out=f"{written.left_out}; {words}")
+    return replace(written, omitted=f"{written.omitted}; {words}")
 
 
 def _mean(found: Mapping[str, Process]) -> Process:
@@ -176,15 +176,15 @@ def _mean(found: Mapping[str, Process]) -> Process:
     if not same:  # all with one time, and unchanged Allan deviation at `match`
         every = [p.at(time) for p in every]
     sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
-    stands = f"root mean square of {', '.join(found)} ({' | '.join(p.stands + p.left_out for p in found.values())})"
-    one = replace(one, left_out="")
+    origin = f"root mean square of {', '.join(found)} ({' | '.join(p.origin + p.omitted for p in found.values())})"
+    one = replace(one, omitted="")
     if same and all(math.isclose(p.time, time, rel_tol=1e-9) for p in every):
-        return replace(one, sigma=sigma, time=time, stands=stands)
+        return replace(one, sigma=sigma, time=time, origin=origin)
     least, most = (seconds(of(p.time for p in found.values())) for of in (min, max))
     fit = f", with {seconds(time)} s, the geometric mean of correlation times from {least} to {most} s"
     place = "a time between those of the axes"
     own = all(p.own for p in every)
-    return replace(one, sigma=sigma, time=time, stands=stands, fit=fit, place=place, own=own, walk=one.walk and same)
+    return replace(one, sigma=sigma, time=time, origin=origin, fit=fit, place=place, own=own, walk=one.walk and same)
 
 
 def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
@@ -220,16 +220,16 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
     times = "" if factor == 1 else f", times {factor:g}"
     if model.gauss_markov:
         own = max(model.gauss_markov, key=lambda g: g.sigma)
-        stands = f"{name}: {_gauss_markov_text(model, own)}"
+        origin = f"{name}: {_gauss_markov_text(model, own)}"
         if len(model.gauss_markov) > 1:
-            stands += f", the largest of {len(model.gauss_markov)}"
+            origin += f", the largest of {len(model.gauss_markov)}"
         left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
         return Process(
             sigma=factor * own.sigma,
             time=own.time,
-            stands=stands + times,
+            origin=origin + times,
             fit="",
-            left_out=left + numbers.doubt(name),
+            omitted=left + numbers.doubt(name),
             place="the peak of its Allan deviation",
             own=True,
         )
@@ -248,10 +248,10 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
-            stands=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
+            origin=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
             fit=f", exact at {place}, {seconds(time)} s, about 18 % low half a decade away",
             place=place,
-            left_out=left + numbers.doubt(name),
+            omitted=left + numbers.doubt(name),
         )
     if "rate_random_walk" in model and numbers.choices.horizon is not None:
         return _of_walk(numbers, sensor)
@@ -270,14 +270,14 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
     return Process(
         sigma=k.value * math.sqrt(time / 2),
         time=time,
-        stands=f"a rate random walk as a process, {k.words}",
+        origin=f"a rate random walk as a process, {k.words}",
         fit=f"; correlation time 10 times the horizon: 3.6 % low at {seconds(horizon)} s",
         place="the horizon",
         walk=True,
     )
 
 
-def left_out(numbers: Numbers) -> list[str]:
+def replaced_noise(numbers: Numbers) -> list[str]:
     """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each.
 
     A walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
@@ -301,7 +301,7 @@ def left_out(numbers: Numbers) -> list[str]:
             )
             channels = tuple(dict.fromkeys(one.channel for one in omitted))
             details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))
-            numbers.find(Finding(severity="warning", channels=channels, details=details))
+            numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
     return sentences
 
 

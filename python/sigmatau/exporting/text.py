@@ -15,12 +15,12 @@ from sigmatau.errors import DataError, OptionError
 __all__ = [
     "comment",
     "digits",
+    "joined",
     "number",
     "number_with_comment",
     "plain_name",
     "quoted",
     "remark",
-    "said",
     "single",
     "topic",
     "vector",
@@ -76,7 +76,7 @@ def number_with_comment(value: float, words: str) -> str:
     return f"{digits(value)}  # {comment(words)}"
 
 
-def said(words: Iterable[str]) -> str:
+def joined(words: Iterable[str]) -> str:
     """Comment for several numbers; identical texts appear once."""
     return comment(" | ".join(dict.fromkeys(words)))
 

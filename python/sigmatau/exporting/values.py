@@ -75,7 +75,7 @@ class Numbers:
         one.whole, one.findings = self.whole, self.findings
         return one
 
-    def find(self, finding: Finding) -> None:
+    def add_finding(self, finding: Finding) -> None:
         """Add a finding about the written file, once."""
         if finding not in self.findings:
             self.findings.append(finding)
@@ -141,7 +141,7 @@ class Numbers:
         """K of one channel, or its replacement."""
         return self._of(channel, "rate_random_walk")
 
-    def left_out(self) -> list[str]:
+    def omitted_terms(self) -> list[str]:
         """Remarks on the terms of the model that a target with fields for N and K only does not take."""
         said = []
         for sensor in ("gyro", "accel"):

@@ -75,7 +75,7 @@ def _write_px4(numbers: Numbers) -> str:
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms, EKF2_PREDICT_US ="
         f" {round(1e6 * step)}; --step changes it.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2. Single precision.",
-        *map(remark, numbers.left_out()),
+        *map(remark, numbers.omitted_terms()),
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]
     for name, value, words in _rows(numbers, _PX4_PARAMETERS, step):
@@ -90,7 +90,7 @@ def _write_ardupilot(numbers: Numbers) -> str:
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms. Steps by SCHED_LOOP_RATE: 12.5 ms at 400 Hz, 13.33"
         " at 300, 10 at 200 or 100, 20 at 50; set it with --step.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2 and (dt^2*p)^2.",
-        *map(remark, numbers.left_out()),
+        *map(remark, numbers.omitted_terms()),
     ]
     for name, value, words in _rows(numbers, _ARDUPILOT_PARAMETERS, step):
         lines += [f"# {words}", f"{name},{single(value, name)}"]

@@ -12,9 +12,9 @@ import re
 from xml.sax.saxutils import quoteattr
 
 from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import Process, left_out, processes, refuse_horizon
+from sigmatau.exporting.gauss_markov import Process, processes, refuse_horizon, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, digits, number, plain_name, said
+from sigmatau.exporting.text import comment, digits, joined, number, plain_name
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.results import seconds
 
@@ -34,7 +34,7 @@ def write(numbers: Numbers) -> str:
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<sdf version="1.9">',
-        *(_comment("  ", sentence) for sentence in left_out(numbers)),
+        *(_comment("  ", sentence) for sentence in replaced_noise(numbers)),
         '  <model name="imu">',
         f"    <link name={link}>",
         '      <sensor name="imu" type="imu">',
@@ -46,11 +46,11 @@ def write(numbers: Numbers) -> str:
         lines += [
             f"          <{element}>",
             _comment(
-                "            ", f"stddev: {unit} per sample, N*sqrt(rate), two-sided; {said(n.words for n in noise)}"
+                "            ", f"stddev: {unit} per sample, N*sqrt(rate), two-sided; {joined(n.words for n in noise)}"
             ),
             _comment(
                 "            ",
-                f"dynamic bias: {unit}/s/sqrt(Hz), sigma*sqrt(2/time), and s; {said(b.words for b in bias)}",
+                f"dynamic bias: {unit}/s/sqrt(Hz), sigma*sqrt(2/time), and s; {joined(b.words for b in bias)}",
             ),
             *(_axis(numbers.rate(), *row) for row in zip("xyz", noise, bias, strict=True)),
             f"          </{element}>",

@@ -7,9 +7,9 @@ correlation time, or with an infinite one, its bias is white noise.
 from __future__ import annotations
 
 from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import left_out, processes, refuse_horizon
+from sigmatau.exporting.gauss_markov import processes, refuse_horizon, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import remark, said, vector
+from sigmatau.exporting.text import joined, remark, vector
 from sigmatau.exporting.values import Numbers
 from sigmatau.units import find
 
@@ -22,7 +22,7 @@ def write(numbers: Numbers) -> str:
     refuse_horizon(numbers, "gnss-ins-sim", [p for axes in biases.values() for p in axes])
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
-        *map(remark, left_out(numbers)),
+        *map(remark, replaced_noise(numbers)),
         "import numpy as np",
         "",
         "imu_err = {",
@@ -34,10 +34,10 @@ def write(numbers: Numbers) -> str:
         noise = noises(numbers, sensor)
         bias = biases[sensor]
         size, bias_size = find(walk_unit).factor, find(bias_unit).factor
-        about = said(p.words for p in bias)
+        about = joined(p.words for p in bias)
         lines += [
             _row(f"{sensor}_b", [0.0, 0.0, 0.0], f"{bias_unit}; constant bias, which an Allan variance does not show"),
-            _row(walk, [n.value / size for n in noise], f"{walk_unit}; {said(n.words for n in noise)}"),
+            _row(walk, [n.value / size for n in noise], f"{walk_unit}; {joined(n.words for n in noise)}"),
             _row(
                 f"{sensor}_b_stability",
                 [p.sigma / bias_size for p in bias],

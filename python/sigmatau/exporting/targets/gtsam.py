@@ -22,7 +22,7 @@ def write(numbers: Numbers) -> str:
         ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
         ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
     ]
-    lines = [*map(remark, numbers.left_out()), "# x, y, z"]
+    lines = [*map(remark, numbers.omitted_terms()), "# x, y, z"]
     for name, sensor, one, of, unit in rows:
         lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))

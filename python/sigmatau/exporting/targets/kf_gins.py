@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import Process, left_out, processes, refuse_horizon
+from sigmatau.exporting.gauss_markov import Process, processes, refuse_horizon, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import digits, number, remark, said, vector
+from sigmatau.exporting.text import digits, joined, number, remark, vector
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 from sigmatau.units import find
@@ -28,16 +28,16 @@ def write(numbers: Numbers) -> str:
     shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
     lines = [
         "# KF-GINS converts these units itself. Axes forward, right, down, as in the IMU file.",
-        *map(remark, left_out(numbers)),
+        *map(remark, replaced_noise(numbers)),
         "imunoise:",
     ]
     for key, sensor, unit in (("arw", "gyro", "deg/sqrt(h)"), ("vrw", "accel", "m/s/sqrt(h)")):
         size = find(unit).factor
-        words = said(n.words for n in noise[sensor])
+        words = joined(n.words for n in noise[sensor])
         lines.append(f"  {key}: {vector(n.value / size for n in noise[sensor])}  # {unit}; {words}")
     for key, sensor, unit in (("gbstd", "gyro", "deg/h"), ("abstd", "accel", "mGal")):
         size = find(unit).factor
-        words = said(p.words for p in shared[sensor])
+        words = joined(p.words for p in shared[sensor])
         lines.append(
             f"  {key}: {vector(p.sigma / size for p in shared[sensor])}  # {unit}, standard deviation; {words}"
         )

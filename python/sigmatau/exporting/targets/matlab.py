@@ -16,7 +16,7 @@ from sigmatau.exporting.axes import by_axis, noises, refuse
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.gauss_markov import bottom
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, digits, said, vector
+from sigmatau.exporting.text import comment, digits, joined, vector
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
@@ -155,7 +155,7 @@ def _below(numbers: Numbers, sensor: str, term: str) -> str:
 
 
 def _row(key: str, values: tuple[Number, Number, Number], unit: str) -> str:
-    about = said(value.words for value in values)
+    about = joined(value.words for value in values)
     return f"{key} = {vector(value.value for value in values)};  % {unit}; {about}"
 
 

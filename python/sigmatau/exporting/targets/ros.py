@@ -14,7 +14,7 @@ import numpy as np
 from sigmatau.errors import DataError
 from sigmatau.exporting.axes import by_axis, refuse
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import said, vector
+from sigmatau.exporting.text import joined, vector
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import CorrelatedSamples
@@ -61,7 +61,7 @@ def write(numbers: Numbers) -> str:
                 )
         elif _shared(numbers, sensor):
             together = "; correlated axes are treated as independent; --axes each writes their covariance"
-        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {said(v.words for v in found)}{together}")
+        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {joined(v.words for v in found)}{together}")
     return "\n".join(lines) + "\n"
 
 
@@ -132,7 +132,7 @@ def _correlated(numbers: Numbers, name: str, value: float, independent: float) -
         return
     corner = numbers.source.corners.get(name) if value < independent else None
     details = CorrelatedSamples(ratio=value / independent, independent_variance=independent, corner=corner)
-    numbers.find(Finding(severity="warning", channels=(name,), details=details))
+    numbers.add_finding(Finding(severity="warning", channels=(name,), details=details))
 
 
 def _filtered(numbers: Numbers, name: str) -> str:
@@ -142,7 +142,7 @@ def _filtered(numbers: Numbers, name: str) -> str:
         return ""
     independent = numbers.noise_of(name).value ** 2 * numbers.rate()
     details = CorrelatedSamples(ratio=None, independent_variance=independent, corner=corner)
-    numbers.find(Finding(severity="warning", channels=(name,), details=details))
+    numbers.add_finding(Finding(severity="warning", channels=(name,), details=details))
     return f"; without the low-pass filter of {corner:.3g} Hz that the analysis found"
 
 

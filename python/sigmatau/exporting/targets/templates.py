@@ -5,7 +5,7 @@ defaults of its names. The order of the table is that of ``sigmatau export --lis
 
 ``{gyro N}``, ``{accel K*sqrt(rate)}``
     A sensor and one of `_FORMS`: the number in this form, with its unit and origin in a comment.
-``{left_out}``
+``{omitted}``
     A line of its own: remarks on the noise that the format has no field for, with the indent of this line.
 ``{rate}``
     Sampling rate [Hz]; it is then needed. Forms that contain ``rate`` need it too.
@@ -74,7 +74,7 @@ _TEMPLATES = {
         """\
 # Continuous-time densities, not divided by sqrt(rate): Kalibr makes them discrete with update_rate itself.
 # random_walk is the rate random walk K, not the bias instability B, which has another unit.
-{left_out}
+{omitted}
 accelerometer_noise_density: {accel N}
 accelerometer_random_walk: {accel K}
 gyroscope_noise_density: {gyro N}
@@ -99,7 +99,7 @@ imu0:
     - [0.0, 1.0, 0.0, 0.0]
     - [0.0, 0.0, 1.0, 0.0]
     - [0.0, 0.0, 0.0, 1.0]
-  {left_out}
+  {omitted}
   accelerometer_noise_density: {accel N}
   accelerometer_random_walk: {accel K}
   gyroscope_noise_density: {gyro N}
@@ -128,7 +128,7 @@ T_BS:
   data: [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 rate_hz: {rate}
 # Continuous-time densities, not divided by sqrt(rate).
-{left_out}
+{omitted}
 accelerometer_noise_density: {accel N}
 accelerometer_random_walk: {accel K}
 gyroscope_noise_density: {gyro N}
@@ -142,7 +142,7 @@ gyroscope_random_walk: {gyro K}
 # Replace these lines of LIO-SAM's params.yaml; for ROS 2 under /**: ros__parameters: in place of lio_sam:.
 # Continuous-time densities: the code squares the noise, GTSAM divides it by dt; LIO-SAM multiplies that of the biases
 # by sqrt(time between key frames). Nothing is multiplied by sqrt(rate), here or in LIO-SAM.
-{left_out}
+{omitted}
 lio_sam:
   imuTopic: {topic}
   imuAccNoise: {accel N}
@@ -163,7 +163,7 @@ lio_sam:
 # Discrete, for {rate} Hz: the code multiplies by the step and does not know the rate.
 # The noise is N*sqrt(2*rate): integration_base.h treats the two halves of a step as independent, so that the
 # common N*sqrt(rate) propagates to half the covariance. For N*sqrt(rate) divide acc_n and gyr_n by sqrt(2).
-{left_out}
+{omitted}
 imu_topic: {topic}
 acc_n: {accel N*sqrt(2*rate)}
 gyr_n: {gyro N*sqrt(2*rate)}
@@ -179,7 +179,7 @@ g_norm: {gravity}  # m/s^2; at your location, not measured by the sensor
         """\
 # Replace these lines of your ORB-SLAM3 settings; keep your IMU.T_b_c1.
 # Continuous-time densities: Tracking.cc multiplies noise by sqrt(IMU.Frequency) and divides walks by it, once.
-{left_out}
+{omitted}
 IMU.NoiseGyro: {gyro N}
 IMU.NoiseAcc: {accel N}
 IMU.GyroWalk: {gyro K}
@@ -194,7 +194,7 @@ IMU.Frequency: {rate}  # Hz; with a decimal point, ORB-SLAM3 rejects an integer
 # Replace these lines of your FAST-LIO configuration.
 # Variances, discrete, for {rate} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and does not know the rate.
 # The sample files of FAST-LIO have 0.1 and 0.0001, far above sensor noise: see --noise-factor, --walk-factor.
-{left_out}
+{omitted}
 common:
   imu_topic: {topic}
 mapping:
@@ -223,8 +223,8 @@ def _write(template: _Template, numbers: Numbers) -> str:
 
     lines: list[str] = []
     for line in template.text.splitlines():
-        if line.lstrip() == "{left_out}":
-            lines += [line.replace("{left_out}", remark(sentence)) for sentence in numbers.left_out()]
+        if line.lstrip() == "{omitted}":
+            lines += [line.replace("{omitted}", remark(sentence)) for sentence in numbers.omitted_terms()]
         else:
             lines.append(_PLACE.sub(value, line))
     return "\n".join(lines) + "\n"

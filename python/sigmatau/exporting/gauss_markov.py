@@ -7,17 +7,18 @@ to one averaging time. The comment beside the number states which, and the error
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
-from sigmatau.exporting.axes import by_axis, of_channel, refuse
+from sigmatau.exporting.axes import by_axis, noises, of_channel, refuse
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.horizon import slow_avar
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel
@@ -32,9 +33,8 @@ __all__ = [
     "WALK_TIME",
     "Process",
     "bottom",
+    "noises_and_processes",
     "process",
-    "processes",
-    "refuse_horizon",
     "relative_avar",
     "replaced_noise",
 ]
@@ -187,15 +187,15 @@ def _mean(found: Mapping[str, Process]) -> Process:
     return replace(one, sigma=sigma, time=time, origin=origin, fit=fit, place=place, own=own, walk=one.walk and same)
 
 
-def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
-    """The processes of x, y and z."""
-    return by_axis(numbers, sensor, lambda one: process(one, sensor))
-
-
-def refuse_horizon(numbers: Numbers, target: str, found: Iterable[Process]) -> None:
-    """Raise `OptionError` for a horizon that affects no number."""
-    if all(process.own for process in found) and "horizon" not in numbers.choices.walk.values():
+def noises_and_processes(
+    numbers: Numbers, target: str
+) -> dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]:
+    """N and process of x, y and z by sensor; raises `OptionError` for a horizon that affects no number."""
+    found = {s: (noises(numbers, s), by_axis(numbers, s, partial(process, sensor=s))) for s in ("gyro", "accel")}
+    own = all(one.own for _, axes in found.values() for one in axes)
+    if own and "horizon" not in numbers.choices.walk.values():
         refuse(numbers, target, "it writes the Gauss-Markov processes of the model itself", "horizon")
+    return found
 
 
 def bottom(model: ChannelModel) -> float | None:

@@ -11,8 +11,7 @@ import math
 import re
 from xml.sax.saxutils import quoteattr
 
-from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import Process, processes, refuse_horizon, replaced_noise
+from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, joined, number, plain_name
 from sigmatau.exporting.values import Number, Numbers
@@ -28,8 +27,7 @@ _SENSORS = (
 
 def write(numbers: Numbers) -> str:
     """The text of the file."""
-    found = {row[0]: (noises(numbers, row[0]), processes(numbers, row[0])) for row in _SENSORS}
-    refuse_horizon(numbers, "gazebo", [p for _, axes in found.values() for p in axes])
+    found = noises_and_processes(numbers, "gazebo")
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',

@@ -6,8 +6,7 @@ correlation time, or with an infinite one, its bias is white noise.
 
 from __future__ import annotations
 
-from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import processes, refuse_horizon, replaced_noise
+from sigmatau.exporting.gauss_markov import noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import joined, remark, vector
 from sigmatau.exporting.values import Numbers
@@ -18,8 +17,7 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""
-    biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
-    refuse_horizon(numbers, "gnss-ins-sim", [p for axes in biases.values() for p in axes])
+    found = noises_and_processes(numbers, "gnss-ins-sim")
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
         *map(remark, replaced_noise(numbers)),
@@ -31,8 +29,7 @@ def write(numbers: Numbers) -> str:
         ("gyro", "gyro_arw", "deg/sqrt(h)", "deg/h"),
         ("accel", "accel_vrw", "m/s/sqrt(h)", "m/s^2"),
     ):
-        noise = noises(numbers, sensor)
-        bias = biases[sensor]
+        noise, bias = found[sensor]
         size, bias_size = find(walk_unit).factor, find(bias_unit).factor
         about = joined(p.words for p in bias)
         lines += [

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import Process, processes, refuse_horizon, replaced_noise
+from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, joined, number, remark, vector
 from sigmatau.exporting.values import Numbers
@@ -21,11 +20,8 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of the block; vectors are forward, right, down."""
-    noise = {sensor: noises(numbers, sensor) for sensor in ("gyro", "accel")}
-    biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
-    refuse_horizon(numbers, "kf-gins", [p for axes in biases.values() for p in axes])
-    time = _time(numbers, [p for axes in biases.values() for p in axes])
-    shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
+    found = noises_and_processes(numbers, "kf-gins")
+    time = _time(numbers, [p for _, axes in found.values() for p in axes])
     lines = [
         "# KF-GINS converts these units itself. Axes forward, right, down, as in the IMU file.",
         *map(remark, replaced_noise(numbers)),
@@ -33,14 +29,13 @@ def write(numbers: Numbers) -> str:
     ]
     for key, sensor, unit in (("arw", "gyro", "deg/sqrt(h)"), ("vrw", "accel", "m/s/sqrt(h)")):
         size = find(unit).factor
-        words = joined(n.words for n in noise[sensor])
-        lines.append(f"  {key}: {vector(n.value / size for n in noise[sensor])}  # {unit}; {words}")
+        noise, _ = found[sensor]
+        lines.append(f"  {key}: {vector(n.value / size for n in noise)}  # {unit}; {joined(n.words for n in noise)}")
     for key, sensor, unit in (("gbstd", "gyro", "deg/h"), ("abstd", "accel", "mGal")):
         size = find(unit).factor
-        words = joined(p.words for p in shared[sensor])
-        lines.append(
-            f"  {key}: {vector(p.sigma / size for p in shared[sensor])}  # {unit}, standard deviation; {words}"
-        )
+        shared = [p.at(time) for p in found[sensor][1]]
+        words = joined(p.words for p in shared)
+        lines.append(f"  {key}: {vector(p.sigma / size for p in shared)}  # {unit}, standard deviation; {words}")
     for key in ("gsstd", "asstd"):
         ppm = number(numbers.name(key, "300"), key)
         given = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, --name {key}=PPM"

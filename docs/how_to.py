@@ -1,6 +1,6 @@
-"""Write into the pages of docs/how-to what their commands write: ``PYTHONPATH=python .venv/bin/python docs/how_to.py``.
+"""Update the output blocks of docs/how-to: ``PYTHONPATH=python .venv/bin/python docs/how_to.py``.
 
-The model is `imu.toml` of docs/how-to/README.md; tests/export/test_how_to.py holds the pages to it.
+The model is `imu.toml` of docs/how-to/README.md; tests/exporting/test_how_to.py checks the pages.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _SHOWN = re.compile(r"^(```(?:yaml|python-file|text)\n)(.*?)^```", flags=re.DOTA
 
 
 def model() -> str:
-    """The model of the pages, as the index prints it."""
+    """The model of the pages, from the index."""
     (block,) = re.findall(
         r"^```toml\n(.*?)^```", (HOW_TO / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
     )
@@ -28,14 +28,14 @@ def model() -> str:
 
 
 def commands(page: str) -> list[list[str]]:
-    """The export commands of a page that take the model, as lists of arguments."""
+    """The export commands of a page that read the model, as argument lists."""
     blocks = re.findall(r"^```sh\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
     lines = [shlex.split(line, comments=True) for block in blocks for line in block.splitlines()]
     return [line for line in lines if line[:3] == ["sigmatau", "export", "imu.toml"]]
 
 
 def written(argv: list[str], folder: Path) -> str:
-    """What a command writes, in a folder that has the model; comments of XML left out."""
+    """The file that a command writes in a folder with the model, without XML comments."""
     (folder / "imu.toml").write_text(model(), encoding="utf-8")
     before = Path.cwd()
     os.chdir(folder)
@@ -49,12 +49,12 @@ def written(argv: list[str], folder: Path) -> str:
 
 
 def pages() -> None:
-    """Write all of them."""
+    """Update all pages."""
     for name in NAMES:
         path = HOW_TO / f"{name}.md"
         text = path.read_text(encoding="utf-8") if path.exists() else ""
         if len(_SHOWN.findall(text)) != 1:
-            continue  # matrices are shown nowhere, a model file has a page of another kind
+            continue  # no output block
         with tempfile.TemporaryDirectory() as folder:
             content = written(commands(text)[-1], Path(folder))
         path.write_text(_SHOWN.sub(lambda block, content=content: f"{block[1]}{content}```", text), encoding="utf-8")

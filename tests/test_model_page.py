@@ -84,7 +84,7 @@ def test_the_units_of_the_table_are_taken(row):
 
 
 @pytest.mark.parametrize(
-    "spelling", re.findall(r"`([^`]+)`", PAGE.split("spellings of the field:")[1].split(". A unit")[0])
+    "spelling", re.findall(r"`([^`]+)`", PAGE.split("common spellings:")[1].split(". The error")[0])
 )
 def test_spellings(spelling):
     assert find(spelling)

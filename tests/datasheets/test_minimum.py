@@ -9,7 +9,7 @@ from sheets import N, judge, sheet
 
 from known import seed_of
 from sigmatau import NoiseModel, allan, compare_with, fit, simulate
-from sigmatau.datasheets.measured import measured
+from sigmatau.datasheets.measured import NOTHING, measured
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid
 from sigmatau.noise.terms import BIAS_LEVEL
@@ -53,7 +53,7 @@ class TestMinimum:
     def test_there_may_be_none(self):
         found = measured(ChannelModel(terms={"random_walk": N}), "minimum")
         assert not found.anything
-        assert "nothing" in found.words
+        assert found.words == NOTHING
 
 
 def minimum(maximum):

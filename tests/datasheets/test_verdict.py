@@ -70,7 +70,7 @@ class TestStatus:
     def test_of_nothing(self):
         judged = judge(ChannelModel(terms={"quantization": 1e-6}), {"random_walk": walk(N)})
         assert judged.status == "undecided"
-        assert "nothing" in judged.reason
+        assert "not in the result" in judged.reason
 
     def test_without_intervals_values_are_compared_as_they_are(self):
         plain = ChannelModel(terms={"random_walk": N})
@@ -120,7 +120,7 @@ class TestWhatASheetLeavesOpen:
         open_ = {"noise_density": {"typical": f"{1.2 * N!r} rad/s/sqrt(Hz)", "sided": "unknown"}}
         verdict = compare_with(NoiseModel(channels={"gyro": model}), sheet(**open_))
         assert verdict.status == "undecided"
-        assert "one-sided or two-sided; a typical value fails nobody" in repr(verdict)
+        assert "one-sided or two-sided; a typical value fails no unit" in repr(verdict)
         assert not verdict.may_be_out
         assert not verdict.fails("fail")
         limited = compare_with(NoiseModel(channels={"gyro_x": model}), sheet(**open_), factor=1.0)
@@ -275,7 +275,7 @@ class TestResults:
         verdict = compare_with(content, sheet(random_walk=walk(0.2)))
         assert verdict.missing == ("gyro_y",)
         assert verdict.absent == ()
-        assert "gyro_y: in the datasheet, but the result has no model of it" in repr(verdict)
+        assert "gyro_y: in the datasheet, no model in the result" in repr(verdict)
         assert {judged.channel for judged in verdict.judged} == {"gyro_x", "gyro_z"}
 
     @pytest.mark.parametrize(
@@ -293,7 +293,7 @@ class TestResults:
             ),
             (lambda c: c["channels"]["gyro_x"]["fit"].update(covariance={"terms": ["a"], "matrix": []}), "gyro_x"),
             (lambda c: c["channels"]["gyro_x"].update(quantity="acceleration"), "gyro_x.*acceleration"),
-            (lambda c: c["channels"].update({"\x1b[2J": c["channels"]["gyro_x"]}), "must print"),
+            (lambda c: c["channels"].update({"\x1b[2J": c["channels"]["gyro_x"]}), "not a printable name"),
         ],
     )
     def test_results_that_are_none(self, analysis, change, words):
@@ -322,7 +322,7 @@ class TestResults:
             compare_with(analysis, claims, sided="three")
         with pytest.raises(OptionError, match="`bias`"):
             compare_with(analysis, claims, bias="B")
-        with pytest.raises(DataError, match="int is no result"):
+        with pytest.raises(DataError, match="int is not a result"):
             compare_with(3, claims)
 
 

@@ -113,11 +113,9 @@ def step_of_ardupilot(loop_rate):
 def test_step_of_ardupilot_is_that_of_its_loop():
     """What the head of the file says of loop rates."""
     (words,) = [line for line in export(model(), to="ardupilot").splitlines() if "SCHED_LOOP_RATE" in line]
-    found = re.search(
-        r"a filter step of 12.5 ms. It is ([\d.]+) ms where SCHED_LOOP_RATE is (\d+), (.*): --step", words
-    )
+    found = re.search(r"a filter step of 12.5 ms. .* SCHED_LOOP_RATE: ([\d.]+) ms at (\d+) Hz, (.*); set it", words)
     pairs = [(found[1], found[2])]
-    for dt, rates in re.findall(r"([\d.]+) of ([\d or]+)", found[3]):
+    for dt, rates in re.findall(r"([\d.]+) at ([\d or]+)", found[3]):
         pairs += [(dt, rate) for rate in rates.split(" or ")]
     assert len(pairs) == 5
     for dt, rate in pairs:
@@ -160,18 +158,19 @@ def test_out_of_the_range_is_said(target):
         lines = export(model(), to=target, choices=Choices(**choices)).splitlines()
         return [line.split()[1] for line in lines if words in line]
 
-    assert said("below 0.0001, the least documented", step=1.0) == [names[0]]
-    assert said("below 0.01, the least documented", step=1.0) == [names[1]]
+    outside = "outside the documented range, "
+    assert said(f"{outside}0.0001 to 0.1", step=1.0) == [names[0]]
+    assert said(f"{outside}0.01 to 1", step=1.0) == [names[1]]
     assert said("documented", noise_factor=10.0, walk_factor=10.0) == []
-    assert said("above 1, which is what", noise_factor=1e4) == [name for name in names[:2] if name != "EK3_ACC_P_NSE"]
-    assert said("above 5, which is what", noise_factor=1e4) == [name for name in names[:2] if name == "EK3_ACC_P_NSE"]
-    assert said("above 0.1, the most documented", noise_factor=200.0) == [names[0]]
+    assert said("the filter limits it to 1", noise_factor=1e4) == [n for n in names[:2] if n != "EK3_ACC_P_NSE"]
+    assert said("the filter limits it to 5", noise_factor=1e4) == [n for n in names[:2] if n == "EK3_ACC_P_NSE"]
+    assert said(f"{outside}0.0001 to 0.1", noise_factor=200.0) == [names[0]]
     if target == "px4":
-        assert said("above 0.01, the most documented", walk_factor=3000.0) == [*names[2:]]
+        assert said(f"{outside}0 to 0.01", walk_factor=3000.0) == [*names[2:]]
     else:
-        assert said("above 0.001, the most documented", walk_factor=100.0) == [names[2]]
-        assert said("above 0.02, the most documented", walk_factor=100.0) == [names[3]]
-        assert said("below 1e-05, the least documented", walk_factor=0.01) == [*names[2:]]
+        assert said(f"{outside}1e-05 to 0.001", walk_factor=100.0) == [names[2]]
+        assert said(f"{outside}1e-05 to 0.02", walk_factor=100.0) == [names[3]]
+        assert said(outside, walk_factor=0.01) == [*names[2:]]
 
 
 @pytest.mark.parametrize("target", CASES)
@@ -179,7 +178,7 @@ def test_flicker_is_in_no_number_and_that_is_said(target):
     flicker = model(bias_instability=5e-5)
     plain = export(flicker, to=target)
     assert CASES[target][0](plain) == CASES[target][0](export(model(), to=target))
-    assert "gyro: the model has flicker" in plain
+    assert "no field for bias instability of the gyros" in plain
     chosen = export(flicker, to=target, choices=Choices(walk={"gyro": "horizon"}, horizon=100.0, rate=100.0))
     found = CASES[target][0](chosen)[CASES[target][1][2]] * math.sqrt(STEP[target])
     # K² = 3·(σ²(T) − N²/T)/T, of the channel with flicker.
@@ -194,7 +193,7 @@ def test_what_has_to_be_chosen(target):
         export(no_walk, to=target)
     with pytest.raises(OptionError, match=f"{target} has one number for all axes"):
         export(model(), to=target, choices=Choices(axes="each"))
-    with pytest.raises(OptionError, match="`horizon` has no place"):
+    with pytest.raises(OptionError, match="`horizon` does not apply"):
         export(model(), to=target, choices=Choices(horizon=10.0))
     with pytest.raises(DataError, match="accelerometers"):
         export(NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}}), to=target)

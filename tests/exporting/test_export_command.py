@@ -89,22 +89,22 @@ def test_options_reach_the_file(result, capsys):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--to", "kalibr"], "show no acceleration random walk (it is below"),
-        (["--to", "kalibr", "--rate-random-walk", "gyro=upper-limit"], "the accelerometers show no"),
+        (["--to", "kalibr"], "no acceleration random walk observed (below"),
+        (["--to", "kalibr", "--rate-random-walk", "gyro=upper-limit"], "accelerometers: no"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1e-6"], "want a value with its unit"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1 m/s"], "does not fit here"),
         (
             ["--to", "kalibr", "--rate-random-walk", "gyro=lots"],
             "or --rate-random-walk gyro=upper-limit, --rate-random-walk gyro=horizon",
         ),
-        (["--to", "kalibr", "--rate-random-walk", "gyros=upper-limit"], "'gyros' is no sensor"),
+        (["--to", "kalibr", "--rate-random-walk", "gyros=upper-limit"], "unknown sensor 'gyros'"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=horizon"], "needs --horizon"),
         (["--to", "kalibr", *WALKS, "--horizon", "10"], "want a value with its unit"),
         (["--to", "kalibr", *WALKS, "--axes", "each"], "choose worst or mean"),
         (["--to", "kalibr", *WALKS, "--noise-factor", "0"], "--noise-factor must be a positive number"),
-        (["--to", "kalibr", *WALKS, "--name", "gravity=9.8"], "no name 'gravity'; it has: topic"),
+        (["--to", "kalibr", *WALKS, "--name", "gravity=9.8"], "no name 'gravity'; names: topic"),
         (["--to", "vinz"], "unknown target 'vinz'; targets: kalibr"),
-        ([], "say for which target: kalibr"),
+        ([], "--to is missing; targets: kalibr"),
     ],
 )
 def test_what_is_refused_with_exit_code_2(result, tmp_path, more, message, capsys):
@@ -138,8 +138,8 @@ def test_a_value_for_what_was_observed_is_not_used_and_said(tmp_path, capsys):
     assert code == 0
     assert vio.parse(out)["lio_sam"]["imuGyrBiasN"] == 1e-5
     assert "--rate-random-walk gyro not used: it was observed" in out
-    assert "warning: --rate-random-walk of gyro was not used: the rate random walk of the gyros was observed" in err
-    assert "warning: --random-walk of accel was not used" in err
+    assert "warning: --rate-random-walk for gyro not used: the coefficient was observed" in err
+    assert "warning: --random-walk for accel not used" in err
     assert run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, "-q", capsys=capsys)[2] == ""
     NoiseModel(channels={"gyro_x": both, "gyro_y": {"random_walk": 1e-3}, "accel_x": both}).write(tmp_path / "m.toml")
     _, out, err = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more[:2], capsys=capsys)
@@ -173,7 +173,7 @@ def test_a_line_is_no_walk():
 
     def gyro(**axes):
         text = export(NoiseModel(channels={**axes, "accel_x": accel}), to="kalibr", choices=chosen)
-        assert "left out of the gyros: sinusoids" in text
+        assert "no field for sinusoids of the gyros" in text
         return vio.parse(text)["gyroscope_random_walk"]
 
     wanted = math.sqrt(3 * 2 * math.log(2) / math.pi * b**2 / 10.0)
@@ -181,7 +181,7 @@ def test_a_line_is_no_walk():
     only_line = ChannelModel(terms={"random_walk": 1e-3}, sinusoid=line)
     assert gyro(gyro_x=with_line) == pytest.approx(wanted, rel=1e-5)  # the flicker of samples, τ₀²/τ² off the plateau
     assert gyro(gyro_x=only_line, gyro_y=with_line) == pytest.approx(wanted, rel=1e-5)
-    with pytest.raises(OptionError, match="no slow noise but a sinusoid"):
+    with pytest.raises(OptionError, match="no slow noise except a sinusoid"):
         gyro(gyro_x=only_line)
 
 
@@ -190,7 +190,7 @@ def test_a_horizon_is_whole_samples_and_the_file_says_which():
     k, q = 1e-3, Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=0.007, rate=200.0)
     terms = {"random_walk": 1e-3, "rate_random_walk": k}
     text = export(NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=q)
-    assert "at 0.005 s, whole samples in place of 0.007 s" in text
+    assert "at 0.005 s, whole samples instead of 0.007 s" in text
     # One sample: K²·τ₀/2 of a walk between samples.
     assert vio.parse(text)["lio_sam"]["imuGyrBiasN"] == pytest.approx(k * math.sqrt(1.5), rel=1e-12)
     even = export(
@@ -261,7 +261,7 @@ class TestAnalyze:
         more = ("--random-walk", "gyro=1 rad/sqrt(s)")
         code, _, err = run("analyze", log, "--export", files[0], "--export", files[1], *WALKS, *more, capsys=capsys)
         assert code == 0
-        assert err.count("--random-walk of gyro was not used") == 1
+        assert err.count("--random-walk for gyro not used") == 1
 
     def test_what_has_to_be_chosen_is_said_after_the_results(self, log, tmp_path, capsys):
         code, out, err = run(
@@ -269,7 +269,7 @@ class TestAnalyze:
         )
         assert code == 2
         assert "angle random walk" in out
-        assert "--export kalibr: the accelerometers show no acceleration random walk" in err
+        assert "--export kalibr: accelerometers: no acceleration random walk observed" in err
         assert f"sigmatau export {tmp_path / 'r.json'} needs no second analysis" in err
         assert (tmp_path / "r.json").exists()
         assert not (tmp_path / "imu.yaml").exists()
@@ -284,9 +284,9 @@ class TestAnalyze:
             (["--export", "kalibr=a", "--axes", "each"], "worst or mean"),
             (["--export", "kalibr=a", "--method", "read-off"], "needs the fit"),
             (["--export", "kalibr=a", "--rate-random-walk", "gyro=horizon"], "needs --horizon"),
-            (["--export", "kalibr=a", "--export", "ros=b", "--step", "0.1"], "--step has no place in kalibr"),
-            (["--horizon", "10s"], "--horizon is for --export"),
-            (["--noise-factor", "2"], "--noise-factor is for --export"),
+            (["--export", "kalibr=a", "--export", "ros=b", "--step", "0.1"], "--step does not apply to kalibr"),
+            (["--horizon", "10s"], "--horizon needs --export"),
+            (["--noise-factor", "2"], "--noise-factor needs --export"),
         ],
     )
     def test_refused_before_the_log_is_read(self, more, message, tmp_path, monkeypatch, capsys):
@@ -302,7 +302,7 @@ class TestAnalyze:
         more = ("--rate-random-walk", "gyro=upper-limit,accel=upper-limit")
         code, _, err = run("analyze", log, *exports, *more, "--horizon", "60s", capsys=capsys)
         assert code == 0
-        assert "info: left out there: --horizon has no place in kalibr" in err
+        assert "info: kalibr has no field for --horizon" in err
         assert all(path.exists() for path in files.values())
         for path in files.values():
             path.unlink()

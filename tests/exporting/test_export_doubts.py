@@ -43,7 +43,7 @@ def test_every_target_says_that_a_fit_is_not_adequate(name):
     found = prepare(bad, to=name, choices=choices)
     assert NOT_ADEQUATE in found.content
     assert [(f.code, f.severity) for f in found.findings] == [("not_adequate", "warning")]
-    assert found.findings[0].message.startswith("gyro_y: ")
+    assert found.findings[0].channels == ("gyro_y",)
 
 
 def test_a_model_file_carries_it_both_ways(tmp_path):
@@ -61,9 +61,12 @@ def test_a_chosen_walk_does_not_hide_what_was_observed(name):
     model = model_of(NO_K, limits={"rate_random_walk": 1e-6})
     walk = {"gyro": "upper-limit", "accel": "horizon"}
     found = prepare(model, to=name, choices=Choices(walk=walk, horizon=10.0, rate=100.0))
-    assert "left out for the walk that was chosen: gyro_x bias instability 10.31 deg/h; gyro_y" in found.content
+    assert "omitted for the chosen random walk: gyro_x bias instability 10.31 deg/h; gyro_y" in found.content
     assert "accel_x bias" not in found.content
-    assert [f.code for f in found.findings] == ["slow_noise_left_out"]
+    (finding,) = found.findings
+    assert (finding.code, finding.severity) == ("slow_noise_left_out", "warning")
+    assert finding.channels == ("gyro_x", "gyro_y", "gyro_z")
+    assert [(one.term, one.value) for one in finding.details.omitted] == [("bias_instability", 5e-5)] * 3
     both = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, rate=100.0)
     assert prepare(model, to=name, choices=both).findings == ()
 
@@ -112,17 +115,20 @@ class TestOfAResult:
 
     def test_another_rate_is_said(self, result, capsys):
         assert main(["export", str(result), "--to", "ros", "--rate", "200"]) == 0
-        assert "# written for 200 Hz; the record was at 50 Hz\n" in capsys.readouterr().out
+        assert "# written for 200 Hz; the sampling rate of the record is 50 Hz\n" in capsys.readouterr().out
 
     def test_a_filter_is_said(self, result):
         found = prepare(read_source(result), to="ros")
-        assert "as without the low-pass filter of 12 Hz that was found" in found.content
-        assert {f.code for f in found.findings} == {"low_pass_filter", "not_adequate"}
+        assert "without the low-pass filter of 12 Hz that the analysis found" in found.content
+        assert {f.code for f in found.findings} == {"correlated_samples", "not_adequate"}
+        details = next(f.details for f in found.findings if f.code == "correlated_samples")
+        assert (details.corner, details.ratio) == (12.0, None)
+        assert details.independent_variance == pytest.approx(1e-6 * 50.0)
 
     def test_the_sheet_says_why_there_is_no_value(self, result):
         sheet = export(read_source(result), to="ieee952")
         gyro, accel, foot = sheet.split("\n\n")[1:]
-        assert gyro.count("cannot be told") == 3
+        assert gyro.count("unknown") == 3
         assert accel.count("no adequate model") == 3
         assert accel.count(NOT_ADEQUATE) == 3  # B in two units
         assert foot.startswith("No interval: ")
@@ -131,7 +137,7 @@ class TestOfAResult:
     def test_a_warning_at_the_terminal(self, result, capsys):
         assert main(["export", str(result), "--to", "model"]) == 0
         out, err = capsys.readouterr()
-        assert "warning: accel_x: from a fit that is not adequate" in err
+        assert "warning: accel_x: the fit is not adequate" in err
         assert "adequate = false" in out
 
     def test_onto_itself(self, result, capsys):
@@ -145,10 +151,10 @@ def test_several_targets_at_once(tmp_path):
     files = {"kalibr": tmp_path / "a", "kf-gins": tmp_path / "b", "ros": tmp_path / "c"}
     made = prepare_all(model, files, choices=choices)
     assert [file.to for file in made] == list(files)
-    (said,) = (f.message for f in made[0].findings if f.code == "choice_without_place")
-    assert "`horizon` has no place in kalibr" in said
+    (details,) = (f.details for f in made[0].findings if f.code == "choice_without_place")
+    assert (details.target, details.option, details.key) == ("kalibr", "horizon", "")
     assert made[1].content == export(model, to="kf-gins", choices=choices)
-    with pytest.raises(OptionError, match="`step` has no place in kalibr"):
+    with pytest.raises(OptionError, match="`step` does not apply to kalibr"):
         prepare_all(model, {"kalibr": None, "ros": None}, choices=replace(choices, step=0.1))
     with pytest.raises(OptionError, match="upper limit"):
         prepare_all(model_of(NO_K, rate=100.0), files, choices=choices)
@@ -162,7 +168,7 @@ class TestAdvice:
             export(quiet, to="lio-sam")
         assert "upper-limit" not in str(refused.value)
         assert "horizon" not in str(refused.value)
-        assert str(refused.value).count("show no") == 2  # both sensors at once
+        assert str(refused.value).count("random walk observed") == 2  # both sensors at once
         for walk in ("horizon", "upper-limit"):
             with pytest.raises(OptionError) as refused:
                 export(
@@ -182,7 +188,7 @@ class TestAdvice:
 
     def test_axes_are_named(self):
         model = with_one(with_one(model_of(FIVE), "gyro_x", terms=NO_K), "gyro_z", terms=NO_K)
-        with pytest.raises(OptionError, match=r"^gyro_x, gyro_z show no rate random walk"):
+        with pytest.raises(OptionError, match=r"^gyro_x, gyro_z: no rate random walk observed"):
             export(model, to="gtsam", choices=Choices(axes="each"))
         model = with_one(model_of(NO_K), "gyro_z", terms={"random_walk": 1e-4})
         horizon = {"walk": {"gyro": "horizon", "accel": "horizon"}, "horizon": 9.0}
@@ -196,8 +202,8 @@ class TestAdvice:
         [
             (["--rate-random-walk", "gyro=upper-limit", "accel=upper-limit"], "by commas"),
             (["b.json"], "once for each"),
-            (["--rate-random-walk", "gyros=upper-limit"], "--rate-random-walk: 'gyros' is no sensor"),
-            (["--horizon", "3d"], "--horizon has no place in kalibr but with --rate-random-walk gyro=horizon"),
+            (["--rate-random-walk", "gyros=upper-limit"], "--rate-random-walk: unknown sensor 'gyros'"),
+            (["--horizon", "3d"], "--horizon does not apply to kalibr without --rate-random-walk gyro=horizon"),
             ([], "--rate-random-walk gyro=horizon with --horizon 10s"),
         ],
     )
@@ -247,7 +253,7 @@ def test_arguments_of_a_wrong_kind(tmp_path):
 
 def test_a_factor_that_multiplies_nothing_is_refused():
     for name in ("matlab", "state-space"):
-        with pytest.raises(OptionError, match="`walk_factor` has no place"):
+        with pytest.raises(OptionError, match="`walk_factor` does not apply"):
             export(model_of({"random_walk": 1e-4}), to=name, choices=Choices(walk_factor=2.0, rate=100.0))
 
 

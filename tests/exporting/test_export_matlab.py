@@ -86,7 +86,7 @@ class TestMatlab:
         with pytest.raises(OptionError, match=r"give `rate`$"):
             export(given, to="matlab", choices=Choices(horizon=1.0))
         white = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
-        with pytest.raises(OptionError, match="`horizon` has no place"):
+        with pytest.raises(OptionError, match="`horizon` does not apply"):
             export(white, to="matlab", choices=Choices(horizon=1.0))
 
     def test_what_was_not_seen_is_not_made_up(self):

@@ -182,7 +182,7 @@ def test_state_space_refuses():
             export(MODEL, to="state-space", choices=Choices(step=DT, names=names))
     with pytest.raises(OptionError, match="step of the filter"):
         export(MODEL, to="state-space")
-    with pytest.raises(OptionError, match="no walk has to stand for it"):
+    with pytest.raises(OptionError, match="no walk has to approximate it"):
         export(
             NoiseModel(channels={"gyro_x": {"bias_instability": 1e-5}}),
             to="state-space",
@@ -191,7 +191,7 @@ def test_state_space_refuses():
     white = NoiseModel(channels={"gyro_x": {"random_walk": 1e-5}})
     with pytest.raises(OptionError, match="no flicker noise"):
         export(white, to="state-space", choices=Choices(step=DT, horizon=10.0))
-    with pytest.raises(OptionError, match="every axis by itself"):
+    with pytest.raises(OptionError, match="every axis separately"):
         export(MODEL, to="state-space", choices=Choices(step=DT, axes="mean"))
 
 
@@ -283,7 +283,7 @@ def test_sheet_of_what_was_not_seen_and_what_is_beside_the_five():
     other = ChannelModel(terms={"random_walk": 0.1}, quantity="signal", unit="V")
     found = sheet_of(export(NoiseModel(channels={"gyro_x": gyro, "battery": other}), to="ieee952"))
     rows = {row[0]: row[1:] for row in found["gyro_x"]}
-    assert rows["B"] == ["bias instability", "below 2.1 °/h", "not seen (95 %)", "below 1.0e-05 rad/s"]
+    assert rows["B"] == ["bias instability", "below 2.1 °/h", "not observed (95 %)", "below 1.0e-05 rad/s"]
     assert rows["Q"] == ["quantization", "not in the model"]
     assert rows["N"][2] == "no interval"
     si = {letter: float(row[-1].split()[0]) for letter, row in rows.items() if letter not in "QNBKR"}

@@ -36,7 +36,7 @@ def test_its_hump_is_the_plateau_of_flicker_at_the_bottom_of_the_curve():
     assert avar_of(found, tau / 1.3) < avar_of(found, tau) > avar_of(found, tau * 1.3)
     for half_a_decade in (10**0.5, 10**-0.5):
         assert math.sqrt(avar_of(found, tau * half_a_decade) / flicker) == pytest.approx(0.82, abs=0.01)
-    assert "no place here for its rate random walk" in found.words
+    assert "no field here for its rate random walk" in found.words
 
 
 def test_constants_are_those_of_the_closed_form():
@@ -86,7 +86,7 @@ def test_the_models_own_process_goes_first():
     for part in (
         "largest of 2",
         "times 2",
-        "no place here for its bias instability 10.31 deg/h and rate random walk 12.38",
+        "no field here for its bias instability 10.31 deg/h and rate random walk 12.38",
     ):
         assert part in found.words
 
@@ -99,7 +99,7 @@ def test_a_walk_is_followed_up_to_the_horizon():
     assert found.density == pytest.approx(K, rel=1e-14)
     assert found.time == 600.0
     assert math.sqrt(avar_of(found, 60.0) / (K**2 * 60 / 3)) == pytest.approx(1 - 0.036, abs=1e-3)
-    # In a target with one time for all, it is right at the horizon.
+    # In a target with one time for all, it is exact at the horizon.
     assert math.sqrt(avar_of(found.at(1e4), 60.0) / (K**2 * 60 / 3)) == pytest.approx(1, abs=1e-6)
 
 
@@ -122,7 +122,7 @@ def test_axes():
     assert (mean.sigma, mean.time) == pytest.approx((math.sqrt(7) * SIGMA_OF_FLICKER * B, tau / 2), rel=1e-9)
     assert "worst of 3 axes, gyro_z" in worst.words
     assert "root mean square of gyro_x, gyro_y, gyro_z" in mean.words
-    assert "right at" not in mean.words  # three bottoms, and none of them its own
+    assert "exact at" not in mean.words  # three bottoms, and none of them its own
 
 
 def test_the_mean_of_axes_of_several_kinds_is_of_processes_of_one_time():
@@ -152,7 +152,8 @@ class TestMoreSlowNoiseThanTheProcess:
         assert (finding.code, finding.severity) == ("slow_noise_left_out", "warning")
         # Flicker of 1000 B, σ² = 2 ln2/π·B², over the peak of the process, which is that of flicker of B/1.076.
         ratio = math.hypot(1000 * SIGMA_OF_FLICKER, 1)
-        assert f"all slow noise of gyro_x has {ratio:.3g} times" in finding.message
+        assert finding.channels == ("gyro_x",)
+        assert finding.details.ratio == pytest.approx(ratio, rel=1e-3)
         assert f"{ratio:.3g} times" in found.words
 
     def test_a_walk_beside_flicker_at_a_horizon(self):
@@ -160,7 +161,7 @@ class TestMoreSlowNoiseThanTheProcess:
         axes = {"gyro_x": terms | {"rate_random_walk": 3 * K}, "gyro_y": {**terms, "bias_instability": 1.2 * B}}
         numbers = numbers_of(axes, horizon=2000.0)
         found = process(numbers, "gyro")
-        assert "gyro_y" in found.stands  # that of the largest bias instability, and the curve of x is above it
+        assert "gyro_y" in found.origin  # that of the largest bias instability, and the curve of x is above it
         ratio = math.sqrt((2 * math.log(2) / math.pi * B**2 + (3 * K) ** 2 * 2000 / 3) / avar_of(found, 2000.0))
         assert ratio > 1.3
         assert f"all slow noise of gyro_x has {ratio:.3g} times" in found.words

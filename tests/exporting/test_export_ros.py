@@ -56,7 +56,7 @@ class TestRos:
         white = np.array([[1e-8 * RATE, 0, off], [0, 4e-8 * RATE, 0], [off, 0, 9e-8 * RATE]])
         quantized = np.array([[1, 0.25, 0], [0.25, 1, 0], [0, 0, 1]]) * 2 * (1e-3 * RATE) ** 2
         assert gyro == pytest.approx(white + quantized, rel=EXACT)
-        assert "taken for independent" in export(given, to="ros", choices=Choices(rate=RATE))
+        assert "treated as independent" in export(given, to="ros", choices=Choices(rate=RATE))
 
     @pytest.mark.parametrize(("order", "corner"), [(1, 30.0), (2, 60.0)])
     def test_behind_a_bandwidth_it_is_the_variance_of_a_sample(self, order, corner):
@@ -71,7 +71,7 @@ class TestRos:
         assert gyro[0, 0] == pytest.approx(1e-6 * 2 * area, rel=1e-9)
         text = export(given, to="ros", choices=Choices(rate=RATE))
         assert "samples are correlated" in text
-        assert "N^2*rate = 0.0002 is what a filter needs that takes samples for independent" in text
+        assert "N^2*rate = 0.0002 is for a filter that assumes independent samples" in text
 
     @pytest.mark.parametrize(("axes", "square"), [("worst", 100.0), ("mean", 50.5)])
     def test_what_independent_samples_need_is_of_the_axes_that_were_chosen(self, axes, square):
@@ -133,10 +133,11 @@ class TestRos:
         wanted = {"worst": [max(each)] * 3, "mean": [sum(each) / 3] * 3, "each": each}[axes]
         # Both are of the same samples; the last means, beyond white noise, leave 1/1000.
         assert [found[0], found[4], found[8]] == pytest.approx(wanted, rel=2e-3)
-        said = {f.channel: f.message for f in prepared.findings if f.code == "correlated_samples"}
-        assert set(said) == {"gyro_x", "gyro_y", "gyro_z"}
-        assert "low-pass" in said["gyro_y"]
-        assert "low-pass" not in said["gyro_z"]
+        correlated = {f.channel: f.details for f in prepared.findings if f.code == "correlated_samples"}
+        assert set(correlated) == {"gyro_x", "gyro_y", "gyro_z"}
+        assert correlated["gyro_y"].corner is not None
+        assert correlated["gyro_y"].ratio < 1
+        assert correlated["gyro_z"].corner is None
 
     def test_at_another_rate_it_is_the_models(self):
         rng = np.random.default_rng(seed_of("ros other rate"))
@@ -174,7 +175,7 @@ class TestRos:
 
     def test_what_has_no_place(self):
         for choice in ({"walk": {"gyro": 1e-6}}, {"walk_factor": 2.0}, {"horizon": 1.0}, {"step": 0.01}):
-            with pytest.raises(OptionError, match="has no place in ros"):
+            with pytest.raises(OptionError, match="does not apply to ros"):
                 self.read(model(), **choice)
         with pytest.raises(OptionError, match="sampling rate"):
             export(model(), to="ros")

@@ -96,8 +96,8 @@ class TestKfGins:
             ("abstd", 1e-5, lambda tau: 1e-5 * math.sqrt(tau / 3)),
         ):
             (line,) = (line for line in lines if line.startswith(f"  {key}"))
-            assert "with 36 s in place of its own" in line
-            assert "right at the horizon, 10 s" in line
+            assert "with 36 s instead of its own" in line
+            assert "exact at the horizon, 10 s" in line
             sigma = size * ast.literal_eval(re.search(r"\[.*?\]", line)[0])[0]
             errors = re.findall(r"([\d.]+) % (low|high) at ([\d.]+) s", line)
             assert [float(tau) for *_, tau in errors] == [3.16, 31.6]
@@ -122,7 +122,7 @@ class TestKfGins:
     def test_refused(self):
         with pytest.raises(DataError, match="gyro_y, gyro_z"):
             self.read(one(), axes="each")
-        with pytest.raises(OptionError, match="`step` has no place"):
+        with pytest.raises(OptionError, match="`step` does not apply"):
             self.read(model(), step=0.01)
         with pytest.raises(OptionError, match="corrtime"):
             self.read(model(), names={"corrtime": "4 # 5\nimunoise: 3"})
@@ -221,7 +221,7 @@ class TestGazebo:
         assert [p.get("filename") for p in root.iter("plugin")] == ["libgazebo_imu_plugin.so"]
         assert self.noise(root, "gyro", "x")[0] == pytest.approx(1e-4, rel=EXACT)
         for key in ("link", "plugin"):
-            with pytest.raises(OptionError, match=f"`name` {key}=.*are allowed there") as refused:
+            with pytest.raises(OptionError, match=f"`name` {key}=.*are allowed") as refused:
                 self.read(one(), names={key: '"/><plugin filename="evil.so'})
             assert refused.value.option == "name"
         with pytest.raises(OptionError, match="gyro_turn_on_bias"):
@@ -236,7 +236,7 @@ def test_a_horizon_that_enters_nothing_is_refused(target):
     accel = ChannelModel(terms={"random_walk": 1e-3}, gauss_markov=own, quantity="acceleration", unit="m/s^2")
     given = NoiseModel(channels={"gyro_x": gyro, "accel_x": accel})
     export(given, to=target, choices=Choices(rate=RATE))
-    with pytest.raises(OptionError, match="own Gauss-Markov"):
+    with pytest.raises(OptionError, match="Gauss-Markov processes of the model itself"):
         export(given, to=target, choices=Choices(rate=RATE, horizon=10.0))
     export(
         one(gauss_markov=own), to=target, choices=Choices(rate=RATE, horizon=10.0)

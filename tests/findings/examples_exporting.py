@@ -1,3 +1,49 @@
 """Examples of findings for `test_words`."""
 
-EXAMPLES = []
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds import exporting as kinds
+
+_WALK = tuple(
+    kinds.OmittedTerm(channel=f"gyro_{axis}", term=term, value=5e-5)
+    for axis in "xyz"
+    for term in ("bias_instability", "rate_ramp", "gauss_markov")
+)
+
+EXAMPLES = [
+    Finding(severity="info", details=kinds.ChoiceWithoutPlace(target="gnss-ins-sim", option="noise_factor")),
+    Finding(severity="info", details=kinds.ChoiceWithoutPlace(target="kalibr", option="name", key="gravity")),
+    Finding(severity="warning", details=kinds.ChoiceNotUsed(sensor="accel", term="rate_random_walk", observed=True)),
+    Finding(severity="warning", details=kinds.ChoiceNotUsed(sensor="gyro", term="random_walk", observed=False)),
+    Finding(
+        severity="warning",
+        channels=("gyro_x",),
+        details=kinds.SlowNoiseLeftOut(sensor="gyro", ratio=1.4567, tau=3210.0),
+    ),
+    Finding(
+        severity="warning",
+        channels=("gyro_x", "gyro_y", "gyro_z"),
+        details=kinds.SlowNoiseLeftOut(sensor="gyro", omitted=_WALK),
+    ),
+    Finding(severity="warning", channels=("accel_z",), details=kinds.NotAdequate()),
+    Finding(severity="info", details=kinds.OtherRate(rate=200.0, record_rate=98.7654)),
+    Finding(
+        severity="warning",
+        channels=("gyro_x",),
+        details=kinds.CorrelatedSamples(ratio=0.3123, independent_variance=2.1931e-6, corner=36.21),
+    ),
+    Finding(
+        severity="warning",
+        channels=("gyro_x",),
+        details=kinds.CorrelatedSamples(ratio=1.452, independent_variance=2.1931e-6, corner=None),
+    ),
+    Finding(
+        severity="warning",
+        channels=("gyro_x",),
+        details=kinds.CorrelatedSamples(ratio=None, independent_variance=2.1931e-6, corner=36.21),
+    ),
+    Finding(severity="info", details=kinds.KeysNotRead(keys=("temperature", "serial"))),
+    Finding(severity="info", details=kinds.KeysNotRead(keys=tuple("a" * 300 for _ in range(9)))),
+    Finding(severity="info", details=kinds.ImportedWithoutIntervals()),
+    Finding(severity="warning", size=200**0.5, details=kinds.DeviationAsDensity(rate=200.0)),
+    Finding(severity="warning", details=kinds.MinimumAsWalk(keys=("gyr_w", "acc_w"))),
+]

@@ -1,4 +1,4 @@
-"""``sigmatau analyze --export``: files for other programs, from the analysis itself."""
+"""``sigmatau analyze --export``: files for other programs from the analysis."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.analysis import Analysis
-from sigmatau.cli.export_options import Choosing, as_typed, said
+from sigmatau.cli.export_options import Choosing, as_typed, print_findings
 from sigmatau.cli.options import say
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices
@@ -19,18 +19,18 @@ __all__ = ["Exports"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exports:
-    """Files by target, and what was chosen for them."""
+    """Files by target, and the options for them."""
 
     files: Mapping[str, Path]
     choices: Choices
 
     @classmethod
     def of(cls, given: Sequence[str], choosing: Choosing | None, *, rate: float | None, method: str) -> Exports:
-        """Refuse, before a long log is read, what can be refused then; raises `OptionError`."""
+        """Check the options before a long log is read; raises `OptionError`."""
         choosing = choosing or Choosing()
         option = choosing.given()
         if option and not given:
-            raise OptionError(f"{option} is for --export, e.g. --export kalibr=imu.yaml", option="export")
+            raise OptionError(f"{option} needs --export, e.g. --export kalibr=imu.yaml", option="export")
         files: dict[str, Path] = {}
         for text in given:
             name, equals, path = text.partition("=")
@@ -52,16 +52,16 @@ class Exports:
         return cls(files=files, choices=choices)
 
     def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
-        """Write all, or none if there is one that cannot be; raises `OptionError` or `DataError`.
+        """Write all files, or none if one fails; raises `OptionError` or `DataError`.
 
-        `result` is the JSON that has been written, from which another try needs no second analysis.
+        `result` is the written JSON, which allows another attempt without a second analysis.
         """
         if not self.files:
             return
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
         with as_typed("--export ", again):
             files = prepare_all(analysis, self.files, choices=self.choices, named=True)
-        said((finding for file in files for finding in file.findings), quiet=quiet)
+        print_findings((finding for file in files for finding in file.findings), quiet=quiet)
         for file in files:
             file.write()
             say(f"{file.path}: written for {file.to}", quiet=quiet)

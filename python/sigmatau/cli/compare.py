@@ -1,4 +1,4 @@
-"""``sigmatau compare``: results and a datasheet in; whether each unit keeps to it out, and as exit code."""
+"""``sigmatau compare``: check whether units meet their datasheet; the exit code states the outcome."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from sigmatau.results import printable
 __all__ = ["compare_command"]
 
 _OUT = 3
-_UNUSABLE = 1  # a file of several; it comes before _OUT, since it is not known of all units whether they are
+_UNUSABLE = 1  # one of the files; precedes _OUT, because the batch is incomplete
 
 
 def compare_command(
@@ -37,34 +37,34 @@ def compare_command(
     json: bool = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Whether units keep to their datasheet, term by term and by how many sigmas; exit code 3 if one does not.
+    """Check whether units meet their datasheet, term by term; exit code 3 if one does not.
 
-    Of several, one line each; a file that cannot be used is named on standard error, the others are compared, and the exit
-    code is 1.
+    Several results print one line each. A file that cannot be used is named on standard error, the others are compared, and
+    the exit code is 1.
 
     Parameters
     ----------
     results
-        JSON that analyze writes, or a folder of it; or model files (.toml), which have no intervals.
+        JSON files of analyze, or a folder of them; or model files (.toml), which have no intervals.
     datasheet
-        A name of "sigmatau datasheet list", or a file of your own (.toml).
+        A name of "sigmatau datasheet list", or your file (.toml).
     level
-        Confidence with which a unit is called out: one exactly at its limit is in at most a share of 1 - level.
+        Confidence level of the status out: the probability of out for a unit exactly at its limit is at most 1 - level.
     factor
-        Where the sheet has no maximum, FACTOR times typical is one. Default: typical values fail nobody.
+        Use FACTOR times the typical value as maximum if there is none (default: typical values fail no unit).
     sided
-        What noise densities are of which the sheet does not say it. Default: both are tried.
+        Convention of noise densities if the datasheet does not state it (default: try both).
     bias
-        What bias instabilities are of which the sheet does not say it: minimum of the Allan deviation, or coefficient.
+        Convention of bias instabilities if not stated: minimum of the Allan deviation, or coefficient B (default: try both).
     undecided
-        Whether a unit passes that is not shown to keep to a maximum. A typical value fails nobody.
+        Whether a unit passes if it is not shown to meet a maximum (default: pass).
     json
-        Print JSON in place of text.
+        Print JSON.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     if not results:
-        raise OptionError("no result; give the JSON that sigmatau analyze writes", option="results")
+        raise OptionError("no results; give JSON files of sigmatau analyze", option="results")
     sheet = find_datasheet(datasheet)
     paths = _files(results)
     verdicts, errors = [], {}
@@ -84,7 +84,7 @@ def compare_command(
     if not verdicts:
         return _UNUSABLE
     if not any(verdict.judged for verdict in verdicts):
-        raise DataError(f"{sheet.name}: the datasheet states nothing of the noise of what was measured")
+        raise DataError(f"{sheet.name}: the datasheet has no noise specification for the measured channels")
     failed = sum(verdict.fails(undecided) for verdict in verdicts)
     if json:
         content = {
@@ -100,17 +100,16 @@ def compare_command(
     open_ = [verdict for verdict in verdicts if verdict.fails("fail") and not verdict.fails(undecided)]
     if open_:
         doubtful = [verdict for verdict in open_ if any(one.reason == NOT_ADEQUATE for one in verdict.judged)]
-        why = f", {len(doubtful)} of them with a fit that is not adequate, which decides nothing" if doubtful else ""
+        why = f" ({len(doubtful)} because the fit is not adequate)" if doubtful else ""
         say(
-            f"warning: {len(open_)} of {len(verdicts)} passed that may be out{why}; --undecided fail passes what is shown"
-            " not to be",
+            f"warning: {len(open_)} of {len(verdicts)} passed undecided{why} and may be out; --undecided fail fails them",
             quiet=quiet,
         )
     return _UNUSABLE if errors else _OUT if failed else 0
 
 
 def _files(places: Sequence[Path]) -> list[Path]:
-    """The results, those of a folder in the order of their names."""
+    """The results; those of a folder sorted by name."""
     found: list[Path] = []
     for place in places:
         inside = sorted(place.glob("*.json")) if place.is_dir() else [place]
@@ -121,7 +120,7 @@ def _files(places: Sequence[Path]) -> list[Path]:
 
 
 def _named(path: Path, error: DataError) -> str:
-    """What is wrong with the data, and of which file."""
+    """The message of an error, beginning with the file."""
     message = str(error)
     return message if message.startswith(f"{path}:") else f"{path}: {message}"
 
@@ -134,9 +133,9 @@ def _result(path: Path) -> NoiseModel | dict[str, Any]:
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:
-        raise DataError(f"{path}: no JSON: {error}") from None
+        raise DataError(f"{path}: not JSON: {error}") from None
     if not isinstance(content, dict):
-        raise DataError(f"{path}: this is no result of sigmatau analyze: it has no channels")
+        raise DataError(f"{path}: not a result of sigmatau analyze: no channels")
     return content
 
 

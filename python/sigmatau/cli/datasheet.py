@@ -1,4 +1,4 @@
-"""``sigmatau datasheet``: the library of public values, listed, shown, or as a model file."""
+"""``sigmatau datasheet``: list or show datasheets of the library, or print one as a model file."""
 
 from __future__ import annotations
 
@@ -26,40 +26,40 @@ def datasheet_command(
     bias: Literal["minimum", "coefficient"] | None = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
-    """Public values of common sensors with their sources; one of them as a noise model.
+    """Datasheet values of common sensors with their sources; a datasheet as a noise model.
 
     Parameters
     ----------
     action
-        list all, or show one.
+        list (all datasheets) or show (one).
     name
-        Which to show: a name of the list, or a file of your own (.toml).
+        Datasheet to show: a name of the list, or your file (.toml).
     model
         Print a model file, for simulate and plan.
     use
-        Which numbers the model has; the other where there is only one.
+        Values for the model; the other if the datasheet has only one (default: typical).
     sided
-        For the model: what noise densities are of which the sheet does not say it.
+        For the model: convention of noise densities if the datasheet does not state it.
     bias
-        For the model: what bias instabilities are, likewise.
+        For the model: convention of bias instabilities if the datasheet does not state it.
     json
-        Print JSON in place of text.
+        Print JSON.
     """
     if action == "list":
         if name is not None:
             raise OptionError(f"list takes no name; to see {name!r}: sigmatau datasheet show {name}", option="name")
         if model:
-            raise OptionError("--model is of one sheet: sigmatau datasheet show NAME --model", option="model")
+            raise OptionError("--model needs one datasheet: sigmatau datasheet show NAME --model", option="model")
         library = list_datasheets()
         text = _json({key: sheet.to_dict() for key, sheet in library.items()}) if json else f"{library!r}\n"
     else:
         if name is None:
-            raise OptionError("which? sigmatau datasheet show NAME; the names: sigmatau datasheet list", option="name")
+            raise OptionError("show needs a name; see sigmatau datasheet list", option="name")
         sheet = find_datasheet(name)
         if model and json:
-            raise OptionError("--model is a TOML file; give it or --json, not both", option="json")
+            raise OptionError("--model prints TOML: give --model or --json, not both", option="json")
         if not model and (sided is not None or bias is not None or use != "typical"):
-            raise OptionError("--use, --sided and --bias are those of a model: give --model too", option="model")
+            raise OptionError("--use, --sided and --bias need --model", option="model")
         if model:
             content = sheet.model(use=use, sided=sided, bias=bias).to_toml()
             origins = "".join(f"# {line}\n" for line in sheet.origins(use=use, sided=sided, bias=bias))

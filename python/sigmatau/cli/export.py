@@ -1,4 +1,4 @@
-"""``sigmatau export``: a model or a result in; the file that a filter reads out."""
+"""``sigmatau export``: write the file that a filter reads, from a model or a result."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.export_options import Choosing, as_typed, said
+from sigmatau.cli.export_options import Choosing, as_typed, print_findings
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
 from sigmatau.exporting.prepare import check_choices, check_path, prepare
@@ -30,22 +30,22 @@ def export_command(
     list_: Annotated[bool, Parameter(name="--list", negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Write the noise parameters for another program, in its units, with each number's origin beside it.
+    """Write the noise parameters for another program in its units, with the origin of each number as a comment.
 
     Parameters
     ----------
     source
-        A model file (.toml), the JSON that analyze writes, or a YAML of Kalibr's kind or of imu_utils.
+        Model file (.toml), JSON of analyze, or YAML of Kalibr or imu_utils.
     to
-        The target; --list names them.
+        The target; see --list.
     output
-        The file to write. Default: standard output.
+        File to write (default: standard output).
     rate
-        Sampling rate in Hz. Default: that of the record, if the source is a result.
+        Sampling rate in Hz (default: that of the record, if the source is a result).
     list_
-        The targets, one line each; with a name, --list kalibr, what that one takes.
+        List the targets; with a name, --list kalibr, show its options.
     quiet
-        Nothing on standard error but errors.
+        Print only errors on standard error.
     """
     if list_ and source is not None:
         sys.stdout.write(_about(target(str(source))))
@@ -55,15 +55,15 @@ def export_command(
         sys.stdout.write("".join(f"{name:<{width}}  {target(name).summary}\n" for name in NAMES))
         return 0
     if source is None:
-        raise OptionError("name a model file or a result, or say --list", option="source")
+        raise OptionError("give a model file or a result, or --list", option="source")
     if to is None:
-        raise OptionError(f"--to: say for which target: {', '.join(NAMES)}", option="to")
+        raise OptionError(f"--to is missing; targets: {', '.join(NAMES)}", option="to")
     wanted = target(to)
     check_output(output, (), "output")
     refuse_same(source, output=output)
     choices = (choosing or Choosing()).choices(rate)
     with as_typed():
-        check_choices(wanted, choices)  # refused, if it is, before a file is read
+        check_choices(wanted, choices)  # before a file is read
         if output is not None:
             check_path(wanted, output)
         found = read_source(source, rate=rate)
@@ -73,8 +73,8 @@ def export_command(
         prepared = prepare(found, to=wanted.name, path=output, choices=choices)
     content = prepared.content
     if output is None and isinstance(content, bytes):
-        raise OptionError(f"--output: a file for {to} is binary; name one", option="output")
-    said(prepared.findings, quiet=quiet)
+        raise OptionError(f"--output: the file for {to} is binary; give its name", option="output")
+    print_findings(prepared.findings, quiet=quiet)
     if output is not None:
         prepared.write()
         say(f"{output}: written for {to}", quiet=quiet)
@@ -84,14 +84,14 @@ def export_command(
 
 
 def _about(target: Target) -> str:
-    """What a target takes, beside --rate-random-walk and --random-walk where a number was not observed."""
+    """Options of a target, except --rate-random-walk and --random-walk."""
     one = "worst, mean, each" if target.per_axis else "worst, mean"
     rows = {
         "file": ", ".join([target.ending, *(e for e in target.binary if e != target.ending)]),
-        "--rate": "needed; a result knows it" if target.needs_rate else "not needed",
-        "--step": "the step of its filter" if target.has_step else "none",
-        "--horizon": ("by itself, and " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
-        "--axes": "none: every axis by itself" if target.every_axis else one,
+        "--rate": "required; a result contains it" if target.needs_rate else "not needed",
+        "--step": "step of the filter" if target.has_step else "none",
+        "--horizon": ("supported, also " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
+        "--axes": "none: every axis separately" if target.every_axis else one,
         "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
     }
     return "".join([f"{target.name}: {target.summary}\n", *(f"  {key:<10} {text}\n" for key, text in rows.items())])

@@ -1,4 +1,4 @@
-"""What is chosen for an export, because no record decides it: the options of ``export`` and ``analyze --export``."""
+"""Options of ``export`` and ``analyze --export``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sigmatau.exporting.choices import Axes, Choices
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
-__all__ = ["Choosing", "as_typed", "said"]
+__all__ = ["Choosing", "as_typed", "print_findings"]
 
 
 @Parameter(name="*")
@@ -26,25 +26,22 @@ class Choosing:
     Parameters
     ----------
     axes
-        Where a target has one number for three axes, the worst of them or the root of the mean of the squares; each, where
-        it has a place for each.
+        One number for three axes: the worst, or mean, the root mean square; each for targets with a field per axis.
     rate_random_walk
-        What to write where no rate random walk was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or
-        gyro=horizon, which with the random walk has the model's Allan variance at --horizon, observed or not.
+        Rate random walk to write if none was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which
+        matches the Allan variance of the model at --horizon, observed or not.
     random_walk
-        What to write where no random walk was observed, as where quantization covers it: accel=upper-limit, or a value with
-        its unit.
+        Random walk to write if none was observed: accel=upper-limit, or a value with unit.
     horizon
-        Averaging time of gyro=horizon, e.g. 10s (ms, s, min, h, d).
+        Averaging time for gyro=horizon and Gauss-Markov biases, e.g. 10s (ms, s, min, h, d).
     noise_factor
-        What is written for the random walk is so many times what was found; both stand in the file.
+        Factor on the random walk; the file states estimate and factor (default 1).
     walk_factor
-        The same for slow noise: the rate random walk and, where a target has them, bias instability and Gauss-Markov
-        processes.
+        Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes (default 1).
     step
-        Step of the filter in seconds, for a target that has one of its own.
+        Step of the filter in seconds, for targets that need one.
     name
-        Names and constants that a target has beside the numbers: topic=/imu0, gravity=9.81.
+        Other fields of a target: topic=/imu0, gravity=9.81.
     """
 
     axes: Axes = "worst"
@@ -57,7 +54,7 @@ class Choosing:
     name: Annotated[list[str] | None, Parameter(negative=())] = None
 
     def choices(self, rate: float | None) -> Choices:
-        """As `sigmatau.exporting` takes them; raises `OptionError`."""
+        """The `Choices` of these options; raises `OptionError`."""
         walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
         noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
         with as_typed():
@@ -77,7 +74,7 @@ class Choosing:
         )
 
     def given(self) -> str | None:
-        """An option that was given, as it is typed; None if none was."""
+        """An option that was given, in the form of the command line; None if none was."""
         for field in fields(self):
             if getattr(self, field.name) != field.default:
                 return f"--{field.name.replace('_', '-')}"
@@ -94,14 +91,14 @@ _UNITS = {"horizon": "s"}
 
 @contextmanager
 def as_typed(before: str = "", after: str = "") -> Iterator[None]:
-    """Name the arguments in errors of an export as options of the command line."""
+    """Translate errors of an export to options of the command line."""
     try:
         yield
     except OptionError as error:
         raise OptionError(f"{before}{error.for_command_line(_NAMES, _UNITS)}{after}", option=error.option) from None
 
 
-def said(findings: Iterable[Finding], *, quiet: bool) -> None:
-    """Findings of an export for the terminal, each once."""
+def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
+    """Print findings of an export, each once."""
     for line in finding_lines(list(dict.fromkeys(findings))):
         say(line, quiet=quiet)

@@ -1,8 +1,8 @@
-"""One number of a datasheet, and what it may mean.
+"""`Claim`: a number of a datasheet and its possible meanings.
 
-A density may be one-sided (√2 above N) or two-sided (N), an "in-run bias stability" the minimum of the Allan deviation or
-the coefficient B, which is 1/0.664 of a plateau. What a sheet leaves open stays open here: such a number has two meanings,
-and a verdict counts only if it is the same by both.
+A density may be one-sided (√2 times N) or two-sided (N); an "in-run bias stability" may be the minimum of the Allan
+deviation or the coefficient B, 1/0.664 of a plateau. A number whose convention is not stated has two meanings, and a status
+is decided only if both agree.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
 MINIMUM = "minimum"
-"""What is compared when a sheet states the minimum of the Allan deviation; every other such name is that of a term."""
+"""Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms."""
 
 KEYS = {
     "noise_density": "random_walk",
@@ -32,10 +32,10 @@ KEYS = {
     "quantization": "quantization",
     "rate_ramp": "rate_ramp",
 }
-"""Keys of a sheet, with the term that each is about."""
+"""Keys of a datasheet and their terms."""
 
 QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-"""What each sensor measures, and its SI unit."""
+"""Quantity and SI unit by sensor."""
 
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
@@ -43,16 +43,16 @@ _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meaning:
-    """One way to understand a claim.
+    """An interpretation of a claim.
 
     Attributes
     ----------
     of : str
-        A term, or `MINIMUM`: what of a result is compared.
+        A term, or `MINIMUM`: the quantity of the result to compare with.
     factor : float
-        By which the sheet's number is multiplied to be comparable.
+        Multiplies the number of the datasheet for the comparison.
     words : str
-        ``"one-sided"``; empty where there is only one way.
+        ``"one-sided"``; empty if there is only one interpretation.
     """
 
     of: str
@@ -76,7 +76,7 @@ _MEANINGS = {
 
 
 def check_meanings(sided: str | None, bias: str | None) -> None:
-    """Raise `OptionError` unless both are what a sheet may leave open, or None."""
+    """Raise `OptionError` for an invalid convention."""
     if sided not in (None, "one", "two"):
         raise OptionError(f"{{option}} must be 'one' or 'two', not {sided!r}", option="sided")
     if bias not in (None, "minimum", "coefficient"):
@@ -85,7 +85,7 @@ def check_meanings(sided: str | None, bias: str | None) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """What a sheet states of one term of one sensor.
+    """Specification of one term of one sensor.
 
     Attributes
     ----------
@@ -94,14 +94,14 @@ class Claim:
     key : str
         One of `KEYS`.
     typical, maximum : float or None
-        The sheet's numbers as they stand there, in SI; at least one of them. [unit]
+        Numbers of the datasheet in SI; at least one of them. [unit]
     typical_text, maximum_text : str
-        The same in the sheet's own unit.
+        The same in the unit of the datasheet.
     convention : str
-        Of a noise density ``"one"``, ``"two"`` (sided) or ``"unknown"``; of a bias instability ``"minimum"`` (of the Allan
+        Noise density: ``"one"``, ``"two"`` (sided) or ``"unknown"``; bias instability: ``"minimum"`` (of the Allan
         deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty.
     note : str
-        Under which conditions, or why the convention is what it is.
+        Conditions, or the reason for the convention.
     """
 
     sensor: str
@@ -115,7 +115,7 @@ class Claim:
 
     @property
     def term(self) -> str:
-        """The term it is about, a key of `sigmatau.noise.terms.TERMS`."""
+        """The term, a key of `sigmatau.noise.terms.TERMS`."""
         return KEYS[self.key]
 
     @property
@@ -130,21 +130,21 @@ class Claim:
 
     @property
     def label(self) -> str:
-        """What it is called: ``"noise density"``, ``"angle random walk"``."""
+        """Name: ``"noise density"``, ``"angle random walk"``."""
         return "noise density" if self.key == "noise_density" else TERMS[self.term].label(self.quantity)
 
     def display(self) -> tuple[str, float]:
-        """The unit in which it is printed, that of the sheet's typical value if there is one, and one such unit in SI."""
+        """Display unit, that of the typical value of the datasheet if there is one, and its factor to SI."""
         text = self.typical_text or self.maximum_text
         if text:
             unit = find(_NUMBER.sub("", text, count=1))
             return unit.text, unit.factor
-        # Without texts, as when a claim was made by hand; accelerometers' biases are in µg as in most sheets.
+        # A claim made by hand has no texts; accelerometer biases are in µg as in most datasheets.
         units = display_units(self.term, self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
         return units[-1] if self.key == "bias_instability" else units[0]
 
     def meanings(self, *, sided: Sided | None = None, bias: Bias | None = None) -> tuple[Meaning, ...]:
-        """The ways to understand it; two where the sheet leaves it open and neither `sided` nor `bias` closes it."""
+        """The interpretations; two if neither the datasheet nor `sided` or `bias` states the convention."""
         if self.key not in _MEANINGS:
             return (Meaning(of=self.term, factor=1.0, words=""),)
         chosen = sided if self.key == "noise_density" else bias

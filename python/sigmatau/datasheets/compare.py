@@ -1,12 +1,11 @@
-"""Whether a sensor keeps to its datasheet: term by term, with the error of the measurement.
+"""Check whether a sensor meets its datasheet, term by term, with the error of the measurement.
 
-A value is *above* a limit if it would be measured so large on a sensor exactly at the limit in at most 1 − level of
-records, *below* it likewise, and else *undecided*: the record is too short to tell. That is the rule of ISO 14253-1 for
-proving conformity and proving the lack of it.
+A value is *above* a limit if a sensor exactly at the limit gives a value so large in at most 1 − level of records, *below*
+likewise, and else *undecided*: the record is too short to decide. This is the decision rule of ISO 14253-1.
 
-Standard errors are those of the intervals, which allow for the terms that were not seen and so are wider than the errors of
-the terms that were chosen. With those a K beside an unseen B, exactly at its limit, is called out in 24 % of 183 simulated
-records in place of 5 %.
+Standard errors are those of the intervals. They allow for terms that were not observed, and are wider than the errors of the
+chosen model. With the latter, a K beside an unobserved B, exactly at its limit, is out in 24 % of 183 simulated records
+instead of 5 %.
 """
 
 from __future__ import annotations
@@ -35,12 +34,12 @@ from sigmatau.record.record import stream_name
 
 __all__ = ["Fitted", "compare_with"]
 
-_SAME = 1e-9  # relative, of numbers without errors
-_MOST_SIGMAS = 1e6  # of an interval without width
+_EQUAL = 1e-9  # relative difference of numbers without errors that count as equal
+_MOST_SIGMAS = 1e6  # distance in standard errors for an interval without width
 
 
 class Fitted(Protocol):
-    """An `Analysis`, or anything else that has `fits`."""
+    """An `Analysis`, or another object with `fits`."""
 
     @property
     def fits(self) -> Mapping[str, NoiseFit]:
@@ -58,26 +57,26 @@ def compare_with(
     sided: Sided | None = None,
     bias: Bias | None = None,
 ) -> Verdict:
-    """Compare what was measured with what the maker states, term by term.
+    """Compare a result with a datasheet, term by term.
 
     Parameters
     ----------
     result : NoiseModel, Analysis or mapping
         The mapping is the JSON form of `analyze`. A `NoiseModel` without intervals is compared without statistics.
     datasheet : Datasheet, str or Path
-        A name of the library or the path of a file is looked up by :func:`sigmatau.datasheet`.
+        A name of the library or the path of a file; see :func:`sigmatau.datasheet`.
     unit : str, optional
-        What the result is of, for the lines that are printed.
+        Name of the unit, for printing.
     level : float, optional
-        Confidence with which a unit is called out: one exactly at its limit is in at most a share of 1 − level of records.
+        Confidence level of the status ``"out"``: a unit exactly at its limit gets it in at most 1 − level of records.
     factor : float, optional
-        Where the sheet has a typical value only: the maximum is `factor` times it. Default: there is none, and a value
-        above the typical one is said but is not out.
+        Maximum in typical values, if the datasheet has no maximum. Default: no maximum; a value above the typical one is
+        reported and not out.
     sided : {"one", "two"}, optional
-        What noise densities are of which the sheet does not say it. Default: both are tried, and what depends on it is
-        undecided; see `Verdict.fails` for what that means to a unit.
+        Convention of noise densities if the datasheet does not state it. Default: try both; the status is undecided if they
+        differ.
     bias : {"minimum", "coefficient"}, optional
-        What a bias instability is, likewise: the minimum of the Allan deviation, or B.
+        Convention of bias instabilities if not stated: the minimum of the Allan deviation, or B.
 
     Returns
     -------
@@ -86,9 +85,9 @@ def compare_with(
     Raises
     ------
     OptionError
-        For a datasheet that is none, and a level, factor or meaning that cannot be.
+        For an unknown datasheet, or an invalid level, factor or convention.
     DataError
-        If `result` is not a result, or the datasheet's file cannot be read.
+        If `result` is not a result, or the datasheet file cannot be read.
 
     References
     ----------
@@ -130,9 +129,9 @@ def _is_number(value: object) -> bool:
 
 
 def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
-    """Sensors and axes of which the sheet states something and the result has nothing.
+    """Sensors and axes in the datasheet that are not in the result.
 
-    A sensor of which any axis is there has all that the sheet says; one channel of the sensor's own name is all of it.
+    A channel named like the sensor stands for all its axes.
     """
     absent = {claim.sensor for claim in datasheet.claims}
     absent -= {*channels, *map(stream_name, channels)}
@@ -143,7 +142,7 @@ def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
 
 
 def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
-    """The models by channel, and the channels that have none."""
+    """The models by channel, and the channels without a model."""
     if isinstance(result, NoiseModel):
         return dict(result.channels), []
     if isinstance(result, Mapping):
@@ -154,14 +153,14 @@ def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, 
             for name, fit in result.fits.items()
         }
     else:
-        raise DataError(f"{type(result).__name__} is no result: give an Analysis, its JSON form or a NoiseModel")
+        raise DataError(f"{type(result).__name__} is not a result: give an Analysis, its JSON form or a NoiseModel")
     models, without = models_of(channels)
     for name in channels:
         if not name.isprintable():
-            raise DataError(f"channel {name!r}: a name must print")
+            raise DataError(f"channel {name!r}: not a printable name")
         measures = (channels[name]["quantity"], channels[name]["curve"]["unit"])
         if QUANTITIES.get(stream_name(name), measures) != measures:
-            raise DataError(f"channel {name!r}: a name like this is not that of {' in '.join(measures)}")
+            raise DataError(f"channel {name!r}: this name does not fit {' in '.join(measures)}")
     return models, without
 
 
@@ -184,16 +183,16 @@ def _compared(
     if stated is None:
         return None
     limit = factor * stated
-    if not adequate:  # how far off its values are is not known
+    if not adequate:  # the error of the values is unknown
         return Comparison(limit=limit, side="undecided")
     if found.value is None:
-        # A limit of 95 % shows nothing with 99 %.
+        # A limit of 95 % proves nothing at 99 %.
         shows = level <= found.level
         below = shows and found.upper_limit is not None and found.upper_limit < limit
-        above = shows and found.lower_limit is not None and found.lower_limit > limit * (1 + _SAME)
+        above = shows and found.lower_limit is not None and found.lower_limit > limit * (1 + _EQUAL)
         return Comparison(limit=limit, side="above" if above else "below" if below else "undecided")
     if found.low is None or found.high is None:
-        if math.isclose(found.value, limit, rel_tol=_SAME):
+        if math.isclose(found.value, limit, rel_tol=_EQUAL):
             return Comparison(limit=limit, side="undecided")
         return Comparison(limit=limit, side="above" if found.value > limit else "below")
     sigmas = _sigmas(found.value, found.low, found.high, limit, found.level)
@@ -204,13 +203,13 @@ def _compared(
 
 
 def _sigmas(value: float, low: float, high: float, limit: float, level: float) -> float:
-    """By how many standard errors a value is above a limit, which is that many as the interval's end has at its own place.
+    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit.
 
-    In logarithms, because a coefficient is a scale; intervals need not be symmetrical, and the end towards the limit counts.
+    In logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
     """
     reach = NormalDist().inv_cdf((1 + level) / 2)
     end = low if value > limit else high
-    if end <= 0:  # an interval from 0 on: in its own unit
+    if end <= 0:  # an interval that starts at 0: linear
         return reach * (value - limit) / value
     width = abs(math.log(value / end))
     distance = reach * math.log(value / limit)
@@ -222,14 +221,14 @@ def _sign(distance: float) -> float:
 
 
 def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:
-    """What all meanings agree on."""
+    """Status on which all meanings agree, else undecided, and the reason."""
     found = {_of_one(reading) for reading in readings}
     if len(found) == 1:
         status = found.pop()
         return status, readings[0].measured.words if status == "undecided" else ""
     words = " or ".join(reading.meaning.words for reading in readings)
-    more = "; a typical value fails nobody" if found <= {"within", "above typical"} else ""
-    return "undecided", f"it depends on what the sheet does not say: {words}{more}"
+    more = "; a typical value fails no unit" if found <= {"within", "above typical"} else ""
+    return "undecided", f"the datasheet does not state the convention: {words}{more}"
 
 
 def _of_one(reading: Reading) -> Status:
@@ -242,7 +241,7 @@ def _of_one(reading: Reading) -> Status:
         return "undecided"
     if typical is not None and typical.side == "above":
         return "above typical"
-    # About as large as a typical value is within; only what was not observed may be anything up to its limit.
+    # A value close to the typical one is within; a term that was not observed may have any value up to its limit.
     if maximum is None and typical is not None and typical.side == "undecided" and reading.measured.value is None:
         return "undecided"
     return "within"

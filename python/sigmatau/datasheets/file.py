@@ -1,4 +1,4 @@
-"""Datasheet files: TOML in which each value says its unit, and what it means.
+"""Datasheet files: TOML in which each value has a unit and a stated convention.
 
 .. code-block:: toml
 
@@ -6,19 +6,19 @@
     maker = "STMicroelectronics"
     kind = "MEMS, industrial"
     source = "DS13012 revision 6, table 2"
-    confirmed = "https://…, page 9"            # where somebody has looked it up
+    confirmed = "https://…, page 9"            # where the values were looked up
 
     [gyro]
-    axes = ["x", "y", "z"]                                                # those that a unit has; these by default
+    axes = ["x", "y", "z"]                                                # axes of a unit; default: all three
     noise_density = { typical = "5 mdeg/s/sqrt(Hz)", sided = "one" }      # or "two", or "unknown"
     random_walk = { typical = "0.21 deg/sqrt(h)" }
     bias_instability = { typical = "3 deg/h", as = "minimum" }            # or "coefficient", or "unknown"
-    full_scale = ["125 deg/s", "2000 deg/s"]                              # each of several, or a range
+    full_scale = ["125 deg/s", "2000 deg/s"]                              # several values, or a range
     bandwidth = ["300 Hz"]
     output_rate = ["12.5 Hz to 6.66 kHz"]
-    beside_noise = ["zero-rate level 1 deg/s"]                            # what no record at rest can show
+    beside_noise = ["zero-rate level 1 deg/s"]                            # not visible in a record at rest
 
-    [accel_z]                                                             # one axis, in place of [accel]
+    [accel_z]                                                             # one axis, replaces [accel]
     noise_density = { typical = "60 ug/sqrt(Hz)", maximum = "100 ug/sqrt(Hz)", sided = "one" }
 """
 
@@ -44,10 +44,10 @@ TEXTS = ("name", "maker", "kind", "source", "confirmed", "note")
 SENSORS = (*QUANTITIES, *(f"{sensor}_{axis}" for sensor in QUANTITIES for axis in AXES))
 
 _NEEDED = ("name", "maker", "source")
-_LONGEST = 400
-_LARGEST = 1 << 20  # bytes; a sheet has a few hundred
+_LONGEST_TEXT = 400  # characters
+_LARGEST_FILE = 1 << 20  # bytes; a datasheet has a few hundred
 _CONVENTIONS = {
-    "noise_density": ("sided", ("one", "two", "unknown"), "a one-sided density is √2 above a two-sided one"),
+    "noise_density": ("sided", ("one", "two", "unknown"), "a one-sided density is √2 times the two-sided one"),
     "bias_instability": (
         "as",
         ("minimum", "coefficient", "unknown"),
@@ -58,23 +58,23 @@ _LISTS = ("full_scale", "bandwidth", "output_rate", "beside_noise")
 
 
 def parsed(path: Path) -> dict[str, Any]:
-    """The tables of a file; raises `DataError` that names the file."""
+    """The tables of a file; raises `DataError` with the name of the file."""
     try:
         with path.open("rb") as file:
-            raw = file.read(_LARGEST + 1)
-        if len(raw) > _LARGEST:
-            raise DataError(f"{path}: no datasheet: it has more than {_LARGEST >> 20} MiB")
+            raw = file.read(_LARGEST_FILE + 1)
+        if len(raw) > _LARGEST_FILE:
+            raise DataError(f"{path}: not a datasheet: more than {_LARGEST_FILE >> 20} MiB")
         return tomllib.loads(raw.decode("utf-8-sig"))
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except DataError:
         raise
     except (ValueError, RecursionError) as error:
-        raise DataError(f"{path}: no TOML file: {error}") from None
+        raise DataError(f"{path}: not a TOML file: {error}") from None
 
 
 def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
-    """Name, maker, source and so on."""
+    """Text fields: name, maker, source and others."""
     unknown = next((key for key in content if key not in TEXTS and key not in SENSORS), None)
     if unknown is not None:
         raise DataError(f"unknown key {unknown!r}; a datasheet has {', '.join(TEXTS)} and [{'], ['.join(SENSORS)}]")
@@ -85,7 +85,7 @@ def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
 
 
 def claims_of(content: Mapping[str, Any]) -> tuple[Claim, ...]:
-    """What the sheet states of the noise; raises `DataError` that names sensor and key."""
+    """The noise specifications; raises `DataError` with sensor and key."""
     claims = []
     for sensor in SENSORS:
         for key in KEYS:
@@ -96,7 +96,7 @@ def claims_of(content: Mapping[str, Any]) -> tuple[Claim, ...]:
 
 
 def data_of(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]:
-    """What it states beside the noise, by sensor: full scale, bandwidth, output rates, biases; as text."""
+    """Other specifications by sensor, as text: full scale, bandwidth, output rates, biases."""
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for sensor in SENSORS:
         table = _table(content, sensor)
@@ -111,17 +111,17 @@ def data_of(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]
 
 
 def axes_of(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
-    """The axes that a unit has, by sensor, where the sheet says it."""
+    """The axes of a unit by sensor, if stated."""
     found = {}
     for sensor in QUANTITIES:
         axes = _table(content, sensor).get("axes")
         if axes is None:
             continue
         if not isinstance(axes, list) or not axes or any(axis not in AXES for axis in axes) or len({*axes}) < len(axes):
-            raise DataError(f'{sensor}: axes = {axes!r}; write those that a unit has, axes = ["x", "y", "z"]')
+            raise DataError(f'{sensor}: axes = {axes!r}; list the axes of a unit, axes = ["x", "y", "z"]')
         other = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
         if other is not None:
-            raise DataError(f"{sensor}: axes = {axes!r}, but there is [{sensor}_{other}]")
+            raise DataError(f"{sensor}: axes = {axes!r} contradicts [{sensor}_{other}]")
         found[sensor] = tuple(axis for axis in AXES if axis in axes)
     return found
 
@@ -129,7 +129,7 @@ def axes_of(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
 def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
     table = content.get(sensor, {})
     if not isinstance(table, Mapping):
-        raise DataError(f"{sensor} = {table!r}; a sensor is a table, [{sensor}]")
+        raise DataError(f"{sensor} = {table!r}; write a table, [{sensor}]")
     return table
 
 
@@ -148,7 +148,7 @@ def _claim(sensor: str, key: str, table: object) -> Claim:
         convention = table.get(where, "")
         if convention not in choices:
             listed = ", ".join(f'{where} = "{choice}"' for choice in choices)
-            raise DataError(f"{sensor}: {key} says one of {listed}, because {why}; got {table.get(where)!r}")
+            raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}; got {table.get(where)!r}")
     si = coefficient_unit(KEYS[key], *QUANTITIES[sensor.partition("_")[0]])
     values = {k: _value(sensor, key, k, table[k], si) for k in ("typical", "maximum") if k in table}
     if len(values) > 1 and values["typical"] > values["maximum"]:
@@ -187,16 +187,16 @@ def _listed(sensor: str, key: str, values: object) -> tuple[str, ...]:
         for text in texts:
             ends = [_value(sensor, key, "value", part, si) for part in text.split(" to ")]
             if len(ends) > 2 or ends != sorted(ends):
-                raise DataError(f"{sensor}: {key}: {text!r} is no range; write its lower end first: 1 Hz to 2 Hz")
+                raise DataError(f"{sensor}: {key}: {text!r} is not a range; write e.g. 1 Hz to 2 Hz")
     return texts
 
 
 def _text(value: object, what: str, *, empty: bool = False) -> str:
-    """One line that prints; a sheet's words go to terminals and into files of others."""
+    """A printable line; texts are written to terminals and files."""
     if not isinstance(value, str):
-        raise DataError(f'{what} = {value!r} is no text; write it in quotes, "…"')
+        raise DataError(f'{what} = {value!r} is not text; write it in quotes, "…"')
     if not value and empty:
         return value
-    if not value.strip() or not value.isprintable() or len(value) > _LONGEST:
-        raise DataError(f"{what} must be one line of up to {_LONGEST} characters that print, not {value[:60]!r}")
+    if not value.strip() or not value.isprintable() or len(value) > _LONGEST_TEXT:
+        raise DataError(f"{what} must be one line of up to {_LONGEST_TEXT} printable characters, not {value[:60]!r}")
     return value

@@ -1,4 +1,4 @@
-"""What a result says of a term, or of the minimum of its Allan deviation: a value, or between what it is."""
+"""Value, interval or limits of a term of a result, or of the minimum of its Allan deviation."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ __all__ = ["NOTHING", "Measured", "measured"]
 
 Floats = NDArray[np.float64]
 
-NOTHING = "the result says nothing of it"
+NOTHING = "not in the result"
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
-_NEGLIGIBLE = 0.01  # of a variance; half of that of a deviation
-_TAU = (-6.0, 12.0)  # decades that are searched for a minimum; a random walk alone has none in any range [log10 s]
+_NEGLIGIBLE = 0.01  # share of a variance; 0.5 % of a deviation
+_TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """What a result says. [unit of the claim]
+    """A measured quantity. [unit of the claim]
 
     Attributes
     ----------
     value : float or None
-        None if it was not observed.
+        None if not observed.
     low, high : float or None
-        Its interval, if it has one.
+        Interval, if known.
     upper_limit : float or None
-        What it is below, if it was not observed.
+        Upper limit, if not observed.
     lower_limit : float or None
-        What it is above, if only a part of it is known.
+        Lower bound, if only a part is known.
     level : float
-        Probability of the interval, or of the limits; 1 for a limit of a model that is taken as it is.
+        Confidence level of interval or limits; 1 for a limit from a model without intervals.
     words : str
-        Why there is nothing, or what was not seen and may be there.
+        Why nothing is known, or terms that were not observed and may contribute.
     """
 
     value: float | None = None
@@ -68,7 +68,7 @@ class Measured:
 
 
 def measured(model: ChannelModel, of: str) -> Measured:
-    """What a model says of one of its terms, or of the minimum of its Allan deviation; a ramp without its sign."""
+    """A term of a model, or the minimum of its Allan deviation; the absolute value of a ramp."""
     if of == MINIMUM:
         return _minimum(model)
     if of in model and of not in model.limits:
@@ -76,7 +76,7 @@ def measured(model: ChannelModel, of: str) -> Measured:
         value = abs(model[of])
         if low is not None and high is not None:
             if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-                raise DataError(f"{of}: {low!r} to {high!r} is no interval")
+                raise DataError(f"{of}: {low!r} to {high!r} is not an interval")
             low, high = (0.0 if low < 0 < high else min(abs(low), abs(high))), max(abs(low), abs(high))
             low, high = min(low, value), max(high, value)
         return Measured(value=value, low=low, high=high, level=model.level)
@@ -86,21 +86,21 @@ def measured(model: ChannelModel, of: str) -> Measured:
 
 
 def _minimum(model: ChannelModel) -> Measured:
-    """The least Allan deviation at any time, of the model's own curve: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + …
+    """The minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + …
 
-    That is what a maker reads off a record that is long enough. Each part of the noise can only add to it, so what was seen
-    makes a lower bound, and what was seen together with the limits of what was not an upper one.
+    A maker reads it from a sufficiently long record. Every term adds to it, so that the observed terms give a lower bound,
+    and the observed terms with the limits of the others give an upper bound.
     """
     seen = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
     unseen = {term: limit for term, limit in model.limits.items() if term in _SLOW}
-    # A model may be silent of it, which does not make it zero.
+    # A term that is not in the model need not be zero.
     silent = "bias_instability" not in seen and "bias_instability" not in unseen
     if not any(term in seen for term in _SLOW):
         return Measured(words=NOTHING) if silent else _below(model, seen, unseen)
     floor, _ = _least(seen)
     low, high = _interval(model, seen)
     if silent:
-        return _above(model, low, seen, "the result says nothing of bias instability")
+        return _above(model, low, seen, "bias instability is not in the result")
     value, tau = _least(seen, _cancelled(model))
     if low is None or high is None:
         return Measured(value=value, level=model.level)
@@ -114,18 +114,16 @@ def _minimum(model: ChannelModel) -> Measured:
 
 
 def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
-    """Nothing slow was seen: what was is taken at the upper end of its interval, what was not at its limit."""
+    """Upper limit without observed slow noise: observed terms at their upper ends, the others at their limits."""
     ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
     limit, tau = _least({**ends, **unseen}, _full(model))
     if _full(model)(np.array(tau)) > _NEGLIGIBLE * limit**2:
-        return Measured(
-            words="a Gauss-Markov process or a sinusoid, whose error the model does not have, makes the minimum"
-        )
+        return Measured(words="a Gauss-Markov process or a sinusoid without interval determines the minimum")
     return Measured(upper_limit=limit, level=model.level)
 
 
 def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: str) -> Measured:
-    """A lower bound: the lower end of what the terms that were seen make, or that of a model as it stands."""
+    """A lower bound: the lower end for the observed terms, or the value of a model without intervals."""
     words = f"{why}, so this is a lower bound"
     if low is None:
         return Measured(lower_limit=_least(seen, _cancelled(model))[0], level=1.0, words=words)
@@ -133,11 +131,11 @@ def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: 
 
 
 def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
-    """Of the minimum that the five terms make: all at their lower ends, and all at their upper ones.
+    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends.
 
-    Their covariance would make it narrower, but is that of the terms that were chosen: where a rate random walk is found by
-    chance, the minimum is above the true one by more than that. Of 183 simulated records of N and B exactly at the limit,
-    3.8 % were called out with 99 % in place of 1 %.
+    The covariance of the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the
+    error of the minimum is larger: of 183 simulated records of N and B exactly at the limit, 3.8 % were out at 99 % instead
+    of 1 %.
     """
     found = {term: measured(model, term) for term in seen}
     if all(one.low is None for one in found.values()):
@@ -148,12 +146,12 @@ def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float
 
 
 def _cancelled(model: ChannelModel) -> Callable[[Floats], Floats]:
-    """σ²(τ) of processes and lines where the curve is least: after whole periods a line cancels."""
+    """σ²(τ) of processes and lines, with lines at the minima of their ripple: a line cancels after whole periods."""
     return lambda tau: _extra(model, tau, cancelled=True)
 
 
 def _full(model: ChannelModel) -> Callable[[Floats], Floats]:
-    """σ²(τ) of processes and lines with the lines at the crests of their ripples."""
+    """σ²(τ) of processes and lines, with lines at the maxima of their ripple."""
     return lambda tau: _extra(model, tau, cancelled=False)
 
 
@@ -172,9 +170,9 @@ def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
 
 
 def _least(coefficients: dict[str, float], more: Callable[[Floats], Floats] | None = None) -> tuple[float, float]:
-    """The least of the Allan deviation, and where; relative error below 1e-6."""
+    """Minimum of the Allan deviation and its averaging time; relative error below 1e-6."""
     low, high = _TAU
-    for points in (721, 201):  # the second grid is within a step of the first's least point
+    for points in (721, 201):  # the second grid is around the minimum of the first
         log_tau = np.linspace(low, high, points)
         tau = 10.0**log_tau
         avar = sum(value**2 * _share(term, tau) for term, value in coefficients.items())

@@ -1,4 +1,4 @@
-"""Datasheets: what a maker states, from a file or from the library of public values."""
+"""`Datasheet`: specifications of a sensor, from a file or from the library of public values."""
 
 from __future__ import annotations
 
@@ -20,28 +20,31 @@ from sigmatau.results import Printed
 __all__ = ["Datasheet", "Library", "datasheet", "list_datasheets"]
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
-_OPEN = {"noise_density": "one- or two-sided: not said", "bias_instability": "Allan minimum or coefficient B: not said"}
+_OPEN = {
+    "noise_density": "one- or two-sided: not stated",
+    "bias_instability": "Allan minimum or coefficient B: not stated",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Datasheet(Printed):
-    """What a maker states of a sensor.
+    """Specifications of a sensor.
 
     Attributes
     ----------
     name, maker, kind : str
-        Of the sensor; the kind may be empty.
+        Name, maker and kind of the sensor; the kind may be empty.
     source : str
         Document, revision, page or table.
     confirmed : str
-        Where the numbers were looked up; empty if nobody has said so.
+        Where the numbers were looked up; may be empty.
     note : str
     claims : tuple of Claim
-        What is stated of the noise.
+        Noise specifications.
     data : mapping of str to mapping of str to tuple of str
-        By sensor, what is stated beside it: full scale, bandwidth, output rates, and what no record at rest can show.
+        Other specifications by sensor: full scale, bandwidth, output rates, and properties not visible at rest.
     axes : mapping of str to tuple of str
-        By sensor, the axes that a unit has; x, y and z where there is nothing.
+        Axes of a unit by sensor; x, y and z if not given.
     """
 
     name: str
@@ -61,7 +64,7 @@ class Datasheet(Printed):
         Raises
         ------
         DataError
-            If it cannot be read or understood: which file, sensor and key, what was got.
+            If it cannot be read; names file, sensor, key and value.
         """
         content = file.parsed(Path(path))
         try:
@@ -71,13 +74,13 @@ class Datasheet(Printed):
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The datasheet of a parsed file; raises `DataError` that names sensor and key."""
+        """The datasheet of a parsed file; raises `DataError` with sensor and key."""
         texts = file.texts_of(content)
         data, axes = file.data_of(content), file.axes_of(content)
         return cls(**texts, data=data, axes=axes, claims=file.claims_of(content))
 
     def of(self, channel: str) -> tuple[Claim, ...]:
-        """What is stated of a channel: of its axis where the sheet has it, else of its sensor."""
+        """The claims for a channel: those for its axis if there are any, else those for its sensor."""
         sensor = stream_name(channel)
         axis = f"{sensor}_{channel.rpartition('_')[2]}"
         own = {claim.key: claim for claim in self.claims if claim.sensor == axis}
@@ -85,7 +88,7 @@ class Datasheet(Printed):
         return tuple({**common, **own}.values())
 
     def channels(self, sensor: str) -> tuple[str, ...]:
-        """The channels of a unit's ``"gyro"`` or ``"accel"`` of which something is stated: ``("gyro_x", …)``."""
+        """The channels of ``"gyro"`` or ``"accel"`` with claims: ``("gyro_x", …)``."""
         names = (f"{sensor}_{axis}" for axis in self.axes.get(sensor, file.AXES))
         return tuple(name for name in names if self.of(name))
 
@@ -96,26 +99,26 @@ class Datasheet(Printed):
         sided: Sided | None = None,
         bias: Bias | None = None,
     ) -> NoiseModel:
-        """A noise model with the sheet's numbers, of each axis that a unit has, for `simulate` and `plan`.
+        """A noise model with the numbers of the datasheet for each axis of a unit, for `simulate` and `plan`.
 
-        A random walk is taken before a noise density where the sheet has both. The minimum of an Allan deviation becomes a
-        bias instability of 1/0.664 of it, which is what it is at most, since a random walk adds to a minimum.
+        A random walk takes precedence over a noise density. The minimum of an Allan deviation becomes a bias instability of
+        1/0.664 times it, an upper bound, since other terms add to the minimum.
 
         Parameters
         ----------
         use : {"typical", "maximum"}
-            Which of the numbers; the other where there is only one.
+            Which number; the other if there is only one.
         sided : {"one", "two"}, optional
-            What noise densities are of which the sheet does not say it.
+            Convention of noise densities if not stated.
         bias : {"minimum", "coefficient"}, optional
-            What bias instabilities are of which the sheet does not say it.
+            Convention of bias instabilities if not stated.
 
         Raises
         ------
         OptionError
-            If the sheet leaves open what it states, and it was not given here.
+            If a convention is neither stated nor given here.
         DataError
-            If the sheet states nothing of the noise.
+            If the datasheet has no noise specification.
         """
         check_meanings(sided, bias)
         if use not in ("typical", "maximum"):
@@ -125,7 +128,7 @@ class Datasheet(Printed):
             for channel in self._stated()
         }
         if not channels:
-            raise DataError(f"{self.name}: the datasheet states nothing of the noise, so there is no model of it")
+            raise DataError(f"{self.name}: the datasheet has no noise specification")
         return NoiseModel(channels=channels)
 
     def origins(
@@ -135,14 +138,14 @@ class Datasheet(Printed):
         sided: Sided | None = None,
         bias: Bias | None = None,
     ) -> tuple[str, ...]:
-        """Where each number of `model` is from, a line each: the typical or the maximum value, and what it was taken for."""
+        """Origin of each number of `model`, a line each: typical or maximum value, and its convention."""
         lines = []
         for claim in dict.fromkeys(claim for channel in self._stated() for claim in _chosen(self.of(channel))):
             used = _used(claim, use)
             text = claim.typical_text if used == "typical" else claim.maximum_text
             words = [meaning.words for meaning in claim.meanings(sided=sided, bias=bias) if meaning.words]
             taken = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
-            other = "" if used == use else f"the sheet has no {use} value"
+            other = "" if used == use else f"the datasheet has no {use} value"
             lines.append(f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{used} {text}', taken, other)))}")
         return tuple(lines)
 
@@ -155,7 +158,7 @@ class Datasheet(Printed):
             option = "sided" if claim.key == "noise_density" else "bias"
             choices = "one or two" if option == "sided" else "minimum or coefficient"
             raise OptionError(
-                f"{self.name}: {claim.sensor}: the sheet does not say what its {claim.label} is"
+                f"{self.name}: {claim.sensor}: the datasheet does not state the convention of the {claim.label}"
                 f" ({', '.join(m.words for m in meanings)}): choose --{option} {choices}",
                 option=option,
             )
@@ -193,7 +196,7 @@ class Datasheet(Printed):
             for row in rows
         ]
         if not self.claims:
-            lines.append("  nothing is stated of the noise")
+            lines.append("  no noise specification")
         return "\n".join(lines)
 
 
@@ -205,19 +208,19 @@ def _row(claim: Claim) -> tuple[str, str, str, str]:
 
 
 def _conventions(claim: Claim) -> tuple[str, ...]:
-    """``("one-sided",)``, or that it is not said; nothing where there is only one way."""
+    """``("one-sided",)``, or that it is not stated; empty if there is only one interpretation."""
     words = _OPEN[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
     return (words,) if words else ()
 
 
 def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
-    """Which of a claim's numbers is taken: the other where there is only one."""
+    """Which number of a claim is used: the other if there is only one."""
     wanted = claim.typical if use == "typical" else claim.maximum
     return "typical" if (use == "typical") == (wanted is not None) else "maximum"
 
 
 def _chosen(claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
-    """One claim a term: a random walk before a noise density."""
+    """One claim per term; a random walk takes precedence over a noise density."""
     by_term: dict[str, Claim] = {}
     for claim in sorted(claims, key=lambda claim: claim.key == "noise_density"):
         by_term.setdefault(claim.term, claim)
@@ -236,7 +239,7 @@ def _library() -> dict[str, Datasheet]:
 
 
 class Library(Mapping[str, Datasheet], Printed):
-    """Datasheets by the name that `datasheet` takes; it prints itself with a line for each."""
+    """Datasheets by the name that `datasheet` takes; prints one line per datasheet."""
 
     __slots__ = ("_sheets",)
 
@@ -258,7 +261,7 @@ class Library(Mapping[str, Datasheet], Printed):
 
 
 def list_datasheets() -> Library:
-    """The library: public values of common sensors, by the name that `datasheet` takes."""
+    """The library: public datasheet values of common sensors, by name."""
     return Library(_library())
 
 
@@ -273,9 +276,9 @@ def datasheet(name: str | Path) -> Datasheet:
     Raises
     ------
     OptionError
-        If there is none of that name; the message lists those that there are.
+        For an unknown name; the message lists the known ones.
     DataError
-        If the file cannot be read or understood.
+        If the file cannot be read.
     """
     if not isinstance(name, str | Path):
         raise OptionError(
@@ -289,7 +292,7 @@ def datasheet(name: str | Path) -> Datasheet:
         if wanted in (_plain(key), _plain(sheet.name)):
             return sheet
     raise OptionError(
-        f"no datasheet {name!r}; there are {', '.join(library)}; or give a file that ends in .toml", option="datasheet"
+        f"unknown datasheet {name!r}; known: {', '.join(library)}; or give a .toml file", option="datasheet"
     )
 
 

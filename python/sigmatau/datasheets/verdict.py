@@ -1,4 +1,4 @@
-"""Verdicts on datasheets: each claim against each channel, what they come to together, and how that is printed."""
+"""`Verdict`: comparison of each claim of a datasheet with each channel, the overall status, and its printed form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Status = Literal["within", "above typical", "undecided", "out"]
 
 _WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
 _COLUMNS = 5
-_FEW_SIGMAS = 100  # beyond, the number says no more
+_MOST_PRINTED_SIGMAS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,11 +28,10 @@ class Comparison:
     Attributes
     ----------
     limit : float
-        In the meaning that is compared. [SI]
+        In the convention of the comparison. [SI]
     side : {"below", "undecided", "above"}
     sigmas : float or None
-        By how many standard errors the value is above (+) or below (−) the limit; None without an interval, and for what
-        was not observed.
+        Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed.
     """
 
     limit: float
@@ -44,7 +43,7 @@ class Comparison:
         if self.sigmas is None:
             return self.side
         size = abs(self.sigmas)
-        number = f"more than {_FEW_SIGMAS} σ" if size > _FEW_SIGMAS else f"{size:.1f} σ"
+        number = f"more than {_MOST_PRINTED_SIGMAS} σ" if size > _MOST_PRINTED_SIGMAS else f"{size:.1f} σ"
         if self.side == "undecided":
             return f"{'above' if self.sigmas > 0 else 'below'} by {number}, not significant"
         return f"{self.side} by {number}"
@@ -55,7 +54,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """A claim in one of its meanings, against what was measured."""
+    """A claim in one of its meanings, and the measurement."""
 
     meaning: Meaning
     measured: Measured
@@ -74,18 +73,18 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """One claim about one channel.
+    """The status of one claim for one channel.
 
     Attributes
     ----------
     channel : str
     claim : Claim
     readings : tuple of Reading
-        One for each meaning that the claim may have.
+        One for each possible meaning.
     status : {"within", "above typical", "undecided", "out"}
-        ``"above typical"`` is within the maximum, or without one.
+        ``"above typical"``: not above the maximum, if there is one.
     reason : str
-        Why it is undecided.
+        Reason for ``"undecided"``.
     """
 
     channel: str
@@ -96,7 +95,7 @@ class Judged:
 
     @property
     def may_be_out(self) -> bool:
-        """Whether a maximum is not shown to be kept; never without a maximum, since a typical value fails nobody."""
+        """Whether the maximum, if there is one, is not shown to be met."""
         return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
 
     def to_dict(self) -> dict[str, Any]:
@@ -112,26 +111,26 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Verdict(Printed):
-    """Whether a unit keeps to its datasheet.
+    """Whether a unit meets its datasheet.
 
     Attributes
     ----------
     unit : str
-        What was compared, such as the name of a result.
+        Name of what was compared, such as a result file.
     datasheet : str
-        Name of the sheet.
+        Name of the datasheet.
     judged : tuple of Judged
-        Each claim of the sheet about each channel.
+        Each claim for each channel.
     unsaid : tuple of (str, str)
-        Channels and terms that were measured and of which the sheet says nothing.
+        Channels and terms that were measured and are not in the datasheet.
     missing : tuple of str
-        Sensors and axes of which the sheet states something and that the result has not, or has no model of.
+        Sensors and axes of the datasheet that are not in the result, or have no model there.
     absent : tuple of str
-        Those of them that it has not.
+        Those that are not in the result.
     level : float
-        Confidence with which a value is said to be above a limit, and likewise below it.
+        Confidence level of "above" and of "below".
     factor : float or None
-        By which a typical value was multiplied to serve as a maximum where the sheet has none.
+        Maximum in typical values, where the datasheet has no maximum.
     """
 
     unit: str
@@ -145,7 +144,7 @@ class Verdict(Printed):
 
     @property
     def status(self) -> Status:
-        """The worst of all claims; ``"undecided"`` if there is none, or a channel is missing."""
+        """The worst of all claims; at least ``"undecided"`` if there is none or a channel is missing."""
         found = {judged.status for judged in self.judged}
         if self.missing or not found:
             found.add("undecided")
@@ -158,13 +157,13 @@ class Verdict(Printed):
 
     @property
     def may_be_out(self) -> bool:
-        """Whether it is not shown that all maxima are kept: one is exceeded or may be, or a sensor or all is missing."""
+        """Whether it is not shown that all maxima are met: one is or may be exceeded, or a sensor is missing."""
         return bool(self.missing) or not self.judged or any(judged.may_be_out for judged in self.judged)
 
     def fails(self, undecided: Literal["pass", "fail"] = "pass") -> bool:
-        """Whether the unit fails: if it is out, or with ``"fail"`` unless all maxima are shown to be kept.
+        """Whether the unit fails: if it is out, or for ``"fail"`` unless all maxima are shown to be met.
 
-        What is undecided about a typical value alone fails no unit, as a value above it does not.
+        An undecided typical value fails no unit.
         """
         if undecided not in ("pass", "fail"):
             raise OptionError(f"{{option}} must be 'pass' or 'fail', not {undecided!r}", option="undecided")
@@ -175,7 +174,7 @@ class Verdict(Printed):
         return tuple(judged for judged in self.judged if judged.status == status)
 
     def line(self) -> str:
-        """One line: the unit, its status, and the claims that made it so."""
+        """One line: the unit, its status, and the claims with this status."""
         worst = self.of(self.status) if self.status != "within" else ()
         named = [f"{j.channel} {j.claim.label}{_by(j)}" for j in worst]
         named += [f"no {channel}" for channel in self.missing] if self.status == "undecided" else []
@@ -205,11 +204,9 @@ class Verdict(Printed):
             cells = [cell.ljust(w) for cell, w in zip(row, widths, strict=True)] if len(row) == _COLUMNS else row
             lines.append("  " + "   ".join(cells).rstrip())
         if not self.judged:
-            lines.append("  the datasheet states nothing of the noise of these channels")
+            lines.append("  the datasheet has no noise specification for these channels")
         lines += [
-            f"  {name}: in the datasheet, but the result has no model of it"
-            for name in self.missing
-            if name not in self.absent
+            f"  {name}: in the datasheet, no model in the result" for name in self.missing if name not in self.absent
         ]
         if self.absent:
             lines.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
@@ -220,8 +217,8 @@ class Verdict(Printed):
             f"  measured, not in the datasheet: {term.replace('_', ' ')} ({', '.join(names)})"
             for term, names in by_term.items()
         ]
-        more = "" if self.factor is None else f"; where there is no maximum, {self.factor:g} times typical is one"
-        return "\n".join([*lines, f"  above and below are said with {100 * self.level:g} % confidence each{more}"])
+        more = "" if self.factor is None else f"; maximum, where not stated: {self.factor:g} times typical"
+        return "\n".join([*lines, f"  confidence level of above and below: {100 * self.level:g} % each{more}"])
 
 
 def _by(judged: Judged) -> str:
@@ -233,13 +230,14 @@ def _by(judged: Judged) -> str:
 
 
 def _hint(absent: tuple[str, ...]) -> str:
-    return '; of a sensor with fewer axes the sheet says axes = ["x"]' if any("_" in name for name in absent) else ""
+    hint = '; for a sensor with fewer axes write axes = ["x"] in the datasheet'
+    return hint if any("_" in name for name in absent) else ""
 
 
 def _rows(judged: Judged) -> list[tuple[str, ...]]:
-    """Channel, claim, value, limits, status; and why it is undecided in a row of its own.
+    """Channel, claim, value, limits and status; a separate row for the reason.
 
-    What was measured is converted to what the sheet states, so that its numbers stand here as they stand there.
+    Measured values are converted to the unit and convention of the datasheet.
     """
     claim = judged.claim
     if not any(reading.measured.anything for reading in judged.readings):
@@ -264,14 +262,14 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
 
 
 def _stated(claim: Claim, name: str) -> str:
-    """A number of the sheet as it stands there, its unit as it is printed; empty if it has none."""
+    """A number of the datasheet with its printed unit; empty if there is none."""
     text = claim.typical_text if name == "typical" else claim.maximum_text
     number, _, unit = text.partition(" ")
     return f"{number} {find(unit).text}" if unit else text
 
 
 def _limit_text(claim: Claim, name: str, value: float) -> str:
-    """In the unit of the row; with its own unit where the sheet has typical and maximum value in different ones."""
+    """A limit in the unit of the row; with its unit if typical and maximum have different units."""
     stated = _stated(claim, name)
     return stated if stated and not stated.endswith(f" {claim.display()[0]}") else f"{value:.4g}"
 

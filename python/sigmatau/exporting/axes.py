@@ -1,4 +1,4 @@
-"""What a target has a place for: three axes, and which of the user's choices."""
+"""Numbers by axis, and choices that a target does not support."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def of_channel(numbers: Numbers, channel: str) -> Numbers:
 
 
 def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
-    """What `of` makes of x, y and z of a sensor, or three times what it makes of all of them if one is chosen for all.
+    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``.
 
     Raises
     ------
     DataError
-        If each axis is asked for and the model lacks one.
+        For ``axes="each"`` if the model has not all three axes.
     """
     channels = numbers.channels(sensor)
     if numbers.choices.axes != "each":
@@ -35,8 +35,7 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
     missing = [name for name in names if name not in channels]
     if missing:
         raise DataError(
-            f"each axis is asked for, and the model has no {', '.join(missing)}; {given('axes', 'worst')} gives one"
-            " for all"
+            f"{{@axes}} is each, and the model has no {', '.join(missing)}; {given('axes', 'worst')} writes one value for all"
         )
     x, y, z = (of(of_channel(numbers, name)) for name in names)
     return x, y, z
@@ -48,8 +47,8 @@ def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
 
 
 def refuse(numbers: Numbers, target: str, why: str, *choices: str) -> None:
-    """Raise `NoPlaceError` for a choice that was made and has no place in a target."""
+    """Raise `NoPlaceError` for a choice that differs from the default and does not apply to a target."""
     default = Choices()
     for name in choices:
         if getattr(numbers.choices, name) != getattr(default, name):
-            raise NoPlaceError(f"{{@{name}}} has no place in {target}: {why}", choice=name)
+            raise NoPlaceError(f"{{@{name}}} does not apply to {target}: {why}", choice=name)

@@ -1,4 +1,4 @@
-"""What the user decides, because no record does, and the errors that say what there is to decide."""
+"""Options of an export that no record can determine, and the errors for missing or unsupported ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Axes = Literal["worst", "mean", "each"]
 KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-# Beyond these a number is a slip of the keyboard, and its squares and products leave the range of what is written.
+# Numbers out of these ranges are typing errors, and their squares and products would overflow.
 RANGES = {
     "horizon": (1e-9, 1e12, " s"),
     "noise_factor": (1e-6, 1e6, ""),
@@ -32,14 +32,14 @@ _OPTIONS = {**_TERMS, "names": "name"}
 
 
 class NoPlaceError(OptionError):
-    """A choice that was made and has no place in a target.
+    """A choice that does not apply to a target.
 
     Attributes
     ----------
     choice : str
         The attribute of `Choices`.
     key : str or None
-        Of ``names``, which of them.
+        For ``names``, the key.
     """
 
     def __init__(self, message: str, *, choice: str, key: str | None = None) -> None:
@@ -49,7 +49,7 @@ class NoPlaceError(OptionError):
 
 
 class NotChosenError(OptionError):
-    """A number that was not observed, and in whose place nothing was chosen.
+    """A coefficient that was not observed and has no chosen value.
 
     Attributes
     ----------
@@ -66,42 +66,42 @@ class NotChosenError(OptionError):
 
 
 def given(choice: str, value: object, sensor: str | None = None) -> str:
-    """A placeholder for a choice in the message of an `OptionError`, as it is written in Python or on the command line."""
+    """A placeholder for a choice in the message of an `OptionError`, worded for Python or for the command line."""
     return argument(choice, value, key=sensor)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
-    """What the user decides, because no record does.
+    """Options of an export that no record can determine.
 
     Attributes
     ----------
     axes : {"worst", "mean", "each"}
-        Of three axes the largest number, the root of the mean of the squares, or each where a target has a place for it.
+        One number for three axes: the largest, or the root mean square; or each axis, if the target supports it.
     walk : mapping of str to (str or float)
-        By sensor, ``"gyro"`` and ``"accel"``, what to write where no rate random walk was observed: ``"upper-limit"``, or
-        a value, a number in SI or a text with its unit, ``"1e-6 rad/s^2/sqrt(Hz)"``. ``"horizon"`` matches the model's
-        Allan variance at `horizon`, observed or not. Default: what was observed, or an error that says what there is to
-        choose from.
+        By sensor, ``"gyro"`` and ``"accel"``, the rate random walk to write if none was observed: ``"upper-limit"``, a
+        number in SI, or a text with a unit, ``"1e-6 rad/s^2/sqrt(Hz)"``. ``"horizon"`` matches the Allan variance of the
+        model at `horizon`, whether a walk was observed or not. Default: the observed one, or an error that lists the
+        options.
     noise : mapping of str to (str or float)
-        By sensor, what to write where no random walk was observed, as where quantization covers it: ``"upper-limit"``, or a
-        value, a number in SI or a text with its unit.
+        By sensor, the random walk to write if none was observed, for example because quantization hides it:
+        ``"upper-limit"``, a number in SI, or a text with a unit.
     horizon : float or None
         Averaging time at which ``"horizon"`` matches. [s]
     noise_factor, walk_factor : float
-        By which what is written is larger than what was found: of the random walk, and of slow noise, whichever of rate
-        random walk, bias instability and Gauss-Markov process a target has a place for.
+        Factors on the written random walk and on the written slow noise (rate random walk, bias instability,
+        Gauss-Markov process).
     rate : float or None
-        Sampling rate of the sensor. Default: that of the record, where the model is of one. [Hz]
+        Sampling rate of the sensor. Default: that of the record, if known. [Hz]
     step : float or None
-        Step of the filter, where it has one of its own. [s]
+        Step of the filter, for targets that need one. [s]
     names : mapping of str to str
-        Names and constants that a target has beside the numbers, such as a topic.
+        Fields of a target beside the noise parameters, such as a topic.
 
     Raises
     ------
     OptionError
-        For a value that cannot be; it names the attribute.
+        For an invalid value; names the attribute.
     """
 
     axes: Axes = "worst"
@@ -135,13 +135,13 @@ class Choices:
             )
         if "horizon" in self.walk.values() and self.horizon is None:
             raise OptionError(
-                f"a walk that matches the Allan variance at a horizon needs {{option}}: give e.g. {given('horizon', 10)},"
-                " in s",
+                f"a random walk that matches the Allan variance at a horizon needs {{option}} in s, e.g."
+                f" {given('horizon', 10)}",
                 option="horizon",
             )
 
     def without(self, choice: str, key: str | None = None) -> Choices:
-        """The same with one choice as if it had not been made; `key` is one of the names."""
+        """The same with one choice reset to its default; `key` is one of the names."""
         default: Any = getattr(Choices(), choice)
         if choice == "names" and key is not None:
             default = {name: text for name, text in self.names.items() if name != key}
@@ -149,12 +149,12 @@ class Choices:
 
 
 def _between(value: object, low: float, high: float) -> bool:
-    """Whether it is a number within a range; NumPy's numbers too."""
+    """Whether the value is a number in a range; accepts NumPy scalars."""
     return low <= real(value) <= high
 
 
 def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str | float]:
-    """What was chosen by sensor, texts with a unit in SI; raises `OptionError`."""
+    """Choices by sensor, with texts converted to SI; raises `OptionError`."""
     option = _TERMS[name]
     if not isinstance(chosen, Mapping):
         raise OptionError(
@@ -164,7 +164,7 @@ def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str |
     found: dict[str, str | float] = {}
     for sensor, wanted in chosen.items():
         if sensor not in KINDS:
-            raise OptionError(f"{{@{name}}}: {sensor!r} is no sensor; there are gyro and accel", option=option)
+            raise OptionError(f"{{@{name}}}: unknown sensor {sensor!r}; sensors: gyro, accel", option=option)
         value = wanted
         if isinstance(wanted, str) and wanted not in words:
             unit = coefficient_unit(option, *_QUANTITIES[sensor])

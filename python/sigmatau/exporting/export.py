@@ -1,4 +1,4 @@
-"""From a noise model to the file that a filter or a simulator reads."""
+"""`export`: write a noise model as the file that a filter or a simulator reads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     class HasSource(Protocol):
-        """An `Analysis`, which is above this room."""
+        """An `Analysis`, which this package cannot import."""
 
         def to_source(self) -> Source: ...
 
@@ -50,27 +50,26 @@ def export(
     Parameters
     ----------
     model : NoiseModel, Analysis or Source
-        A source is what `read_source` reads of a file.
+        `read_source` reads a source from a file.
     to : str
-        The target, one of `NAMES`; capitals do not matter.
+        The target, one of `NAMES`, in any case.
     path : str or Path, optional
-        Where to write; whole or not at all. Its ending chooses the form where the target has several.
+        File to write, atomically. Its extension selects the form if the target has several.
     choices : Choices, optional
-        What no record decides; see there.
+        Options of the export.
 
     Returns
     -------
     str or bytes
-        The content of the file, with the origin and the unit of each number beside it. `prepare` has beside it, as
-        findings, what should be known of it.
+        The content of the file, with unit and origin of each number in comments. `prepare` returns findings about it
+        too.
 
     Raises
     ------
     OptionError
-        For an unknown target, or something that has to be chosen and was not, such as what to write for a rate random walk
-        that was not observed.
+        For an unknown target, or a missing choice, such as the value of a rate random walk that was not observed.
     DataError
-        If the model lacks what the target needs, or the file cannot be written.
+        If the model lacks data that the target needs, or the file cannot be written.
     """
     prepared = prepare(model, to=to, path=path, choices=choices)
     if prepared.path is not None:

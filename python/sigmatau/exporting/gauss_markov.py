@@ -1,25 +1,28 @@
-"""A bias as one first-order Gauss-Markov process, for targets that know no other slow noise.
+"""The bias as one first-order Gauss-Markov process, for targets without other slow noise.
 
-It is the model's own process, or stands for its flicker noise around one averaging time, or for a rate random walk up to
-one. Which of these, and where it stops to be right, is said beside the number.
+The process is that of the model, or approximates its flicker noise around one averaging time, or a rate random walk up
+to one averaging time. The comment beside the number states which, and the error elsewhere.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
-from sigmatau.exporting.axes import by_axis, of_channel, refuse
+from sigmatau.exporting.axes import by_axis, noises, of_channel, refuse
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.horizon import slow_avar
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
@@ -30,64 +33,63 @@ __all__ = [
     "WALK_TIME",
     "Process",
     "bottom",
-    "left_out",
+    "noises_and_processes",
     "process",
-    "processes",
-    "refuse_horizon",
     "relative_avar",
+    "replaced_noise",
 ]
 
 PEAK_TIME = 1.8926178329250187668
 """The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
 
 SIGMA_OF_FLICKER = 1.0759975729152142369
-"""Standard deviation of the process whose largest Allan deviation is the plateau of flicker noise of B = 1."""
+"""Standard deviation of the process whose maximum Allan deviation is the plateau of flicker noise with B = 1."""
 
 WALK_TIME = 10.0
-"""Correlation time of a process that stands for a walk, in horizons: there its Allan deviation is 3.6 % low."""
+"""Correlation time of a process that approximates a walk, in horizons: its Allan deviation is 3.6 % low there."""
 
 
-_AWAY = math.sqrt(10)  # half a decade, at which it is said how wrong a process is
-_SHORT = 1.1  # times what is written, from which it is said that the model has more slow noise
+_HALF_DECADE = math.sqrt(10)  # distance in averaging time at which comments state the error of a process
+_MOST_SLOW_NOISE = 1.1  # Allan deviation of all slow noise over that of the process; more is a finding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
-    """A first-order Gauss-Markov process, in SI, before a target's own conversion.
+    """A first-order Gauss-Markov process in SI, before the conversion of a target.
 
     Attributes
     ----------
     sigma : float
-        Standard deviation, with its factor. [rad/s or m/s²]
+        Standard deviation, including the factor. [rad/s or m/s²]
     time : float
         Correlation time. [s]
-    stands : str
-        What it stands for.
+    origin : str
+        What it approximates, for a comment.
     fit : str
-        Where it is right, and how wrong elsewhere.
+        Averaging time at which it is exact, and errors elsewhere, for a comment.
     place : str
-        What is at the averaging time at which it is right.
-    left_out : str
-        What it does not stand for.
+        Name of this averaging time.
+    omitted : str
+        What it does not include, for a comment.
     walk : bool
-        Whether it stands for a walk, up to a tenth of its correlation time.
+        Whether it approximates a random walk, up to a tenth of its correlation time.
     own : bool
-        Whether it is one of the model itself, to which no horizon belongs.
+        Whether it is a process of the model, which no horizon affects.
     """
 
     sigma: float
     time: float
-    stands: str
+    origin: str
     fit: str
     place: str
-    left_out: str = ""
+    omitted: str = ""
     walk: bool = False
     own: bool = False
 
     @property
     def words(self) -> str:
-        """For a comment beside it."""
-        return self.stands + self.fit + self.left_out
+        """Text of the comment."""
+        return self.origin + self.fit + self.omitted
 
     @property
     def density(self) -> float:
@@ -96,31 +98,28 @@ class Process:
 
     @property
     def match(self) -> float:
-        """Averaging time at which its Allan deviation has to be right. [s]"""
+        """Averaging time at which its Allan deviation has to be exact. [s]"""
         return self.time / WALK_TIME if self.walk else PEAK_TIME * self.time
 
-    def stood_for(self, tau: float) -> float:
-        """Allan deviation at `tau` of what it stands for: of a walk, of its own, or the plateau of flicker noise."""
+    def approximated(self, tau: float) -> float:
+        """Allan deviation at `tau` of what it approximates: a random walk, a process of the model, or a flicker plateau."""
         if self.walk:
             return self.density * math.sqrt(tau / 3)
         return self.sigma * math.sqrt(relative_avar((tau if self.own else self.match) / self.time))
 
     def at(self, time: float) -> Process:
-        """The process with another correlation time, in a target with one for all, and with the σ that belongs to it.
-
-        The Allan deviation stays right where it was: at the horizon, the bottom of the curve, the peak of the model's own.
-        """
+        """The process with another correlation time, and the σ that keeps its Allan deviation at `match`."""
         if math.isclose(time, self.time, rel_tol=1e-9):
             return replace(self, time=time)
-        sigma = self.stood_for(self.match) / math.sqrt(relative_avar(self.match / time))
+        sigma = self.approximated(self.match) / math.sqrt(relative_avar(self.match / time))
 
         def error(tau: float) -> str:
-            ratio = sigma * math.sqrt(relative_avar(tau / time)) / self.stood_for(tau)
+            ratio = sigma * math.sqrt(relative_avar(tau / time)) / self.approximated(tau)
             return f"{two_digits(100 * abs(ratio - 1))} % {'low' if ratio < 1 else 'high'} at {seconds(tau)} s"
 
         fit = (
-            f", with {seconds(time)} s in place of its own correlation time {seconds(self.time)} s: right at {self.place},"
-            f" {seconds(self.match)} s, {error(self.match / _AWAY)}, {error(self.match * _AWAY)}"
+            f", with {seconds(time)} s instead of its own correlation time {seconds(self.time)} s: exact at {self.place},"
+            f" {seconds(self.match)} s, {error(self.match / _HALF_DECADE)}, {error(self.match * _HALF_DECADE)}"
         )
         return replace(self, sigma=sigma, time=time, fit=fit)
 
@@ -136,77 +135,73 @@ def process(numbers: Numbers, sensor: str) -> Process:
     Raises
     ------
     OptionError
-        If the model has no slow noise or no averaging time to match it at; the message says what there is to choose from.
+        If the model has no slow noise, or no averaging time to match it at; the message lists the choices.
     """
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
         return _of_walk(numbers, sensor)
     found = {name: _of_channel(of_channel(numbers, name), sensor, name) for name in channels}
     if len(found) == 1:
-        return _short(numbers, sensor, next(iter(found.values())))
+        return _with_excess(numbers, sensor, next(iter(found.values())))
     if numbers.choices.axes == "mean":
-        return _short(numbers, sensor, _mean(found))
+        return _with_excess(numbers, sensor, _mean(found))
     worst = max(found.values(), key=lambda p: p.sigma)
-    return _short(numbers, sensor, replace(worst, stands=f"worst of {len(found)} axes, {worst.stands}"))
+    return _with_excess(numbers, sensor, replace(worst, origin=f"worst of {len(found)} axes, {worst.origin}"))
 
 
-def _short(numbers: Numbers, sensor: str, written: Process) -> Process:
-    """With a word, and a finding, on slow noise that is clearly more than the process where that is right."""
+def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
+    """The process; with a remark and a finding if the slow noise of the model exceeds it at `match`."""
     tau, rate = written.match, numbers.known_rate()
     slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
     most = max(slow, key=lambda name: slow[name])
     has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[most]
-    ratio = numbers.choices.walk_factor * math.sqrt(has) / written.stood_for(tau)
-    if ratio <= _SHORT:
+    ratio = numbers.choices.walk_factor * math.sqrt(has) / written.approximated(tau)
+    if ratio <= _MOST_SLOW_NOISE:
         return written
-    whose = f"of {', '.join(slow)}, in the mean," if numbers.choices.axes == "mean" and len(slow) > 1 else f"of {most}"
-    words = f"all slow noise {whose} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
-    numbers.find(
-        Finding(
-            code="slow_noise_left_out",
-            severity="warning",
-            message=f"{sensor}: the bias that is written is {written.stands}; {words}",
-            effect="the bias that is written is too steady by that",
-            remedy=f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)} has the process stand for all of it",
-        )
+    channels = tuple(slow) if numbers.choices.axes == "mean" else (most,)
+    details = SlowNoiseLeftOut(sensor=sensor, ratio=ratio, tau=tau)
+    numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
+    mean = " in the mean" if len(channels) > 1 else ""
+    words = (
+        f"all slow noise of {', '.join(channels)}{mean} has {ratio:.3g} times its Allan deviation at {seconds(tau)} s"
     )
-    return replace(written, left_out=f"{written.left_out}; {words}")
+    return replace(written, omitted=f"{written.omitted}; {words}")
 
 
 def _mean(found: Mapping[str, Process]) -> Process:
-    """The root mean square of processes, with the mean of their log time."""
+    """The root mean square of processes, with the geometric mean of their times."""
     every = list(found.values())
     one, same = every[0], len({(p.walk, p.own) for p in every}) == 1
     time = math.exp(sum(math.log(p.time) for p in every) / len(every))
-    if not same:  # each brought to the one time, where its Allan deviation stays what it has to be
+    if not same:  # all with one time, and unchanged Allan deviation at `match`
         every = [p.at(time) for p in every]
     sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
-    stands = f"root mean square of {', '.join(found)} ({' | '.join(p.stands + p.left_out for p in found.values())})"
-    one = replace(one, left_out="")
+    origin = f"root mean square of {', '.join(found)} ({' | '.join(p.origin + p.omitted for p in found.values())})"
+    one = replace(one, omitted="")
     if same and all(math.isclose(p.time, time, rel_tol=1e-9) for p in every):
-        return replace(one, sigma=sigma, time=time, stands=stands)
+        return replace(one, sigma=sigma, time=time, origin=origin)
     least, most = (seconds(of(p.time for p in found.values())) for of in (min, max))
-    fit = f", with {seconds(time)} s, the mean of the logarithms of correlation times from {least} to {most} s"
+    fit = f", with {seconds(time)} s, the geometric mean of correlation times from {least} to {most} s"
     place = "a time between those of the axes"
     own = all(p.own for p in every)
-    return replace(one, sigma=sigma, time=time, stands=stands, fit=fit, place=place, own=own, walk=one.walk and same)
+    return replace(one, sigma=sigma, time=time, origin=origin, fit=fit, place=place, own=own, walk=one.walk and same)
 
 
-def processes(numbers: Numbers, sensor: str) -> tuple[Process, Process, Process]:
-    """The processes of x, y and z."""
-    return by_axis(numbers, sensor, lambda one: process(one, sensor))
-
-
-def refuse_horizon(numbers: Numbers, target: str, found: Iterable[Process]) -> None:
-    """Raise `OptionError` for a horizon that was given and enters no number."""
-    if all(process.own for process in found) and "horizon" not in numbers.choices.walk.values():
-        refuse(numbers, target, "the model's own Gauss-Markov processes are what is written", "horizon")
+def noises_and_processes(
+    numbers: Numbers, target: str
+) -> dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]:
+    """N and process of x, y and z by sensor; raises `OptionError` for a horizon that affects no number."""
+    found = {s: (noises(numbers, s), by_axis(numbers, s, partial(process, sensor=s))) for s in ("gyro", "accel")}
+    own = all(one.own for _, axes in found.values() for one in axes)
+    if own and "horizon" not in numbers.choices.walk.values():
+        refuse(numbers, target, "it writes the Gauss-Markov processes of the model itself", "horizon")
+    return found
 
 
 def bottom(model: ChannelModel) -> float | None:
-    """Averaging time of the least Allan deviation of what is beside flicker noise; None if it has no bottom. [s]
+    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s]
 
-    Noise that falls with τ, 3Q²/τ² + N²/τ, and noise that rises, K²τ/3 + R²τ²/2: one root of the derivative is positive.
+    The terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
     """
     q, n, k, r = (
         model.get(term, 0.0) ** 2 for term in ("quantization", "random_walk", "rate_random_walk", "rate_ramp")
@@ -225,17 +220,17 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
     times = "" if factor == 1 else f", times {factor:g}"
     if model.gauss_markov:
         own = max(model.gauss_markov, key=lambda g: g.sigma)
-        stands = f"{name}: Gauss-Markov {own.sigma / size:.4g} {text} over {seconds(own.time)} s"
+        origin = f"{name}: {_gauss_markov_text(model, own)}"
         if len(model.gauss_markov) > 1:
-            stands += f", the largest of {len(model.gauss_markov)}"
+            origin += f", the largest of {len(model.gauss_markov)}"
         left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
         return Process(
             sigma=factor * own.sigma,
             time=own.time,
-            stands=stands + times,
+            origin=origin + times,
             fit="",
-            left_out=left + numbers.doubt(name),
-            place="the peak of its own Allan deviation",
+            omitted=left + numbers.doubt(name),
+            place="the peak of its Allan deviation",
             own=True,
         )
     if "bias_instability" in model:
@@ -243,20 +238,20 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
         b = model["bias_instability"]
         if time is None:
             raise OptionError(
-                f"{name}: flicker noise (bias instability {b / size:.3g} {text}) is to be one Gauss-Markov process, which"
-                " is right around one averaging time, and the Allan deviation of the model has no lowest point: give"
-                f" {given('horizon', 10)} or whatever time the filter relies on the bias over",
+                f"{name}: one Gauss-Markov process can match the flicker noise (bias instability {b / size:.3g} {text}) at"
+                " one averaging time only, and the Allan deviation of the model has no lowest point: give"
+                f" {given('horizon', 10)} or the time over which the filter relies on the bias",
                 option="horizon",
             )
-        place = "the horizon" if numbers.choices.horizon else "the bottom of the curve"
+        place = "the horizon" if numbers.choices.horizon else "the minimum of the curve"
         left = _left_out(model, "rate_random_walk", "rate_ramp")
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
-            stands=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
-            fit=f", right at {place}, {seconds(time)} s, about 18 % low half a decade to either side",
+            origin=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
+            fit=f", exact at {place}, {seconds(time)} s, about 18 % low half a decade away",
             place=place,
-            left_out=left + numbers.doubt(name),
+            omitted=left + numbers.doubt(name),
         )
     if "rate_random_walk" in model and numbers.choices.horizon is not None:
         return _of_walk(numbers, sensor)
@@ -268,55 +263,56 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
     if horizon is None:
         raise OptionError(
             f"{sensor}: a rate random walk as a Gauss-Markov process needs {{option}}, e.g. {given('horizon', 10)}, in s;"
-            f" its correlation time is {WALK_TIME:g} times that",
+            f" the correlation time is {WALK_TIME:g} times the horizon",
             option="horizon",
         )
     time = WALK_TIME * horizon
     return Process(
         sigma=k.value * math.sqrt(time / 2),
         time=time,
-        stands=f"a rate random walk as a process, {k.words}",
-        fit=f"; of 10 times the horizon: 3.6 % low at {seconds(horizon)} s",
+        origin=f"a rate random walk as a process, {k.words}",
+        fit=f"; correlation time 10 times the horizon: 3.6 % low at {seconds(horizon)} s",
         place="the horizon",
         walk=True,
     )
 
 
-def left_out(numbers: Numbers) -> list[str]:
-    """Sentences, a sensor each, on slow noise that was observed and gives way to a walk that was chosen; a finding too.
+def replaced_noise(numbers: Numbers) -> list[str]:
+    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each.
 
-    A walk that matches the Allan variance at a horizon stands for all of it.
+    A walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
     """
     sentences = []
     for sensor, wanted in numbers.choices.walk.items():
         if wanted == "horizon" or not numbers.has(sensor):
             continue
-        parts = []
+        parts, omitted = [], []
         for name, model in numbers.channels(sensor).items():
-            slow = _values(model, "bias_instability", "rate_ramp")
-            text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
-            slow += [f"Gauss-Markov {g.sigma / size:.4g} {text} over {seconds(g.time)} s" for g in model.gauss_markov]
+            terms = [term for term in ("bias_instability", "rate_ramp") if term in model]
+            slow = _values(model, *terms) + [_gauss_markov_text(model, g) for g in model.gauss_markov]
             if slow:
                 parts.append(f"{name} {', '.join(slow)}")
+            omitted += [OmittedTerm(channel=name, term=term, value=model[term]) for term in terms]
+            omitted += [OmittedTerm(channel=name, term="gauss_markov", value=g.sigma) for g in model.gauss_markov]
         if parts:
-            sentence = f"Observed, and left out for the walk that was chosen: {'; '.join(parts)}."
             sentences.append(
-                f"{sentence} --rate-random-walk {sensor}=horizon has the process stand for all slow noise."
+                f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}. --rate-random-walk {sensor}=horizon"
+                " approximates all slow noise."
             )
-            numbers.find(
-                Finding(
-                    code="slow_noise_left_out",
-                    severity="warning",
-                    message=f"observed, and left out for the walk that was chosen: {'; '.join(parts)}",
-                    effect="the bias that is written is too steady by that",
-                    remedy=f"{given('walk', 'horizon', sensor)} has the process stand for all slow noise",
-                )
-            )
+            channels = tuple(dict.fromkeys(one.channel for one in omitted))
+            details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))
+            numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
     return sentences
 
 
+def _gauss_markov_text(model: ChannelModel, process: GaussMarkov) -> str:
+    """Standard deviation and correlation time of a process of the model."""
+    text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+    return f"Gauss-Markov {process.sigma / size:.4g} {text} over {seconds(process.time)} s"
+
+
 def _values(model: ChannelModel, *terms: str) -> list[str]:
-    """Terms that a channel has, each with its coefficient."""
+    """Names and coefficients of those of the terms that the channel has."""
     found = []
     for term in terms:
         if term in model:
@@ -326,7 +322,7 @@ def _values(model: ChannelModel, *terms: str) -> list[str]:
 
 
 def _interval(model: ChannelModel, size: float) -> str:
-    """The interval of the bias instability in a unit, if there is one."""
+    """The interval of the bias instability in a unit, or empty."""
     if "bias_instability" not in model.intervals:
         return ""
     low, high = (end / size for end in model.intervals["bias_instability"])
@@ -335,7 +331,7 @@ def _interval(model: ChannelModel, size: float) -> str:
 
 def _left_out(model: ChannelModel, *terms: str) -> str:
     left = _values(model, *terms)
-    return f"; no place here for its {' and '.join(left)}" if left else ""
+    return f"; no field here for its {' and '.join(left)}" if left else ""
 
 
 def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: str) -> str:
@@ -343,19 +339,19 @@ def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: st
     if "rate_random_walk" in model:
         return (
             f"{name}: the model has a rate random walk and no bias instability; this target has a Gauss-Markov bias: give"
-            f" {given('horizon', 10)} or another time in s, up to which such a process follows the walk, or the channel a"
-            " gauss_markov in the model file"
+            f" {given('horizon', 10)}, the time in s up to which the process follows the walk, or add gauss_markov to the"
+            " channel in the model file"
         )
     known = ""
     if "bias_instability" in model.limits:
         text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
         known = f" (its bias instability is below {two_digits(model.limits['bias_instability'] / size)} {text})"
-    # One number of a sensor is of all its axes, so that all need a limit.
+    # One number is for all axes of a sensor, so that all need a limit.
     others = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
     known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in others)
     limit = f"{given('walk', 'upper-limit', sensor)} or " if known_limits else ""
     return (
-        f"{name}: the model has no slow noise{known}, and this target needs a Gauss-Markov bias: choose"
-        f" {limit}{given('walk', f'1e-6 {si}', sensor)} (a value, with its unit) with"
-        f" {given('horizon', 10)}, or give the channel a gauss_markov in the model file"
+        f"{name}: the model has no slow noise{known}; this target needs a Gauss-Markov bias: choose"
+        f" {limit}{given('walk', f'1e-6 {si}', sensor)} (a value with unit) with"
+        f" {given('horizon', 10)}, or add gauss_markov to the channel in the model file"
     )

@@ -1,4 +1,4 @@
-"""What is written for one target or for several, worked out whole before any file is."""
+"""Prepare the files of one or several targets completely before any is written."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import with_remarks
 from sigmatau.exporting.values import Numbers
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
+from sigmatau.findings.wording import words
 from sigmatau.io.write import atomic
-from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
@@ -24,8 +25,8 @@ __all__ = ["Prepared", "check_all", "check_choices", "check_path", "prepare", "p
 
 T = TypeVar("T")
 
-_SAME = 1e-3  # relative, of sampling rates
-# What readers take for binary by the ending alone.
+_SAME_RATE = 1e-3  # relative difference
+# Extensions of binary formats.
 _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
 
 
@@ -38,10 +39,10 @@ class Prepared(Printed):
     to : str
         The target.
     path : Path or None
-        Where `write` writes it.
+        File that `write` writes.
     content : str or bytes
     findings : tuple of Finding
-        What should be known of it; comments in the file say it too.
+        Findings about the file; comments in the file state them too.
     """
 
     to: str
@@ -50,9 +51,9 @@ class Prepared(Printed):
     findings: tuple[Finding, ...]
 
     def write(self) -> None:
-        """Write the file, whole or not at all; raises `DataError` if it cannot be written."""
+        """Write the file atomically; raises `DataError` if it cannot be written."""
         if self.path is None:
-            raise OptionError(f"{self.to}: no {{option}} was given to write to", option="path")
+            raise OptionError(f"{self.to}: no {{option}} to write to", option="path")
         with atomic(self.path) as temporary:
             if isinstance(self.content, bytes):
                 temporary.write_bytes(self.content)
@@ -65,7 +66,7 @@ class Prepared(Printed):
 
 
 def prepare(model: object, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> Prepared:
-    """What `export` would write, and what should be known of it; parameters and errors as there."""
+    """Content and findings of the file that `export` writes; parameters and errors as there."""
     try:
         file = None if path is None else Path(path)
     except TypeError:
@@ -76,13 +77,13 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
 def prepare_all(
     model: object, files: Mapping[str, Path | None], *, choices: Choices | None = None, named: bool = False
 ) -> list[Prepared]:
-    """The same for several targets. A choice without place in one of them is left out there, with a finding.
+    """The same for several targets. A choice that does not apply to one of them is ignored there, with a finding.
 
     Parameters
     ----------
     model : NoiseModel, Analysis or Source
     files : mapping of str to (Path or None)
-        By target.
+        File by target.
     choices : Choices, optional
     named : bool
         Whether errors begin with the name of the target.
@@ -90,9 +91,9 @@ def prepare_all(
     Raises
     ------
     OptionError
-        As of `export`; a choice is refused if it has no place in any of the targets.
+        As `export`; also for a choice that applies to none of the targets.
     DataError
-        As of `export`.
+        As `export`.
     """
     source, chosen = source_of(model), _chosen(choices)
 
@@ -108,7 +109,7 @@ def prepare_all(
 
 
 def check_all(names: Iterable[str], choices: Choices) -> None:
-    """Refuse, with an `OptionError`, what none of the targets has a place for; no model is needed for that."""
+    """Raise `OptionError` for choices that apply to none of the targets; needs no model."""
 
     def one(name: str, used: Choices) -> Prepared:
         check_choices(target(name), used)
@@ -118,31 +119,31 @@ def check_all(names: Iterable[str], choices: Choices) -> None:
 
 
 def check_choices(target: Target, choices: Choices) -> None:
-    """Refuse, with an `OptionError`, what a target has no place for; no model is needed for that."""
+    """Raise `OptionError` for choices that do not apply to a target; needs no model."""
     for key in sorted(set(choices.names) - set(target.names)):
         listed = ", ".join(target.names) or "none"
-        raise NoPlaceError(f"{target.name} has no name {key!r}; it has: {listed}", choice="names", key=key)
+        raise NoPlaceError(f"{target.name} has no name {key!r}; names: {listed}", choice="names", key=key)
     if choices.step is not None and not target.has_step:
-        raise NoPlaceError(f"{{@step}} has no place in {target.name}: it has no step of its own", choice="step")
+        raise NoPlaceError(
+            f"{{@step}} does not apply to {target.name}, whose file does not depend on a step", choice="step"
+        )
     if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
         raise NoPlaceError(
-            f"{{@horizon}} has no place in {target.name} but with {given('walk', 'horizon', 'gyro')}", choice="horizon"
+            f"{{@horizon}} does not apply to {target.name} without {given('walk', 'horizon', 'gyro')}", choice="horizon"
         )
     if choices.axes == "each" and not (target.per_axis or target.every_axis):
         raise NoPlaceError(f"{target.name} has one number for all axes: choose worst or mean, not each", choice="axes")
     if choices.axes == "mean" and target.every_axis:
-        raise NoPlaceError(
-            f"{target.name} has every axis by itself, and no mean of them: leave {{@axes}} out", choice="axes"
-        )
+        raise NoPlaceError(f"{target.name} has every axis separately, and no mean: omit {{@axes}}", choice="axes")
 
 
 def check_path(target: Target, path: str | Path) -> None:
-    """Refuse, with an `OptionError`, the ending of a binary format that a target does not write."""
+    """Raise `OptionError` for the extension of a binary format that a target does not write."""
     ending = Path(path).suffix.lower()
     if ending in _BINARY and ending not in target.binary:
         endings = ", ".join((target.ending, *target.binary))
         raise OptionError(
-            f"{Path(path).name!r}: {target.name} has no form for {ending}, which is a binary format's; it has {endings}",
+            f"{Path(path).name!r}: {target.name} has no form for {ending}, a binary format; extensions: {endings}",
             option="path",
         )
 
@@ -161,7 +162,7 @@ def _chosen(choices: object) -> Choices:
 def _placed(
     names: list[str], choices: Choices, attempt: Callable[[str, Choices], Prepared], *, named: bool
 ) -> list[Prepared]:
-    """What `attempt` makes of each target, each with the choices that it has a place for."""
+    """Apply `attempt` to each target, with the choices that apply to it."""
 
     def of(name: str, error: OptionError) -> OptionError:
         return error.about(name) if named else error
@@ -178,14 +179,17 @@ def _placed(
                 without[error.choice, error.key] = error
                 used = used.without(error.choice, error.key)
             except OptionError as error:
-                if without and len(names) == 1:  # what it comes to without a choice that is refused is not the point
+                if without and len(names) == 1:  # the refused choice is the first error
                     raise of(name, next(iter(without.values()))) from None
                 raise of(name, error) from None
-        said = tuple(
-            Finding(code="choice_without_place", severity="info", message=f"left out there: {error}")
+        omitted = tuple(
+            Finding(
+                severity="info",
+                details=ChoiceWithoutPlace(target=name, option=error.option or error.choice, key=error.key or ""),
+            )
             for error in without.values()
         )
-        made.append(replace(found, findings=(*found.findings, *said)))
+        made.append(replace(found, findings=(*found.findings, *omitted)))
         dropped.append(without)
     for key, refused in dropped[0].items() if dropped else ():
         if all(key in without for without in dropped):
@@ -208,25 +212,27 @@ def _written(
     if rate := _other_rate(source, choices):
         findings.append(rate)
     if isinstance(content, str):
-        content = with_remarks(content, wanted.ending, [f.message for f in findings if f.code == "other_rate"])
+        content = with_remarks(content, wanted.ending, [words(f).message for f in findings if f.code == OtherRate.code])
     return content, tuple(findings)
 
 
 def _not_chosen(
     write: Callable[[Numbers], str | bytes], source: Source, choices: Choices, first: NotChosenError
 ) -> OptionError:
-    """All that is to be chosen, of all sensors, in one error."""
+    """One error for all missing choices of all sensors."""
     found = [first]
     while True:
         last = found[-1]
-        more: Any = {last.choice: {**getattr(choices, last.choice), last.sensor: 1.0}}  # to see what else there is
+        more: Any = {
+            last.choice: {**getattr(choices, last.choice), last.sensor: 1.0}
+        }  # to find further missing choices
         choices = replace(choices, **more)
         try:
             write(Numbers(source, choices))
         except NotChosenError as error:
             found.append(error)
             continue
-        except ValueError:  # for the next attempt to say
+        except ValueError:  # the next attempt reports it
             pass
         if len(found) == 1:
             return first
@@ -234,7 +240,7 @@ def _not_chosen(
 
 
 def _doubts(wanted: Target, source: Source) -> list[Finding]:
-    """One finding on all channels whose coefficients are of a fit that is not adequate."""
+    """One finding for all channels whose fit is not adequate."""
     every = wanted.every_axis or wanted.name == "model"
     found = [
         name
@@ -243,30 +249,17 @@ def _doubts(wanted: Target, source: Source) -> list[Finding]:
     ]
     if not found:
         return []
-    return [
-        Finding(
-            code="not_adequate",
-            severity="warning",
-            message=f"{', '.join(found)}: {NOT_ADEQUATE}",
-            effect="how far off these coefficients are is not known, and one may be the worst of three axes all the same",
-            remedy="look at the curve (sigmatau analyze --plot), choose another part of the record (--window), or leave"
-            " the channel out",
-        )
-    ]
+    return [Finding(severity="warning", channels=tuple(found), details=NotAdequate())]
 
 
 def _other_rate(source: Source, choices: Choices) -> Finding | None:
-    """That a rate was given which is not that of the record."""
+    """A finding if the given rate is not that of the record."""
     if choices.rate is None or not source.rates:
         return None
     try:
         of_record = one_rate(source.rates)
-    except OptionError:  # of several one was to be chosen
+    except OptionError:  # channels with several rates
         return None
-    if of_record is None or abs(choices.rate / of_record - 1) <= _SAME:
+    if of_record is None or abs(choices.rate / of_record - 1) <= _SAME_RATE:
         return None
-    return Finding(
-        code="other_rate",
-        severity="info",
-        message=f"written for {choices.rate:g} Hz; the record was at {of_record:g} Hz",
-    )
+    return Finding(severity="info", details=OtherRate(rate=choices.rate, record_rate=of_record))

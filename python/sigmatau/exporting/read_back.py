@@ -1,9 +1,9 @@
-"""Reading back what other programs hold: noise parameters of Kalibr's ``imu.yaml`` and of imu_utils' results.
+"""Read noise parameters from ``imu.yaml`` of Kalibr and from results of imu_utils.
 
-Kalibr's file is one number for three axes, in the units of a model. imu_utils writes two numbers an axis, and neither is
-what it is called: ``gyr_n`` is the deviation of a sample, √f times the density; ``gyr_w`` is the minimum of the Allan
-deviation, a bias instability times 0.664 if there is one, in rad/s and not in rad/s²/√Hz. The first is converted, the
-second left out, and both are said.
+The file of Kalibr has one number for three axes, in the units of a model. imu_utils writes two numbers per axis with
+misleading names: ``gyr_n`` is the standard deviation of a sample, √f times the density; ``gyr_w`` is the minimum of the
+Allan deviation, 0.664 times the bias instability if there is any, in rad/s and not in rad/s²/√Hz. The first is converted,
+the second is omitted, each with a finding.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.results import Printed
 from sigmatau.units import find
@@ -31,7 +32,7 @@ _KALIBR = {
 _RATES = ("update_rate", "rate_hz")
 _IMU_UTILS = {"Gyr": ("gyro", "gyr", "rad/s"), "Acc": ("accel", "acc", "m/s^2")}
 _AXES = ("x-axis", "y-axis", "z-axis", "avg-axis")
-_PASSED = (  # of Kalibr, OpenVINS and EuRoC: no noise
+_IGNORED = (  # keys of Kalibr, OpenVINS and EuRoC that are not noise parameters
     *("rostopic", "topic", "time_offset", "model", "sensor_type", "comment"),
     *("T_i_b", "T_ib", "T_BS", "Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"),
 )
@@ -47,13 +48,13 @@ class ReadBack(Printed):
     Attributes
     ----------
     model : NoiseModel
-        Channels ``gyro`` and ``accel`` where the file has one number for all axes.
+        Channels ``gyro`` and ``accel`` if the file has one number for all axes.
     rate : float or None
-        Sampling rate, where the file or the caller says it. [Hz]
+        Sampling rate of the file or the caller. [Hz]
     findings : tuple of Finding
-        What the file calls by a wrong name, and what was left out.
+        Numbers that the file misnames, and numbers that were omitted.
     names : mapping of str to str
-        The topic, where the file names one.
+        The topic, if the file has one.
     """
 
     model: NoiseModel
@@ -66,69 +67,60 @@ class ReadBack(Printed):
 
 
 def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
-    """The model of a Kalibr ``imu.yaml`` (also OpenVINS', EuRoC's) or of a result of imu_utils, told apart by their keys.
+    """The model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; detected from the keys.
 
     Parameters
     ----------
     text : str
-        The file.
+        Content of the file.
     rate : float, optional
-        Sampling rate of the record that imu_utils saw, which its file does not hold. [Hz]
+        Sampling rate of the record; required for imu_utils, whose file does not contain it. [Hz]
 
     Raises
     ------
     DataError
-        If it is neither, describes several IMUs, lacks one of the four densities, has a key that is nearly one that is read,
-        or a value is no positive number.
+        If the format is unknown, several IMUs are described, one of the four densities is missing, a key is misspelled, or
+        a value is not a positive number.
     OptionError
-        If it is of imu_utils and there is no `rate`.
+        If the file is from imu_utils and there is no `rate`.
     """
     values = _values(text)
-    other = "; anchors and {…} are not read: write each key on a line of its own" if _OTHER.search(text) else ""
+    other = "; anchors and {…} are not supported: write each key on a separate line" if _OTHER.search(text) else ""
     imus = sorted({path[:-1] for path in values if path[-1] in _KALIBR})
     if len(imus) > 1:
         listed = ", ".join(".".join(imu) or "the top" for imu in imus)
-        raise DataError(f"several IMUs ({listed}); keep the one that is meant")
+        raise DataError(f"several IMUs ({listed}); keep only one")
     if imus:
         return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate, other)
     if any(path[0] in _IMU_UTILS and len(path) == 3 and path[-1].endswith("_n") for path in values):
         return _imu_utils(values, rate)
     raise DataError(
-        f"neither a Kalibr imu.yaml ({', '.join(_KALIBR)}) nor a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
+        f"not an imu.yaml of Kalibr ({', '.join(_KALIBR)}) or a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
         f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS)) or other}"
     )
 
 
 def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBack:
-    others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _PASSED]
+    others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _IGNORED]
     missing = [key for key in _KALIBR if key not in values]
     nearly = _nearly(others, (*_KALIBR, *_RATES))
     if missing:
-        raise DataError(f"no {', no '.join(missing)}: a file of this kind has all four densities{nearly or other}")
+        raise DataError(f"missing {', '.join(missing)}: all four densities are needed{nearly or other}")
     if nearly:
-        raise DataError(f"a key that is not understood{nearly}")
+        raise DataError(f"unknown key{nearly}")
     channels: dict[str, dict[str, float]] = {}
     for key, (sensor, term) in _KALIBR.items():
         channels.setdefault(sensor, {})[term] = _positive(key, values[key])
     if rate is None:
         rate = next((_positive(key, values[key]) for key in _RATES if key in values), None)
-    unread = Finding(
-        code="keys_not_read",
-        severity="info",
-        message=f"not read: {', '.join(others)}",
-        effect="what they say is in no number",
-    )
-    finding = Finding(
-        code="imported_without_intervals",
-        severity="info",
-        message="one number for all axes, without interval; files of this kind are often inflated by hand",
-        effect="what is written from it is no surer, and inflated as it was",
-    )
+    findings = [Finding(severity="info", details=ImportedWithoutIntervals())]
+    if others:
+        findings.append(Finding(severity="info", details=KeysNotRead(keys=tuple(others))))
     topic = values.get("rostopic", "").strip("\"'")
     return ReadBack(
         model=NoiseModel(channels=channels),
         rate=rate,
-        findings=(finding, unread) if others else (finding,),
+        findings=tuple(findings),
         names={"topic": topic} if topic else {},
     )
 
@@ -136,8 +128,8 @@ def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBa
 def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:
     if rate is None:
         raise OptionError(
-            "a file of imu_utils: its gyr_n and acc_n are deviations of a sample, not densities; give --rate, the sampling"
-            " rate of that record in Hz, to divide by its root",
+            "gyr_n and acc_n of imu_utils are standard deviations of a sample, not densities: give --rate, the sampling rate"
+            " of the record in Hz",
             option="rate",
         )
     for path in values:
@@ -157,38 +149,22 @@ def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> Rea
         if any(path[0] == block and path[-1] == f"{prefix}_w" for path in values):
             walks.append(f"{prefix}_w")
     if not channels:
-        raise DataError("a result of imu_utils without gyr_n or acc_n of any axis")
-    findings = [
-        Finding(
-            code="deviation_as_density",
-            severity="warning",
-            message=f"gyr_n and acc_n of imu_utils are deviations of a sample: divided by sqrt({rate:g} Hz)",
-            effect=f"copied as densities they are {math.sqrt(rate):.3g} times too large",
-            size=math.sqrt(rate),
-        )
-    ]
+        raise DataError("a result of imu_utils without gyr_n or acc_n")
+    findings = [Finding(severity="warning", size=math.sqrt(rate), details=DeviationAsDensity(rate=rate))]
     if walks:
-        findings.append(
-            Finding(
-                code="minimum_as_walk",
-                severity="warning",
-                message=f"{' and '.join(walks)} of imu_utils left out: the minimum of the Allan deviation, no random walk",
-                effect="the model has no rate random walk; another unit, and a wrong number, if it is copied as one",
-                remedy="analyse the record itself, or choose what to write with --rate-random-walk",
-            )
-        )
+        findings.append(Finding(severity="warning", details=MinimumAsWalk(keys=tuple(walks))))
     return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=tuple(findings))
 
 
 def _positive(key: str, text: str) -> float:
     value = float(text) if _NUMBER.fullmatch(text) else math.nan
     if not (math.isfinite(value) and value > 0):
-        raise DataError(f"{key}: {text[:80]!r} is no positive number")
+        raise DataError(f"{key}: {text[:80]!r} is not a positive number")
     return value
 
 
 def _understood(path: tuple[str, ...]) -> None:
-    """Raise `DataError` for a key of imu_utils' blocks that is not one of its own."""
+    """Raise `DataError` for an unknown key in a block of imu_utils."""
     block, name, *rest = path
     known: Iterable[str] = _IMU_UTILS
     if block in _IMU_UTILS:
@@ -198,40 +174,38 @@ def _understood(path: tuple[str, ...]) -> None:
             return
         known = ("unit", *_AXES) if name not in _AXES else leaves
     wrong = next((key for key in path if key not in _IMU_UTILS and key not in _AXES), name)
-    hint = _nearly([wrong], known) or f"; there are {', '.join(known)}"
-    raise DataError(f"{'.'.join(path)} is not understood{hint}")
+    hint = _nearly([wrong], known) or f"; known keys: {', '.join(known)}"
+    raise DataError(f"{'.'.join(path)}: unknown key{hint}")
 
 
 def _unit(block: str, text: str, si: str) -> float:
-    """One unit of imu_utils in SI; raises `DataError` for one that is unknown or of another quantity."""
+    """A unit of imu_utils in SI; raises `DataError` for an unknown unit or another quantity."""
     symbol = text.strip("\"' \t")
     try:
         unit = find(symbol)
     except OptionError as error:
         raise DataError(f"{block}.unit: {error}") from None
     if unit.si != si:
-        raise DataError(
-            f"{block}.unit: {symbol!r} is no unit of {block}, whose numbers are in {si} or another of its kind"
-        )
+        raise DataError(f"{block}.unit: {symbol!r} is not a unit of {block}, whose numbers are in {si} or a multiple")
     return unit.factor
 
 
 def _nearly(keys: Iterable[str], known: Iterable[str]) -> str:
-    """``; is 'Gyr_n' gyr_n?`` of keys that are nearly known ones, or nothing."""
+    """``; 'Gyr_n': did you mean gyr_n?`` for misspelled keys, or empty."""
     names = {name.lower(): name for name in known}
     found = []
     for key in dict.fromkeys(keys):
         close = difflib.get_close_matches(key.lower()[:80], names, n=1, cutoff=0.75)
         if close and key not in names.values():
-            found.append(f"; is {key[:80]!r} {names[close[0]]}?")
+            found.append(f"; {key[:80]!r}: did you mean {names[close[0]]}?")
     return "".join(found)
 
 
 def _values(text: str) -> dict[tuple[str, ...], str]:
-    """Scalars of the nested block mappings of a YAML file, by the keys that lead to them; lists are passed over.
+    """Scalars of the nested block mappings of a YAML file, by their path of keys; lists are skipped.
 
-    That is all of YAML that these files use. As YAML has it, a scalar may stand behind a tab, on the next line, or go
-    on there: what is deeper than a key that has one belongs to it. Raises `DataError` for a key that comes twice.
+    These files use no more of YAML. A scalar may follow a tab, stand on the next line, or continue there: deeper lines
+    belong to the key above. Raises `DataError` for a duplicate key.
     """
     values: dict[tuple[str, ...], str] = {}
     above: list[tuple[int, str]] = []
@@ -245,7 +219,7 @@ def _values(text: str) -> dict[tuple[str, ...], str]:
         match = _LINE.fullmatch(content)
         if last and indent > depth and (filled or not (match or content.lstrip().startswith("-"))):
             if not filled and last in values:
-                raise DataError(f"{'.'.join(last)} comes twice")
+                raise DataError(f"{'.'.join(last)} is a duplicate key")
             values[last] = f"{values[last]} {content.strip()}" if filled else content.strip()
             filled = True
         elif match is not None:
@@ -258,7 +232,7 @@ def _values(text: str) -> dict[tuple[str, ...], str]:
             if not filled:
                 above.append((indent, key))
             elif last in values:
-                raise DataError(f"{'.'.join(last)} comes twice")
+                raise DataError(f"{'.'.join(last)} is a duplicate key")
             else:
                 values[last] = scalar
     return values

@@ -1,4 +1,4 @@
-"""What is exported from: a model file, the JSON of an analysis, or another program's YAML; by its ending."""
+"""`Source`: noise model with sampling rates and sample variances, read from a model file, a result or a YAML file."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from sigmatau.results import Printed
 
 __all__ = ["Source", "one_rate", "read_source", "source_of"]
 
-_SAME = 1e-3  # relative: two sensors of one unit, each with its own stamps
+_SAME_RATE = 1e-3  # relative difference of rates: two sensors of one unit, each with its own stamps
 _FILTER = "low_pass_filter"
-_LEAST = 32  # samples in the longest means whose differences are summed, at least
+_SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the curve out of the variance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """What a record has of the variance of a sample.
+    """Measured variance of a sample.
 
     Attributes
     ----------
     variance : float
-        About the mean of so many seconds around it. [(rate unit)²]
+        About the mean over `time`. [(rate unit)²]
     time : float
-        [s]
+        Length of this mean. [s]
     """
 
     variance: float
@@ -41,21 +41,21 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source(Printed):
-    """What is exported from.
+    """A noise model and the data about its record that an export needs.
 
     Attributes
     ----------
     model : NoiseModel
     rates : mapping of str to float
-        Sampling rate by channel, where it is known. [Hz]
+        Sampling rate by channel, if known. [Hz]
     findings : tuple of Finding
-        What should be known of it.
+        Findings about the file that was read.
     corners : mapping of str to float
-        By channel, the corner of a low-pass filter that the analysis found in its spectrum. [Hz]
+        Corner of the low-pass filter that the analysis found, by channel. [Hz]
     samples : mapping of str to Sample
-        By channel, the measured variance of a sample.
+        Measured variance of a sample, by channel.
     names : mapping of str to str
-        Names that the file has beside the numbers, such as a topic.
+        Fields of the file beside the noise parameters, such as a topic.
     """
 
     model: NoiseModel
@@ -67,18 +67,20 @@ class Source(Printed):
 
     @classmethod
     def of_model(cls, model: NoiseModel) -> Source:
-        """What a model knows by itself: the rate of the record, if it is of a fit."""
+        """The source of a model; the sampling rate is known if the model is from a fit."""
         return cls(model=model, rates={name: channel.rate for name, channel in model.channels.items() if channel.rate})
 
     @classmethod
     def of_result(cls, content: Mapping[str, Any]) -> Source:
-        """What a result of `analyze` holds, as its ``to_dict`` or its JSON has it; raises `DataError` if it is none."""
+        """The source of a result of `analyze`, in the form of ``to_dict`` or its JSON; raises `DataError` if invalid."""
         plain = cls.of_model(NoiseModel.from_result(content))
-        corners, samples = {}, {}
+        corners: dict[str, float] = {}
+        samples: dict[str, Sample] = {}
         try:
             for finding in content.get("findings", ()):
-                if finding.get("code") == _FILTER and finding.get("channel") in plain.model.channels:
-                    corners[str(finding["channel"])] = float(finding["size"])
+                if finding.get("code") == _FILTER:
+                    channels = finding.get("channels") or [finding.get("channel")]
+                    corners |= {name: float(finding["size"]) for name in channels if name in plain.model.channels}
             for name in plain.model.channels:
                 _check_rate(content["channels"][name]["sample_rate_hz"])
                 if (sample := _sample(content["channels"][name]["curve"])) is not None:
@@ -88,7 +90,7 @@ class Source(Printed):
         return replace(plain, corners=corners, samples=samples)
 
     def of(self, channels: Iterable[str]) -> Source:
-        """The same of some of the channels."""
+        """The same with some of the channels."""
         return replace(self, model=self.model.of(channels))
 
     def __repr__(self) -> str:
@@ -96,12 +98,12 @@ class Source(Printed):
 
 
 def source_of(given: object) -> Source:
-    """A `Source` of itself, of a model, or of an analysis; raises `OptionError` for anything else."""
+    """The source of a model or an analysis; raises `OptionError` for other types."""
     if isinstance(given, Source):
         return given
     if isinstance(given, NoiseModel):
         return Source.of_model(given)
-    make = getattr(given, "to_source", None)  # an Analysis, which is above this room
+    make = getattr(given, "to_source", None)  # an Analysis, which this package cannot import
     if callable(make) and not isinstance(given, type):
         made: Source = make()
         return made
@@ -116,20 +118,20 @@ def source_of(given: object) -> Source:
 
 
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
-    """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML of Kalibr's kind or imu_utils'.
+    """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
 
     Parameters
     ----------
     path : str or Path
     rate : float, optional
-        Sampling rate, in place of that which a YAML has, or lacks. [Hz]
+        Sampling rate; replaces that of a YAML file. [Hz]
 
     Raises
     ------
     DataError
         If the file cannot be read or understood.
     OptionError
-        If it needs a rate and none is given.
+        If the file needs a rate and none is given.
     """
     path = Path(path)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -139,7 +141,7 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
             raise DataError(f"{path}: {error.strerror or error}") from None
         except OptionError as error:
             raise error.about(str(path)) from None
-        except ValueError as error:  # of which a DataError and Unicode's are kinds
+        except ValueError as error:  # includes DataError and UnicodeDecodeError
             raise DataError(f"{path}: {error}") from None
         rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
         return Source(model=back.model, rates=rates, findings=back.findings, names=back.names)
@@ -155,46 +157,46 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
 
 
 def _sample(curve: Mapping[str, Any]) -> Sample | None:
-    """The variance of a sample from an Allan curve, about means that reach to the bottom of the curve.
+    """The variance of a sample, from the Allan variances up to the minimum of the curve.
 
-    A record less its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
-    (Haar's decomposition), so that its variance is half the sum of their Allan variances. Whatever is in the samples is in
-    it: filtered noise, lines, quantization. None of a curve that lacks an octave, or ends before means of 32 samples.
+    A record minus its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
+    (Haar's decomposition), so that its variance is half the sum of their Allan variances. It includes filtered noise, lines
+    and quantization. None if the curve lacks an octave, or ends before means of 32 samples.
     """
     pairs = zip(curve["m"], curve["adev"], strict=True)
     adev = {m: float(sigma) for m, sigma in pairs if sigma is not None}
     if 1 not in adev:
         return None
-    lowest = max(min(adev, key=lambda m: adev[m]), _LEAST)
+    lowest = max(min(adev, key=lambda m: adev[m]), _SHORTEST_MEANS)
     octaves = [2**k for k in range(int(lowest).bit_length())]
-    if not all(m in adev for m in octaves) or not octaves[-1] >= _LEAST:
+    if not all(m in adev for m in octaves) or not octaves[-1] >= _SHORTEST_MEANS:
         return None
     last = octaves[-1]
-    means = adev[last] ** 2 / 2  # their own variance, as far as it is that of white noise
+    means = adev[last] ** 2 / 2  # variance of the means, if their noise is white
     time = 2 * last * float(curve["tau_s"][0])
     return Sample(variance=sum(adev[m] ** 2 for m in octaves) / 2 + means, time=time)
 
 
 def _check_rate(value: object) -> None:
-    """Raise `ValueError` for what is no sampling rate."""
+    """Raise `ValueError` for an invalid sampling rate."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ValueError(f"sample_rate_hz {value!r}, which is no positive number,")
+        raise ValueError(f"sample_rate_hz {value!r}, which is not a positive number,")
 
 
 def one_rate(rates: Mapping[str, float]) -> float | None:
-    """The sampling rate of gyros and accelerometers, None if it is not known.
+    """The sampling rate of gyros and accelerometers; None if not known.
 
     Raises
     ------
     OptionError
-        If they differ: a filter has one.
+        If the rates differ.
     """
     found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
     if not found:
         return None
-    if max(found.values()) > (1 + _SAME) * min(found.values()):
+    if max(found.values()) > (1 + _SAME_RATE) * min(found.values()):
         listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in found.items())
         raise OptionError(
-            f"the channels have several sampling rates ({listed}): give {{option}}, the filter's", option="rate"
+            f"the channels have several sampling rates ({listed}): give {{option}} of the filter", option="rate"
         )
     return next(iter(found.values()))

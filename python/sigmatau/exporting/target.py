@@ -1,4 +1,4 @@
-"""What a target is: a program that reads noise parameters, and how its file is written."""
+"""`Target`: a program that reads noise parameters, and the writer of its file."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ class Target:
     name : str
         As it is typed.
     summary : str
-        One line of ``sigmatau export --list``: what is written, and what the program makes of it.
+        One line of ``sigmatau export --list``: what the file contains and how the program interprets it.
     ending : str
-        Of its file, with the dot.
+        File name extension, with the dot.
     write : callable
         From `Numbers` to the text of the file; bytes where the file is binary.
     needs_rate : bool
-        Whether the sampling rate enters, and must be known.
+        Whether the file depends on the sampling rate.
     has_step : bool
-        Whether a step of the filter enters, so that ``step`` can be chosen.
+        Whether the file depends on the step of the filter, so that ``step`` can be chosen.
     has_horizon : bool
-        Whether a horizon enters by itself, and not only through a walk that stands for the model there.
+        Whether the file depends on ``horizon`` without ``walk="horizon"`` too.
     per_axis : bool
-        Whether it has a place for each axis, so that ``axes="each"`` can be chosen.
+        Whether the file has a field for each axis, so that ``axes="each"`` can be chosen.
     every_axis : bool
-        Whether it holds each axis by itself whatever is chosen.
+        Whether the file always has each axis separately.
     binary : mapping of str to callable
-        Other forms of its file by their ending, from `Numbers` to bytes.
+        Writers of other forms of the file, by extension, from `Numbers` to bytes.
     names : mapping of str to str
-        Names that it has beside the numbers, with what stands there if none is given: ``{"topic": "/imu0"}``.
+        Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``.
     """
 
     name: str

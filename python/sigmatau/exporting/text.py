@@ -1,4 +1,4 @@
-"""Text that goes into other programs' files: numbers to the last digit, names that cannot break out of their quotes."""
+"""Text for files of other programs: numbers with all digits, and names that cannot escape their quotes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from sigmatau.errors import DataError, OptionError
 __all__ = [
     "comment",
     "digits",
+    "joined",
     "number",
+    "number_with_comment",
     "plain_name",
     "quoted",
     "remark",
-    "said",
-    "setting",
     "single",
     "topic",
     "vector",
@@ -28,17 +28,17 @@ __all__ = [
 ]
 
 LARGEST = 1e9
-"""The most that a constant beside the noise can be, in any unit."""
+"""Largest value of a constant beside the noise, in any unit."""
 
-_LONGEST = 2000  # characters of a comment: OpenCV's reader of YAML had room for 4096 in a line
-_NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() takes 9_8 and other alphabets' digits too
+_LONGEST = 2000  # characters of a comment; the YAML reader of OpenCV had a buffer of 4096 per line
+_NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() also accepts 9_8 and digits of other alphabets
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
 def digits(value: float) -> str:
-    """A number that reads back to the same bits, with a point or an exponent that YAML 1.1 takes for a number too.
+    """A number that reads back to the same bits, in a form that YAML 1.1 accepts as a number.
 
-    Raises `DataError` for what is no number, or so small that digits of it are gone.
+    Raises `DataError` for a value that is not finite, or too small for full precision.
     """
     text = repr(_written(float(value), value, "double"))
     if "e" in text:
@@ -50,7 +50,7 @@ def digits(value: float) -> str:
 
 
 def comment(words: str) -> str:
-    """Words for the rest of a comment line, ASCII alone: no line ends, nothing that a parser stumbles over."""
+    """Text for the rest of a comment line: printable ASCII without line ends."""
     for character, plain in _ASCII.items():
         words = words.replace(character, plain)
     text = "".join(c if " " <= c <= "~" else "?" for c in words)
@@ -58,12 +58,12 @@ def comment(words: str) -> str:
 
 
 def remark(words: str) -> str:
-    """A line of its own with a comment."""
+    """A comment line."""
     return f"# {comment(words)}"
 
 
 def with_remarks(content: str, ending: str, sentences: Iterable[str]) -> str:
-    """A file with sentences at its end as comments of its kind; none where the kind has no comments."""
+    """A file with sentences appended as comments; unchanged if the format has no comments."""
     marks = {".json": None, ".m": ("% ", ""), ".sdf": ("<!-- ", " -->"), ".txt": ("\n", "")}
     mark = marks.get(ending, ("# ", ""))
     if mark is None:
@@ -71,44 +71,45 @@ def with_remarks(content: str, ending: str, sentences: Iterable[str]) -> str:
     return content + "".join(f"{mark[0]}{comment(sentence)}{mark[1]}\n" for sentence in sentences)
 
 
-def setting(key: str, value: float, words: str) -> str:
-    """A line of YAML: a number, and behind it in a comment its unit and where it comes from."""
-    return f"{key}: {digits(value)}  # {comment(words)}"
+def number_with_comment(value: float, words: str) -> str:
+    """A number of YAML with its unit and origin in a comment."""
+    return f"{digits(value)}  # {comment(words)}"
 
 
-def said(words: Iterable[str]) -> str:
-    """What is said of several numbers in one comment: once where it is the same of all."""
+def joined(words: Iterable[str]) -> str:
+    """Comment for several numbers; identical texts appear once."""
     return comment(" | ".join(dict.fromkeys(words)))
 
 
 def quoted(text: str) -> str:
-    """A string in double quotes as JSON, YAML and MATLAB's jsondecode read it; ASCII alone, so that nothing breaks out."""
+    """A string in double quotes, ASCII only, as JSON, YAML and MATLAB's jsondecode read it."""
     return json.dumps(text, ensure_ascii=True)
 
 
 def plain_name(text: str, key: str) -> str:
-    """A name for a place where nothing can be quoted; `OptionError` for more than letters, digits and ``_ . / ~ -``."""
+    """A name that is written without quotes; `OptionError` unless it has only letters, digits and ``_ . / ~ -``."""
     if not re.fullmatch(r"[A-Za-z0-9_./~-]{1,255}", text, flags=re.ASCII):
         raise OptionError(
-            f"{{option}} {key}={text[:80]!r}: letters, digits, _ . / ~ and - are allowed there", option="name"
+            f"{{option}} {key}={text[:80]!r}: only letters, digits, _ . / ~ and - are allowed", option="name"
         )
     return text
 
 
 def topic(text: str) -> str:
-    """A topic of ROS in quotes; raises `OptionError` for what no topic can be called.
+    """A ROS topic in quotes; raises `OptionError` for an invalid name.
 
-    Quotes alone would not do: readers of YAML differ in the escapes that they know.
+    Quotes alone are not enough: YAML readers support different escapes.
     """
     if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
         raise OptionError(
-            f"{{option}} topic={text[:80]!r}: a topic has letters, digits, _ and /, e.g. topic=/imu0", option="name"
+            f"{{option}} topic={text[:80]!r}: a topic has only letters, digits, _ and /, e.g. topic=/imu0",
+            option="name",
         )
     return f'"{text}"'
 
 
 def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) -> float:
-    """A number that the user gave beside those of the model; raises `OptionError` unless it is from `least` to `most`."""
+    """A number that the user gave as a name; raises `OptionError` unless it is from `least` to `most`."""
     value = float(text) if re.fullmatch(_NUMBER, text, flags=re.ASCII) else math.nan
     if not least <= value <= most:
         raise OptionError(
@@ -119,9 +120,9 @@ def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) ->
 
 
 def single(value: float, name: str) -> str:
-    """The digits that single precision has of a number, without an exponent: what autopilots keep of a parameter.
+    """A number in single precision without an exponent, as autopilots store a parameter.
 
-    Raises `DataError`, with the parameter's name, for what single precision has no number for.
+    Raises `DataError`, with the name of the parameter, for a value out of range of single precision.
     """
     with np.errstate(over="ignore", under="ignore"):
         kept = np.float32(value)
@@ -130,11 +131,11 @@ def single(value: float, name: str) -> str:
 
 
 def _written(kept: float, value: float, precision: str, name: str = "", least: float = sys.float_info.min) -> float:
-    """What a file keeps of a value; raises `DataError` if that is infinite, 0 in place of a value, or short of digits."""
+    """The value that a file keeps; raises `DataError` if it is infinite, or too small for full precision."""
     if not math.isfinite(kept) or (value and abs(kept) < least):
         raise DataError(
-            f"{name}{value:.3g} cannot be written in {precision} precision, where it is {kept:.3g}: look at the model's"
-            " units, the factors and the rate"
+            f"{name}{value:.3g} cannot be written in {precision} precision, where it is {kept:.3g}: check the units of the"
+            " model, the factors and the rate"
         )
     return kept
 

@@ -1,7 +1,7 @@
-"""The numbers that a target asks for: of which axis, in which place of a missing one, inflated by how much.
+"""`Numbers`: random walk and rate random walk of a sensor after the choices of the user, with their origin in words.
 
-A filter has one number for three axes, and seldom a place for flicker noise. What is chosen is chosen by the user, stands
-in the file that is written, and is never a coefficient under another's name.
+A filter has one number for three axes and often no field for flicker noise. The user chooses the replacement; the file
+states it, and no coefficient is written under the name of another.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from sigmatau.exporting.horizon import matching_walk, sampled
 from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import number
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import ChoiceNotUsed
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
@@ -26,20 +27,19 @@ from sigmatau.results import seconds, two_digits
 
 __all__ = ["Number", "Numbers"]
 
-_SAME = 1e-3  # relative: below what is said of a time
-_CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}
+_SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Number:
-    """One number, in SI, before a target's own conversion.
+    """A number in SI, before the conversion of a target.
 
     Attributes
     ----------
     value : float
-        With its factor.
+        Estimate times factor.
     words : str
-        Where it comes from, for a comment beside it; one line of plain ASCII but for units.
+        Origin, for a comment; one line.
     """
 
     value: float
@@ -47,16 +47,16 @@ class Number:
 
 
 class Numbers:
-    """What a source holds for one target, with the user's choices.
+    """Numbers of a source for one target, after the choices of the user.
 
     Attributes
     ----------
     source : Source
     choices : Choices
     whole : NoiseModel
-        The model of all channels, of which `model` may be one.
+        The model of all channels; `model` may have one of them.
     findings : list of Finding
-        What should be known of what is written; targets add to it.
+        Findings about the written file; targets add to it.
     """
 
     def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
@@ -70,13 +70,13 @@ class Numbers:
         return self.source.model
 
     def of(self, channel: str) -> Numbers:
-        """The same of one channel alone."""
+        """The same for one channel."""
         one = Numbers(self.source.of([channel]), self.choices)
         one.whole, one.findings = self.whole, self.findings
         return one
 
-    def find(self, finding: Finding) -> None:
-        """Note, once, what should be known of what is written."""
+    def add_finding(self, finding: Finding) -> None:
+        """Add a finding about the written file, once."""
         if finding not in self.findings:
             self.findings.append(finding)
 
@@ -88,62 +88,61 @@ class Numbers:
         """The channels of a sensor; raises `DataError` if there is none."""
         found = {name: channel for name, channel in self.model.channels.items() if stream_name(name) == sensor}
         if not found:
-            raise DataError(f"the model has no {KINDS[sensor]}, which this target needs")
+            raise DataError(f"the model has no {KINDS[sensor]}, which this target requires")
         return found
 
     def rate(self) -> float:
-        """Sampling rate, the user's or the record's; raises `OptionError` if it is not known, or there are several. [Hz]"""
+        """Sampling rate of the user or the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
         found = one_rate(self.source.rates) if self.choices.rate is None else self.choices.rate
         if found is None:
             raise OptionError(
-                "the sampling rate of the sensor is needed, and a model file has none: give {option} in Hz",
-                option="rate",
+                "the sampling rate of the sensor is needed; a model file has none: give {option} in Hz", option="rate"
             )
         return found
 
     def known_rate(self) -> float | None:
-        """Sampling rate; None if it is not known, or there are several. [Hz]"""
+        """Sampling rate; None if unknown or ambiguous. [Hz]"""
         try:
             return self.rate()
         except OptionError:
             return None
 
     def name(self, key: str, default: str) -> str:
-        """A name or constant that the user gave, or the source has, or the target's own."""
+        """A name or constant: of the user, else of the source, else the default."""
         return self.choices.names.get(key, self.source.names.get(key, default))
 
     def doubt(self, channel: str) -> str:
-        """For the end of a comment: that the coefficients are of a fit that is not adequate; else nothing."""
+        """End of a comment for a channel whose fit is not adequate; else empty."""
         return "" if self.model.channels[channel].adequate else f"; {NOT_ADEQUATE}"
 
     def has_slow_noise(self, channel: str) -> bool:
-        """Whether a walk can match anything of it at a horizon."""
+        """Whether the model has noise that a random walk can match at a horizon."""
         model = self.model.channels[channel]
         fast = ("quantization", "random_walk")
-        return any(term not in fast for term in model) or bool(model.gauss_markov)  # a sinusoid is no walk
+        return any(term not in fast for term in model) or bool(model.gauss_markov)  # sinusoids do not count
 
     def number(self, key: str, default: str) -> float:
-        """A constant that the user gave as a name, such as gravity; raises `OptionError` if it is no positive number."""
+        """A constant that the user gave as a name, such as gravity; raises `OptionError` unless it is positive."""
         return number(self.name(key, default), key, least=1e-9)
 
     def noise(self, sensor: str) -> Number:
-        """N, the random walk of a sensor, or what was chosen in its place: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
+        """N, the random walk of a sensor, or its replacement: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
         return self._of_sensor(sensor, "random_walk")
 
     def noise_of(self, channel: str) -> Number:
-        """N of one channel, or what was chosen in its place."""
+        """N of one channel, or its replacement."""
         return self._of(channel, "random_walk")
 
     def walk(self, sensor: str) -> Number:
-        """K, the rate random walk of a sensor, or what was chosen in its place. [rad/s²/√Hz or m/s³/√Hz]"""
+        """K, the rate random walk of a sensor, or its replacement. [rad/s²/√Hz or m/s³/√Hz]"""
         return self._of_sensor(sensor, "rate_random_walk")
 
     def walk_of(self, channel: str) -> Number:
-        """K of one channel, or what was chosen in its place."""
+        """K of one channel, or its replacement."""
         return self._of(channel, "rate_random_walk")
 
-    def left_out(self) -> list[str]:
-        """Sentences on what the model has beside the two walks, for a target that has places for these alone."""
+    def omitted_terms(self) -> list[str]:
+        """Remarks on the terms of the model that a target with fields for N and K only does not take."""
         said = []
         for sensor in ("gyro", "accel"):
             found = [c for name, c in self.model.channels.items() if stream_name(name) == sensor]
@@ -156,43 +155,34 @@ class Numbers:
             covered = self.choices.walk.get(sensor) == "horizon"
             left = fast + ([] if covered else slow)
             if left:
-                more = (
-                    f"; --rate-random-walk {sensor}=horizon has a walk stand for slow noise"
-                    if slow and not covered
-                    else ""
+                more = f" --rate-random-walk {sensor}=horizon approximates slow noise by a random walk."
+                terms = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
+                said.append(
+                    f"This format has no field for {terms} of the {KINDS[sensor]}; omitted."
+                    + (more if slow and not covered else "")
                 )
-                said.append(f"Without place here, and left out of the {KINDS[sensor]}: {', '.join(left)}{more}.")
         return said
 
     def not_used(self) -> tuple[Finding, ...]:
-        """What was chosen in the place of a coefficient that was observed of every axis, or of a sensor there is none of."""
+        """Choices for a coefficient that was observed for every axis, or for a sensor that the model does not have."""
         found = []
         for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
             for sensor, wanted in chosen.items():
                 models = [model for name, model in self.model.channels.items() if stream_name(name) == sensor]
                 if wanted == "horizon" or any(term not in model for model in models):
                     continue
-                label = TERMS[term].label(models[0].quantity) if models else ""
-                found.append(
-                    Finding(
-                        code="choice_not_used",
-                        severity="warning",
-                        message=f"`{_CHOICES[term]}` of {sensor} was not used: "
-                        + (f"the {label} of the {KINDS[sensor]} was observed" if models else f"no {KINDS[sensor]}"),
-                        effect="what was observed is written" if models else "nothing is written in its place",
-                        remedy="put another value into a model file, or inflate what was observed with a factor",
-                    )
-                )
+                details = ChoiceNotUsed(sensor=sensor, term=term, observed=bool(models))
+                found.append(Finding(severity="warning", details=details))
         return tuple(found)
 
     def _chosen(self, sensor: str, term: str) -> str | float | None:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 
     def _of_sensor(self, sensor: str, term: str) -> Number:
-        """One number of a sensor. What was observed of some axes only is theirs, if nothing was chosen for the others."""
+        """One number for a sensor. If only some axes have the coefficient and nothing was chosen, only they count."""
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
-        if wanted == "horizon":  # an axis without slow noise adds none to that of the others
+        if wanted == "horizon":  # axes without slow noise do not count
             slow = [name for name in names if self.has_slow_noise(name)] or names
             number = self._one({name: self._of(name, term) for name in slow})
             quiet = [name for name in names if name not in slow]
@@ -203,22 +193,22 @@ class Numbers:
         observed = [name for name in names if term in self.model.channels[name]]
         number = self._one({name: self._of(name, term) for name in observed or names})
         missing = [name for name in names if name not in observed]
-        more = f"; not observed of {', '.join(missing)}" if missing else ""
+        more = f"; not observed for {', '.join(missing)}" if missing else ""
         return Number(value=number.value, words=number.words + more)
 
     def _of(self, channel: str, term: str) -> Number:
-        """One number of a channel."""
+        """The number of one channel."""
         sensor, model = stream_name(channel), self.model.channels[channel]
         wanted = self._chosen(sensor, term)
         factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
         if wanted == "horizon":
             asked, time = self._horizon(), sampled(self._horizon(), self.known_rate())
             at = f"{seconds(time)} s"
-            if abs(time - asked) > _SAME * asked:
-                at += f", whole samples in place of {seconds(asked)} s"
-            words = f"{channel}: stands for all slow noise: with N it has the model's Allan variance at {at}"
+            if abs(time - asked) > _SAME_TIME * asked:
+                at += f", whole samples instead of {seconds(asked)} s"
+            words = f"{channel}: approximates all slow noise: with N it has the Allan variance of the model at {at}"
             if model.sinusoid:
-                words += ", its sinusoids left out"
+                words += ", without its sinusoids"
             return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         if term in model:
             not_used = "" if wanted is None else f"; --{term.replace('_', '-')} {sensor} not used: it was observed"
@@ -228,7 +218,7 @@ class Numbers:
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)
                 raise OptionError(
-                    f"{sensor}: no upper limit of the {label} is known of {channel}: choose"
+                    f"{sensor}: no upper limit of the {label} is known for {channel}: choose"
                     f" {' or '.join(self._choices_of(sensor, term, limit=False))}",
                     option=term,
                 )
@@ -236,58 +226,62 @@ class Numbers:
                 model.limits[term], f"{channel}: not observed; its upper limit ({100 * model.level:g} %)", factor
             )
         if wanted is not None:
-            return _number(float(wanted), f"{channel}: not observed; a value that was given", factor)
+            return _number(float(wanted), f"{channel}: not observed; given value", factor)
         raise self._not_chosen(sensor, term)
 
     def _not_chosen(self, sensor: str, term: str) -> NotChosenError:
-        """Of all axes at once that lack it: those that one number is of, or, where each has its own, all of the sensor."""
+        """The error for all axes of a sensor that lack a coefficient."""
         every = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         lacking = {name: model for name, model in every.items() if term not in model}
         model = next(iter(lacking.values()))
         si = model.unit_of(term)
         limits = [m.limits[term] for m in lacking.values() if term in m.limits]
-        known = f" (it is below {two_digits(max(limits))} {si})" if len(limits) == len(lacking) else ""
+        known = f" (below {two_digits(max(limits))} {si})" if len(limits) == len(lacking) else ""
         some = len(lacking) < len(every)
-        who = f"{', '.join(lacking)} show{'s' * (len(lacking) == 1)}" if some else f"the {KINDS[sensor]} show"
+        who = ", ".join(lacking) if some else KINDS[sensor]
         more = self._choices_of(sensor, term, limit=bool(known))
-        more += [f"{given('axes', 'worst')}, that of the others for all"] * some
+        more += [f"{given('axes', 'worst')} (the value of the others for all)"] * some
         return NotChosenError(
-            f"{who} no {TERMS[term].label(model.quantity)}{known}, and this target needs one: choose {' or '.join(more)}",
+            f"{who}: no {TERMS[term].label(model.quantity)} observed{known}, this target needs one: choose"
+            f" {' or '.join(more)}",
             sensor=sensor,
             choice="noise" if term == "random_walk" else "walk",
         )
 
     def _choices_of(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
-        """What will do in the place of a number that was not observed, and nothing else."""
+        """The valid choices for a coefficient that was not observed."""
         choice = "noise" if term == "random_walk" else "walk"
         channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         si = next(iter(channels.values())).unit_of(term)
         found = [given(choice, "upper-limit", sensor)] if limit else []
-        found.append(f"{given(choice, f'1e-6 {si}', sensor)} (a value, with its unit)")
+        found.append(f"{given(choice, f'1e-6 {si}', sensor)} (a value with unit)")
         whole = Numbers(self.whole, self.choices)
         if choice == "walk" and horizon and any(map(whole.has_slow_noise, channels)):
             found.append(
-                f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)}, which matches the model's Allan variance"
-                " there"
+                f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)} (matches the Allan variance of the model"
+                " there)"
             )
         return found
 
     def _horizon(self) -> float:
-        assert self.choices.horizon is not None  # Choices has seen to it
+        assert self.choices.horizon is not None  # held by Choices
         return self.choices.horizon
 
     def _at_horizon(self, channel: str) -> float:
-        """K that stands for the slow noise of one channel."""
+        """K that approximates the slow noise of one channel."""
         walk = self._matching(channel)
         if not walk > 0:
             limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
             more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
             if self.choices.axes == "each":
-                more.append(f"{given('axes', 'worst')}, that of the other axes for all")
-            line = " but a sinusoid, which is no walk" if self.model.channels[channel].sinusoid else ""
+                more.append(f"{given('axes', 'worst')} (the value of the other axes for all)")
+            line = (
+                " except a sinusoid, which a random walk does not match"
+                if self.model.channels[channel].sinusoid
+                else ""
+            )
             raise OptionError(
-                f"{channel}: the model has no slow noise{line}, so that no walk matches it at a horizon: choose"
-                f" {' or '.join(more)}",
+                f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}",
                 option="rate_random_walk",
             )
         return walk
@@ -296,7 +290,7 @@ class Numbers:
         return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
-        """One number for all axes of a sensor, by the user's choice."""
+        """One number for all axes of a sensor, by `Choices.axes`."""
         if len(by_axis) == 1:
             return next(iter(by_axis.values()))
         if self.choices.axes == "mean":
@@ -317,8 +311,8 @@ class Numbers:
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:
-    """With its factor, which the words keep apart from the estimate so that it can be undone."""
+    """The number with its factor; the words state estimate and factor separately."""
     low, high = RANGES["walk_factor"][:2]
-    if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # as a limit can be, whose square would be 0
+    if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # an upper limit can be so small that its square is 0
         raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")

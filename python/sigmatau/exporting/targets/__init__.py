@@ -1,4 +1,7 @@
-"""One module a target, each with its ``TARGET``; to add one, write such a module and name it in `_MODULES`."""
+"""The targets: those of the table in `templates`, and modules for the others.
+
+To add a target whose file is no short YAML, write a module with its `Target` and name it in `_OTHERS`.
+"""
 
 from __future__ import annotations
 
@@ -6,41 +9,38 @@ from importlib import import_module
 
 from sigmatau.errors import OptionError
 from sigmatau.exporting.target import Target
+from sigmatau.exporting.targets import templates
 
 __all__ = ["NAMES", "target"]
 
-_MODULES = {
-    "kalibr": "kalibr",
-    "openvins": "openvins",
-    "euroc": "euroc",
-    "gtsam": "gtsam",
-    "lio-sam": "lio_sam",
-    "vins": "vins",
-    "orb-slam3": "orb_slam3",
-    "fast-lio": "fast_lio",
-    "model": "model",
-    "px4": "px4",
-    "ardupilot": "ardupilot",
-    "kf-gins": "kf_gins",
-    "gnss-ins-sim": "gnss_ins_sim",
-    "matlab": "matlab",
-    "gazebo": "gazebo",
-    "ros": "ros",
-    "state-space": "state_space",
-    "ieee952": "ieee952",
-}
+_OTHERS = {
+    "gtsam": "gtsam.TARGET",
+    "model": "model.TARGET",
+    "px4": "autopilots.PX4",
+    "ardupilot": "autopilots.ARDUPILOT",
+    "kf-gins": "kf_gins.TARGET",
+    "gnss-ins-sim": "gnss_ins_sim.TARGET",
+    "matlab": "matlab.TARGET",
+    "gazebo": "gazebo.TARGET",
+    "ros": "ros.TARGET",
+    "state-space": "state_space.TARGET",
+    "ieee952": "ieee952.TARGET",
+}  # module and attribute; imported when it is asked for
 
-NAMES = tuple(_MODULES)
+NAMES = (*templates.TARGETS, *_OTHERS)
 """Names of the targets, as they are typed."""
 
 
 def target(name: str) -> Target:
-    """A target by its name, in capitals or not; raises `OptionError` that lists them."""
+    """A target by its name, in any case; raises `OptionError` that lists them."""
     if not isinstance(name, str):
         raise OptionError(
             f"{{option}} must be the name of a target, not {name!r}; targets: {', '.join(NAMES)}", option="to"
         )
-    if name.lower() not in _MODULES:
+    if name.lower() in templates.TARGETS:
+        return templates.TARGETS[name.lower()]
+    if name.lower() not in _OTHERS:
         raise OptionError(f"unknown target {name!r}; targets: {', '.join(NAMES)}", option="to")
-    found: Target = import_module(f"{__name__}.{_MODULES[name.lower()]}").TARGET
+    module, attribute = _OTHERS[name.lower()].split(".")
+    found: Target = getattr(import_module(f"{__name__}.{module}"), attribute)
     return found

@@ -1,7 +1,8 @@
 """Gazebo: a model in SDF with the noise of its IMU, and the parameters of the plugins of RotorS and PX4's SITL.
 
-A sensor of Gazebo takes a standard deviation a sample, N·√rate, and drives its bias with white noise of the density
-``dynamic_bias_stddev``², so that the bias has the standard deviation stddev·√(time/2). The plugins take the densities.
+A sensor of Gazebo takes the standard deviation of a sample, N·√rate, and drives its bias with white noise of density
+``dynamic_bias_stddev``², so that the bias has the standard deviation dynamic_bias_stddev·√(time/2). The plugins take
+densities.
 """
 
 from __future__ import annotations
@@ -10,10 +11,9 @@ import math
 import re
 from xml.sax.saxutils import quoteattr
 
-from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import Process, left_out, processes, refuse_horizon
+from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, digits, number, plain_name, said
+from sigmatau.exporting.text import comment, digits, joined, number, plain_name
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.results import seconds
 
@@ -27,13 +27,12 @@ _SENSORS = (
 
 def write(numbers: Numbers) -> str:
     """The text of the file."""
-    found = {row[0]: (noises(numbers, row[0]), processes(numbers, row[0])) for row in _SENSORS}
-    refuse_horizon(numbers, "gazebo", [p for _, axes in found.values() for p in axes])
+    found = noises_and_processes(numbers, "gazebo")
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<sdf version="1.9">',
-        *(_comment("  ", sentence) for sentence in left_out(numbers)),
+        *(_comment("  ", sentence) for sentence in replaced_noise(numbers)),
         '  <model name="imu">',
         f"    <link name={link}>",
         '      <sensor name="imu" type="imu">',
@@ -45,11 +44,11 @@ def write(numbers: Numbers) -> str:
         lines += [
             f"          <{element}>",
             _comment(
-                "            ", f"stddev: {unit} a sample, N*sqrt(rate), two-sided; {said(n.words for n in noise)}"
+                "            ", f"stddev: {unit} per sample, N*sqrt(rate), two-sided; {joined(n.words for n in noise)}"
             ),
             _comment(
                 "            ",
-                f"dynamic bias: {unit}/s/sqrt(Hz), sigma*sqrt(2/time), and s; {said(b.words for b in bias)}",
+                f"dynamic bias: {unit}/s/sqrt(Hz), sigma*sqrt(2/time), and s; {joined(b.words for b in bias)}",
             ),
             *(_axis(numbers.rate(), *row) for row in zip("xyz", noise, bias, strict=True)),
             f"          </{element}>",
@@ -71,13 +70,13 @@ def _plugin(
 ) -> list[str]:
     if numbers.choices.axes == "each":
         return [
-            _comment("    ", "the plugins of RotorS and PX4 have one number for three axes: axes=worst writes them")
+            _comment("    ", "the plugins of RotorS and PX4 have one number for three axes: --axes worst writes them")
         ]
     filename = quoteattr(plain_name(numbers.name("plugin", "libgazebo_imu_plugin.so"), "plugin"))
     lines = [
         _comment(
             "    ",
-            "for Gazebo classic with PX4's or RotorS' plugin, in place of the sensor; delete it for the new Gazebo",
+            "for Gazebo classic with the plugin of PX4 or RotorS, instead of the sensor; delete it for the new Gazebo",
         ),
         f'    <plugin name="imu_plugin" filename={filename}>',
         f"      <linkName>{plain_name(numbers.name('link', 'imu_link'), 'link')}</linkName>",
@@ -95,14 +94,14 @@ def _plugin(
                 "      ", f"s, correlation time {seconds(bias.time)} s of a standard deviation {bias.sigma:.4g} {unit}"
             ),
             f"      <{word}BiasCorrelationTime>{digits(bias.time)}</{word}BiasCorrelationTime>",
-            _comment("      ", f"{unit}; no Allan variance shows it: the option name sets it, {key}=VALUE"),
+            _comment("      ", f"{unit}; not visible in an Allan variance: set it with --name {key}=VALUE"),
             f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
         ]
     return [*lines, "    </plugin>"]
 
 
 def _comment(indent: str, words: str) -> str:
-    """An XML comment, in which two hyphens may not stand together: options are called what they are."""
+    """An XML comment, which must not contain two hyphens: ``--axes`` becomes ``option axes``."""
     text = re.sub(r"--(?=[a-z])", "option ", comment(words))
     while "--" in text:
         text = text.replace("--", "- -")

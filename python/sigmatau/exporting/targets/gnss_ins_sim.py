@@ -1,15 +1,14 @@
 """gnss-ins-sim: ``imu_err``, the dictionary that its class IMU takes, as Python.
 
-The simulator converts from these units itself. Its bias is a first-order Gauss-Markov process that begins at 0; without a
+The simulator converts these units itself. Its bias is a first-order Gauss-Markov process that starts at 0; without a
 correlation time, or with an infinite one, its bias is white noise.
 """
 
 from __future__ import annotations
 
-from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import left_out, processes, refuse_horizon
+from sigmatau.exporting.gauss_markov import noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import remark, said, vector
+from sigmatau.exporting.text import joined, remark, vector
 from sigmatau.exporting.values import Numbers
 from sigmatau.units import find
 
@@ -18,11 +17,10 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""
-    biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
-    refuse_horizon(numbers, "gnss-ins-sim", [p for axes in biases.values() for p in axes])
+    found = noises_and_processes(numbers, "gnss-ins-sim")
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
-        *map(remark, left_out(numbers)),
+        *map(remark, replaced_noise(numbers)),
         "import numpy as np",
         "",
         "imu_err = {",
@@ -31,20 +29,19 @@ def write(numbers: Numbers) -> str:
         ("gyro", "gyro_arw", "deg/sqrt(h)", "deg/h"),
         ("accel", "accel_vrw", "m/s/sqrt(h)", "m/s^2"),
     ):
-        noise = noises(numbers, sensor)
-        bias = biases[sensor]
+        noise, bias = found[sensor]
         size, bias_size = find(walk_unit).factor, find(bias_unit).factor
-        about = said(p.words for p in bias)
+        about = joined(p.words for p in bias)
         lines += [
-            _row(f"{sensor}_b", [0.0, 0.0, 0.0], f"{bias_unit}; a constant bias, which no Allan variance shows"),
-            _row(walk, [n.value / size for n in noise], f"{walk_unit}; {said(n.words for n in noise)}"),
+            _row(f"{sensor}_b", [0.0, 0.0, 0.0], f"{bias_unit}; constant bias, which an Allan variance does not show"),
+            _row(walk, [n.value / size for n in noise], f"{walk_unit}; {joined(n.words for n in noise)}"),
             _row(
                 f"{sensor}_b_stability",
                 [p.sigma / bias_size for p in bias],
                 f"{bias_unit}, standard deviation; {about}",
             ),
             _row(
-                f"{sensor}_b_corr", [p.time for p in bias], "s, correlation time; never infinite, which is white there"
+                f"{sensor}_b_corr", [p.time for p in bias], "s, correlation time; infinite would mean white noise here"
             ),
         ]
     return "\n".join([*lines, "}"]) + "\n"

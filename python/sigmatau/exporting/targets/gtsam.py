@@ -1,4 +1,4 @@
-"""GTSAM: a Python module that makes ``PreintegrationCombinedParams``, with the lines of C++ beside."""
+"""GTSAM: a Python module that makes ``PreintegrationCombinedParams``, with the same in C++ as comments."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _AXES = "xyz"
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the module: densities as they are, squared in the open where the covariances are made."""
+    """The text of the module: densities; the module squares them for the covariances."""
     rows = [
         ("ACCELEROMETER_NOISE", "accel", numbers.noise, numbers.noise_of, "N, m/s^2/sqrt(Hz)"),
         ("GYROSCOPE_NOISE", "gyro", numbers.noise, numbers.noise_of, "N, rad/s/sqrt(Hz)"),
         ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
         ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
     ]
-    lines = [*map(remark, numbers.left_out()), "# x, y, z"]
+    lines = [*map(remark, numbers.omitted_terms()), "# x, y, z"]
     for name, sensor, one, of, unit in rows:
         lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))
@@ -33,7 +33,7 @@ def write(numbers: Numbers) -> str:
 def _axes(
     numbers: Numbers, sensor: str, one: Callable[[str], Number], of: Callable[[str], Number], unit: str
 ) -> list[str]:
-    """A line of each axis: one number for all of them, or, if each was chosen, its own where the model has that channel."""
+    """A line per axis: one number for all, or for ``axes="each"`` that of the axis if the model has it."""
     if numbers.choices.axes != "each":
         number = one(sensor)
         first, *others = [f"    {digits(number.value)}," for _ in _AXES]
@@ -42,7 +42,7 @@ def _axes(
     worst = max(found.values(), key=lambda number: number.value)
     lines = []
     for axis in _AXES:
-        words = unit if axis in found else f"{unit}; {axis}: no channel of its own, the worst of the others"
+        words = unit if axis in found else f"{unit}; {axis}: not in the model, the worst of the others"
         used = found.get(axis, worst)
         lines.append(f"    {digits(used.value)},  # {comment(f'{words}; {used.words}')}")
     return lines
@@ -54,8 +54,8 @@ _MODULE = '''\
 # Continuous-time densities; their squares are GTSAM's covariances. GTSAM divides the noise by dt and multiplies the walks
 # by dt itself: nothing here is multiplied by the sampling rate.
 {numbers}
-GRAVITY = {gravity}  # m/s^2; where you are, not the sensor's
-INTEGRATION = {integration}  # error of the integration itself, no noise of the sensor; GTSAM's default, 1, is too large
+GRAVITY = {gravity}  # m/s^2; at your location, not measured by the sensor
+INTEGRATION = {integration}  # error of the integration, not sensor noise; the default of GTSAM, 1, is too large
 
 
 def params(gravity=GRAVITY):
@@ -68,9 +68,9 @@ def params(gravity=GRAVITY):
     made.setGyroscopeCovariance(np.diag(np.square(GYROSCOPE_NOISE)))  # N^2, (rad/s)^2/Hz
     made.setBiasAccCovariance(np.diag(np.square(ACCELEROMETER_WALK)))  # K^2, (m/s^3)^2/Hz
     made.setBiasOmegaCovariance(np.diag(np.square(GYROSCOPE_WALK)))  # K^2, (rad/s^2)^2/Hz
-    made.setIntegrationCovariance(INTEGRATION * np.eye(3))  # no Allan number
-    # No Allan number either: what is not known of the bias at the start belongs in the prior of the first bias. Left alone
-    # it is 1 up to GTSAM 4.2 and swamps everything else; later versions ignore or lack it.
+    made.setIntegrationCovariance(INTEGRATION * np.eye(3))  # not from the Allan variance
+    # Not from the Allan variance either: the uncertainty of the initial bias belongs in the prior of the first bias. The
+    # default is 1 up to GTSAM 4.2, which is far too large; later versions ignore or lack it.
     initial = getattr(made, "setBiasAccOmegaInit", None) or getattr(made, "setBiasAccOmegaInt", None)
     if initial is not None:
         initial(np.zeros((6, 6)))
@@ -84,7 +84,7 @@ def params(gravity=GRAVITY):
 #   p->biasAccCovariance = accelerometer_walk.cwiseAbs2().asDiagonal();
 #   p->biasOmegaCovariance = gyroscope_walk.cwiseAbs2().asDiagonal();
 #   p->integrationCovariance = integration * gtsam::I_3x3;
-#   p->biasAccOmegaInt = gtsam::Z_6x6;  // where the version has it
+#   p->biasAccOmegaInt = gtsam::Z_6x6;  // if the version has it
 '''
 
 TARGET = Target(

@@ -1,4 +1,4 @@
-"""IEEE Std 952: a sheet of all coefficients in the units of the standard, with intervals or upper limits, and in SI."""
+"""IEEE Std 952: table of all coefficients in units of the standard, with intervals or upper limits, and in SI."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["TARGET"]
 
 _HOUR = 3600.0
 
-# Units of the sheet: text and one such unit in SI, the standard's own first.
+# Units of the table: text and factor to SI, the unit of the standard first.
 _UNITS = {
     "angular_rate": {
         "quantization": (("arcsec", find("arcsec").factor), ("µrad", 1e-6)),
@@ -35,27 +35,27 @@ _UNITS = {
 }
 
 
-_NO_INTERVAL, _UNKNOWN, _NOT_THERE = "no interval", "cannot be told", "not in the model"
+_NO_INTERVAL, _UNKNOWN, _NOT_IN_MODEL = "no interval", "unknown", "not in the model"
 
 _FOOT = {
-    _NO_INTERVAL: "No interval: the value is of a model file or another program's, or of a fit that is not adequate.",
-    _UNKNOWN: "Cannot be told: the averaging times that would show it are left out of the fit, or it is not adequate.",
-    _NOT_THERE: "Not in the model: a model file does not say whether it was looked for.",
+    _NO_INTERVAL: "No interval: the value is from a model file, from another program, or from a fit that is not adequate.",
+    _UNKNOWN: "Unknown: the fit excludes the averaging times that would show the term, or it is not adequate.",
+    _NOT_IN_MODEL: "Not in the model: a model file does not tell whether the term was searched.",
 }
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the sheet: a block a channel, a row a term."""
+    """The text of the table: a block per channel, a row per term."""
     refuse(
         numbers,
         "ieee952",
-        "the sheet states what was found",
+        "the table has what was found",
         "walk",
         "noise",
         "walk_factor",
         "noise_factor",
     )
-    blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is SI, to all digits."]
+    blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI with all digits."]
     for name, model in numbers.model.channels.items():
         rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)
         widths = [max(len(row[column]) for row in rows) for column in range(4)]
@@ -70,7 +70,7 @@ def write(numbers: Numbers) -> str:
 
 
 def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]]:
-    """Letter, name, value with unit, interval, SI; a further unit on a row of its own."""
+    """Symbol, name, value with unit, interval, SI value; one row per unit."""
     letter, label = TERMS[term].symbols[0], TERMS[term].label(model.quantity)
     si = model.unit_of(term)
     units = _UNITS.get(model.quantity, {}).get(term, ((si, 1.0),))
@@ -93,18 +93,18 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
             rows.append((letter, label, f"{shown} {text}", percent, f"{digits(value)} {si}"))
         return rows
     if term in model.limits:
-        limit, percent = model.limits[term], f"not seen ({100 * model.level:g} %)"
+        limit, percent = model.limits[term], f"not observed ({100 * model.level:g} %)"
         return [
             (letter, label, f"below {limit / size:.2g} {text}", percent, f"below {digits(limit)} {si}")
             for text, size in units
         ]
     if model.duration or not model.adequate:  # of a fit
         return [(letter, label, _UNKNOWN, "" if model.adequate else "no adequate model", "")]
-    return [(letter, label, _NOT_THERE, "", "")]
+    return [(letter, label, _NOT_IN_MODEL, "", "")]
 
 
 def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
-    """Gauss-Markov processes with the standard's q_c, sinusoids and the bandwidth."""
+    """Gauss-Markov processes with q_c of the standard, sinusoids and the bandwidth."""
     units = _UNITS.get(model.quantity, {}).get("bias_instability", ((model.unit, 1.0),))
     text, size = units[0]
     rows = []
@@ -134,7 +134,7 @@ def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
 
 TARGET = Target(
     name="ieee952",
-    summary="a sheet of Q, N, B, K, R of every channel in the units of IEEE Std 952, with intervals",
+    summary="table of Q, N, B, K, R of every channel in units of IEEE Std 952, with intervals",
     ending=".txt",
     write=write,
     every_axis=True,

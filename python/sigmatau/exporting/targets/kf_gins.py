@@ -1,17 +1,16 @@
 """KF-GINS: the block ``imunoise`` of its configuration.
 
-Its biases are first-order Gauss-Markov processes with one correlation time for all, driven by 2σ²/corrtime; its code
-converts from the units of the file itself.
+The biases are first-order Gauss-Markov processes with one correlation time for all, driven by noise of density 2σ²/corrtime.
+KF-GINS converts the units of the file itself.
 """
 
 from __future__ import annotations
 
 import math
 
-from sigmatau.exporting.axes import noises
-from sigmatau.exporting.gauss_markov import Process, left_out, processes, refuse_horizon
+from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import digits, number, remark, said, vector
+from sigmatau.exporting.text import digits, joined, number, remark, vector
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 from sigmatau.units import find
@@ -21,30 +20,26 @@ __all__ = ["TARGET"]
 
 def write(numbers: Numbers) -> str:
     """The text of the block; vectors are forward, right, down."""
-    noise = {sensor: noises(numbers, sensor) for sensor in ("gyro", "accel")}
-    biases = {sensor: processes(numbers, sensor) for sensor in ("gyro", "accel")}
-    refuse_horizon(numbers, "kf-gins", [p for axes in biases.values() for p in axes])
-    time = _time(numbers, [p for axes in biases.values() for p in axes])
-    shared = {sensor: [p.at(time) for p in axes] for sensor, axes in biases.items()}
+    found = noises_and_processes(numbers, "kf-gins")
+    time = _time(numbers, [p for _, axes in found.values() for p in axes])
     lines = [
-        "# KF-GINS converts these units itself. Axes forward, right, down: those of the IMU file, not of the data sheet.",
-        *map(remark, left_out(numbers)),
+        "# KF-GINS converts these units itself. Axes forward, right, down, as in the IMU file.",
+        *map(remark, replaced_noise(numbers)),
         "imunoise:",
     ]
     for key, sensor, unit in (("arw", "gyro", "deg/sqrt(h)"), ("vrw", "accel", "m/s/sqrt(h)")):
         size = find(unit).factor
-        words = said(n.words for n in noise[sensor])
-        lines.append(f"  {key}: {vector(n.value / size for n in noise[sensor])}  # {unit}; {words}")
+        noise, _ = found[sensor]
+        lines.append(f"  {key}: {vector(n.value / size for n in noise)}  # {unit}; {joined(n.words for n in noise)}")
     for key, sensor, unit in (("gbstd", "gyro", "deg/h"), ("abstd", "accel", "mGal")):
         size = find(unit).factor
-        words = said(p.words for p in shared[sensor])
-        lines.append(
-            f"  {key}: {vector(p.sigma / size for p in shared[sensor])}  # {unit}, standard deviation; {words}"
-        )
+        shared = [p.at(time) for p in found[sensor][1]]
+        words = joined(p.words for p in shared)
+        lines.append(f"  {key}: {vector(p.sigma / size for p in shared)}  # {unit}, standard deviation; {words}")
     for key in ("gsstd", "asstd"):
         ppm = number(numbers.name(key, "300"), key)
-        given = "given" if key in numbers.choices.names else f"that of KF-GINS' sample, --name {key}=PPM"
-        lines.append(f"  {key}: {vector([ppm] * 3)}  # ppm; a scale factor, which no static record shows: {given}")
+        given = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, --name {key}=PPM"
+        lines.append(f"  {key}: {vector([ppm] * 3)}  # ppm; scale factor, not visible in a static record: {given}")
     lines.append(f"  corrtime: {digits(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
     return "\n".join(lines) + "\n"
 
@@ -61,8 +56,8 @@ def _time(numbers: Numbers, processes: list[Process]) -> float:
 
 def _of_time(numbers: Numbers) -> str:
     if "corrtime" in numbers.choices.names:
-        return "as it was given"
-    return "one for all: mean of the logarithms of those of the processes, --name corrtime=HOURS"
+        return "given"
+    return "one for all: geometric mean of the processes, --name corrtime=HOURS"
 
 
 TARGET = Target(

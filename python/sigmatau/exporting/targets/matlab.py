@@ -1,10 +1,10 @@
 """MATLAB: ``gyroparams`` and ``accelparams`` of its IMU simulator, as a script.
 
-What the simulator does (``IMUSensorSimulator.m`` of R2023b): with ``NoiseType`` single-sided, white noise of
-NoiseDensity·√rate and a walk of RandomWalk/√rate a sample, so that the two-sided N and K are written as they are. With its
-default, double-sided, both have √(rate/2) in the place of √rate: the noise comes out √2 smaller and the walk √2 larger.
-BiasInstability drives the filter ``BiasInstabilityCoefficients`` with B a sample. The default, ``fractalcoef`` with one
-pole, has no more than two samples of memory and makes white noise; P poles make 1/f noise of IEEE's B up to P samples.
+``IMUSensorSimulator.m`` of R2023b with ``NoiseType`` single-sided makes white noise of NoiseDensity·√rate and a random walk
+of RandomWalk/√rate per sample, so that the two-sided N and K are written unchanged. The default, double-sided, has
+√(rate/2) instead of √rate: the noise is √2 smaller and the walk √2 larger. BiasInstability drives the filter
+``BiasInstabilityCoefficients`` with B per sample. The default, ``fractalcoef`` with one pole, has a memory of two samples
+and makes white noise; P poles make 1/f noise with B of IEEE Std 952 up to P samples.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from sigmatau.exporting.axes import by_axis, noises, refuse
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.gauss_markov import bottom
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, digits, said, vector
+from sigmatau.exporting.text import comment, digits, joined, vector
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
 
 __all__ = ["TARGET"]
 
-_MOST_POLES = 100_000  # 10 s of multiplications for each axis and minute at 100 Hz, at 1e9 a second
+_MOST_POLES = 100_000  # 10 s of multiplications (1e9/s) for each axis and minute at 100 Hz
 
 _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
 
@@ -32,18 +32,18 @@ def write(numbers: Numbers) -> str:
     """The text of the script; ``gyro`` and ``accel`` are what imuSensor takes."""
     present = [row for row in _SENSORS if numbers.has(row[0])]
     if not present:
-        raise DataError("the model has neither gyros nor accelerometers, which imuSensor is of")
+        raise DataError("the model has neither gyros nor accelerometers; imuSensor needs one of them")
     flicker = any(_has_flicker(numbers, sensor) for sensor, _, _ in present)
     if not flicker and "horizon" not in numbers.choices.walk.values():
-        refuse(numbers, "matlab", "the model has no bias instability, which it is for here", "horizon")
+        refuse(numbers, "matlab", "the model has no bias instability", "horizon")
     if not flicker and not any(_has_walk(numbers, sensor) for sensor, _, _ in present):
-        refuse(numbers, "matlab", "the model has neither K nor B, which it multiplies", "walk_factor")
+        refuse(numbers, "matlab", "the model has neither K nor B", "walk_factor")
     lines = ["% Row vectors are x, y, z. NoiseType and fractalcoef are of R2023b and later."]
     for sensor, kind, unit in present:
         lines += [
             f"{sensor} = {kind};",
             f"{sensor}.NoiseType = 'single-sided';"
-            "  % takes N and K as they are; 'double-sided' makes the noise sqrt(2) smaller, the walk sqrt(2) larger",
+            "  % N and K unchanged; 'double-sided' makes the noise sqrt(2) smaller, the walk sqrt(2) larger",
             _row(f"{sensor}.NoiseDensity", noises(numbers, sensor), f"({unit})/sqrt(Hz), N, two-sided"),
             *_bias(numbers, sensor, unit),
             *_walk(numbers, sensor, unit),
@@ -58,7 +58,7 @@ def write(numbers: Numbers) -> str:
 
 
 def _has_flicker(numbers: Numbers, sensor: str) -> bool:
-    """Whether any axis has bias instability that no walk was chosen to stand for."""
+    """Whether any axis has bias instability that no chosen random walk replaces."""
     shown = any("bias_instability" in model for model in numbers.channels(sensor).values())
     return shown and numbers.choices.walk.get(sensor) != "horizon"
 
@@ -68,21 +68,21 @@ def _bias(numbers: Numbers, sensor: str, unit: str) -> list[str]:
     channels = numbers.channels(sensor)
     if not _has_flicker(numbers, sensor):
         if numbers.choices.walk.get(sensor) == "horizon":
-            return [f"% {key} stays 0: RandomWalk was chosen to stand for it"]
+            return [f"% {key} stays 0: RandomWalk approximates it, as chosen"]
         own = any(model.gauss_markov for model in channels.values())
-        more = "; the model's Gauss-Markov bias has no place here" if own else ""
+        more = "; no field for the Gauss-Markov bias of the model" if own else ""
         return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'bias_instability')}{more}"]
     values = by_axis(numbers, sensor, lambda one: _bias_of(one, sensor))
     poles, time = _poles(numbers, sensor)
     return [
         _row(key, values, f"{unit}, B of IEEE Std 952, 1/0.664 of the lowest point"),
         f"{sensor}.BiasInstabilityCoefficients = fractalcoef({poles});"
-        f"  % 1/f noise, to 7 % up to {seconds(time)} s; fewer poles, less work a sample and a shorter time",
+        f"  % 1/f noise, to 7 % up to {seconds(time)} s; fewer poles mean less work per sample and a shorter time",
     ]
 
 
 def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
-    """Poles of the 1/f filter, one a sample of the time up to which it is right, and that time."""
+    """Number of poles of the 1/f filter, one per sample of the time up to which it is accurate, and this time."""
     time = numbers.choices.horizon
     if time is None:
         bottoms = [bottom(model) for model in numbers.channels(sensor).values() if "bias_instability" in model]
@@ -91,24 +91,23 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
     if time is None or rate is None:
         lacking = "{@rate}" if time is not None else "{@horizon}" if rate is not None else "{@rate}, {@horizon}"
         raise OptionError(
-            f"{sensor}: MATLAB makes bias instability with a filter of one pole for each sample of the time up to which it"
-            f" is to be right: give {lacking}",
+            f"{sensor}: MATLAB simulates bias instability with a filter of one pole per sample of the time up to which it"
+            f" is accurate: give {lacking}",
             option="rate" if time is not None else "horizon",
         )
     poles = max(math.ceil(time * rate - 1e-9), 1)
     if poles > _MOST_POLES:
         raise OptionError(
-            f"{sensor}: bias instability up to {seconds(time)} s at {rate:g} Hz is a filter of {poles} poles, each a"
-            f" multiplication a sample and axis; more than {_MOST_POLES} are refused, because MATLAB would not come to an"
-            f" end with a record of that length: give {given('horizon', two_digits(_MOST_POLES / rate / 1.1))} or less,"
-            f" or {given('walk', 'horizon', sensor)} with it, which has a walk stand for it",
+            f"{sensor}: bias instability up to {seconds(time)} s at {rate:g} Hz needs a filter of {poles} poles, more than"
+            f" {_MOST_POLES}, which is too slow: give {given('horizon', two_digits(_MOST_POLES / rate / 1.1))} or less, or"
+            f" {given('walk', 'horizon', sensor)} to approximate it by a random walk",
             option="horizon",
         )
     return poles, time
 
 
 def _bias_of(numbers: Numbers, sensor: str) -> Number:
-    """B of all channels that show it, by the user's choice, or 0 for one that does not."""
+    """B of the channels that have it, by `Choices.axes`; 0 if none has."""
     found = {n: m["bias_instability"] for n, m in numbers.channels(sensor).items() if "bias_instability" in m}
     factor = numbers.choices.walk_factor
     if not found:
@@ -140,7 +139,7 @@ def _has_walk(numbers: Numbers, sensor: str) -> bool:
 
 
 def _walk_of(numbers: Numbers, sensor: str) -> Number:
-    """K, or 0 for an axis that does not show it when others do and nothing was chosen for it."""
+    """K; 0 for an axis without K if other axes have it and nothing was chosen."""
     channels = numbers.channels(sensor)
     if not _has_walk(numbers, sensor):
         return Number(value=0.0, words=f"{', '.join(channels)}: not observed, 0")
@@ -156,7 +155,7 @@ def _below(numbers: Numbers, sensor: str, term: str) -> str:
 
 
 def _row(key: str, values: tuple[Number, Number, Number], unit: str) -> str:
-    about = said(value.words for value in values)
+    about = joined(value.words for value in values)
     return f"{key} = {vector(value.value for value in values)};  % {unit}; {about}"
 
 

@@ -1,4 +1,4 @@
-"""sigmatau's own model file, from a result or from another program's file."""
+"""The model file of sigmatau, from a result or a file of another program."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ __all__ = ["TARGET"]
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the file; raises `OptionError` for choices that are a filter's, because a model is what was found."""
-    why = "a model file holds what was found: no factor, and nothing in the place of what was not observed"
+    """The text of the file; raises `OptionError` for factors and replacements, because a model file has estimates only."""
+    why = "a model file has what was found, without factors and replacements"
     refuse(numbers, "model", why, "walk", "noise", "walk_factor", "noise_factor")
     return numbers.model.to_toml()
 
 
 TARGET = Target(
     name="model",
-    summary="sigmatau's own model file (TOML), for simulate, plan and export: every term as it is, in SI, by channel",
+    summary="model file of sigmatau (TOML), for simulate, plan and export: every term of every channel, in SI",
     ending=".toml",
     write=write,
     per_axis=True,

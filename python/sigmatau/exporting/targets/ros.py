@@ -1,8 +1,8 @@
 """ROS: the covariances of ``sensor_msgs/Imu``, row by row, as YAML.
 
-They are those of one sample. Where the source is of a record it is what that has, see `Source.samples`; of a model what the
-model makes: white noise of density N² that nothing has filtered has N²·rate; behind a bandwidth a sample has less, and
-samples are correlated, which the message cannot say. All zeros means unknown, −1 that there is no such data.
+They are covariances of one sample: measured, if the source is a record (see `Source.samples`), else from the model.
+Unfiltered white noise of density N² has N²·rate; behind a low-pass filter the variance is smaller and samples are
+correlated, which the message cannot express. All zeros mean unknown, −1 in the first place means no such data.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy as np
 from sigmatau.errors import DataError
 from sigmatau.exporting.axes import by_axis, refuse
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import said, vector
+from sigmatau.exporting.text import joined, vector
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import CorrelatedSamples
 from sigmatau.model.channel import ChannelModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
@@ -29,24 +30,24 @@ _FIELDS = (
     ("accel", "linear_acceleration_covariance", "(m/s^2)^2"),
 )
 _ABSENT = [-1.0, *[0.0] * 8]
-_INDEPENDENT = "takes samples for independent"
-_SAME = 1e-3  # relative, of sampling rates
-_ALIKE = 1.2  # times N²·rate, up to which the samples of a record are taken for independent
+_INDEPENDENT = "assumes independent samples"
+_SAME_RATE = 1e-3  # relative difference
+_INDEPENDENT_RATIO = 1.2  # variance over N²·rate, or its inverse, up to which samples count as independent
 
 
 def write(numbers: Numbers) -> str:
     """The text of the file, with the keys of the message."""
-    refuse(numbers, "ros", "the message has the noise of a sample alone, no bias", "walk", "walk_factor")
+    refuse(numbers, "ros", "the message has the noise of a sample only, no bias", "walk", "walk_factor")
     if not any(numbers.has(sensor) for sensor, _, _ in _FIELDS):
-        raise DataError("the model has neither gyros nor accelerometers, which sensor_msgs/Imu is of")
+        raise DataError("the model has neither gyros nor accelerometers; sensor_msgs/Imu needs one of them")
     lines = [
-        "# sensor_msgs/Imu: covariance of one sample, row by row. [0] = -1: there is no such data.",
-        "# Of a sample about a bias that stands still: bias instability, rate random walk and ramp are no part of it.",
-        f"orientation_covariance: {vector(_ABSENT)}  # of an attitude that was estimated, which no noise model has",
+        "# sensor_msgs/Imu: covariance of one sample, row by row. [0] = -1: no such data.",
+        "# About a constant bias: without bias instability, rate random walk and ramp.",
+        f"orientation_covariance: {vector(_ABSENT)}  # no attitude in a noise model",
     ]
     for sensor, field, unit in _FIELDS:
         if not numbers.has(sensor):
-            lines.append(f"{field}: {vector(_ABSENT)}  # the model has none")
+            lines.append(f"{field}: {vector(_ABSENT)}  # not in the model")
             continue
         found = by_axis(numbers, sensor, functools.partial(_variance, sensor=sensor))
         matrix = np.diag([variance.value for variance in found])
@@ -59,13 +60,13 @@ def write(numbers: Numbers) -> str:
                     deviation, deviation
                 )
         elif _shared(numbers, sensor):
-            together = "; axes that share noise are taken for independent, --axes each writes what they share"
-        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {said(v.words for v in found)}{together}")
+            together = "; correlated axes are treated as independent; --axes each writes their covariance"
+        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {joined(v.words for v in found)}{together}")
     return "\n".join(lines) + "\n"
 
 
 def _variance(numbers: Numbers, *, sensor: str) -> Number:
-    """Variance of a sample by the user's choice of axis, and what it is."""
+    """Variance of a sample, by `Choices.axes`."""
     found = {name: _of_channel(numbers, name) for name in numbers.channels(sensor)}
     if len(found) == 1:
         return next(iter(found.values()))
@@ -83,7 +84,7 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
 
 
 def _of_channel(numbers: Numbers, name: str) -> Number:
-    """Variance of a sample of one channel: measured, where the source is of a record, else that of the model."""
+    """Variance of a sample of one channel: measured, if the source is a record, else from the model."""
     measured = _measured(numbers, name)
     model = numbers.model.channels[name]
     if measured is None:
@@ -96,74 +97,57 @@ def _of_channel(numbers: Numbers, name: str) -> Number:
         words += f", {measured!r} times {numbers.choices.noise_factor:g}^2"
     if "random_walk" in model:
         independent = numbers.noise_of(name).value ** 2 * numbers.rate()
-        words += f"; N^2*rate = {independent:.4g} is what a filter needs that {_INDEPENDENT}"
+        words += f"; N^2*rate = {independent:.4g} is for a filter that {_INDEPENDENT}"
         _correlated(numbers, name, value, independent)
     return Number(value=value, words=words + numbers.doubt(name))
 
 
 def _measured(numbers: Numbers, name: str) -> float | None:
-    """The variance of a sample as the record has it; None if that is not known, of another rate, or a noise was chosen."""
+    """Measured variance of a sample; None if unknown, at another rate, or if a random walk was chosen."""
     chosen = stream_name(name) in numbers.choices.noise and "random_walk" not in numbers.model.channels[name]
     sample, rate = numbers.source.samples.get(name), numbers.source.rates.get(name, 0.0)
-    if chosen or sample is None or abs(numbers.rate() - rate) > _SAME * rate:
+    if chosen or sample is None or abs(numbers.rate() - rate) > _SAME_RATE * rate:
         return None
     return sample.variance
 
 
 def _parts(numbers: Numbers, name: str) -> str:
-    """What makes the variance that the model has."""
+    """The contributions to the variance of the model."""
     model = numbers.model.channels[name]
     noise = numbers.noise_of(name)
-    parts = "N^2*rate" if model.bandwidth is None else "variance behind the bandwidth"
+    parts = "N^2*rate" if model.bandwidth is None else "variance behind the low-pass filter"
     parts += " + 2*(Q*rate)^2" if "quantization" in model else ""
-    parts += " + sigma^2 of its Gauss-Markov noise" if model.gauss_markov else ""
-    parts += " + amplitude^2/2 of its sinusoids" if model.sinusoid else ""
+    parts += " + sigma^2 of the Gauss-Markov noise" if model.gauss_markov else ""
+    parts += " + amplitude^2/2 of the sinusoids" if model.sinusoid else ""
     if model.bandwidth is not None:
         independent = noise.value**2 * numbers.rate()
-        parts += f" of {model.bandwidth.corner:g} Hz: samples are correlated, and N^2*rate = {independent:.4g} is what"
-        parts += f" a filter needs that {_INDEPENDENT}"
+        parts += f" of {model.bandwidth.corner:g} Hz: samples are correlated, and N^2*rate = {independent:.4g} is for"
+        parts += f" a filter that {_INDEPENDENT}"
     return f"{parts}; {noise.words}"
 
 
 def _correlated(numbers: Numbers, name: str, value: float, independent: float) -> None:
-    """A finding where the variance of a sample is not what independent samples of the same random walk would have."""
-    if 1 / _ALIKE <= value / independent <= _ALIKE:
+    """Add a finding if the variance of a sample is not that of independent samples of the same random walk."""
+    if 1 / _INDEPENDENT_RATIO <= value / independent <= _INDEPENDENT_RATIO:
         return
-    corner = numbers.source.corners.get(name)
-    why = f", behind a low-pass filter of {corner:.3g} Hz" if corner is not None and value < independent else ""
-    numbers.find(
-        Finding(
-            code="correlated_samples",
-            severity="warning",
-            channel=name,
-            message=f"the variance of a sample is {value / independent:.3g} of N^2*rate: samples are not independent{why}",
-            effect="a filter that takes each sample for new noise is wrong by that factor",
-            remedy=f"give such a filter N^2*rate = {independent:.4g}",
-        )
-    )
+    corner = numbers.source.corners.get(name) if value < independent else None
+    details = CorrelatedSamples(ratio=value / independent, independent_variance=independent, corner=corner)
+    numbers.add_finding(Finding(severity="warning", channels=(name,), details=details))
 
 
 def _filtered(numbers: Numbers, name: str) -> str:
-    """What the analysis says of a filter that the model has not, where the record's own variance is not known."""
+    """Remark and finding on a low-pass filter that the analysis found and the model does not have."""
     model, corner = numbers.model.channels[name], numbers.source.corners.get(name)
     if corner is None or model.bandwidth is not None:
         return ""
-    numbers.find(
-        Finding(
-            code="low_pass_filter",
-            severity="warning",
-            channel=name,
-            message=f"a low-pass filter of {corner:.3g} Hz was found, and N^2*rate is the variance of samples without one",
-            effect="the variance of a sample is smaller",
-            remedy="right for a filter that takes samples for independent; for the variance itself give the channel its"
-            " bandwidth in a model file",
-        )
-    )
-    return f"; as without the low-pass filter of {corner:.3g} Hz that was found"
+    independent = numbers.noise_of(name).value ** 2 * numbers.rate()
+    details = CorrelatedSamples(ratio=None, independent_variance=independent, corner=corner)
+    numbers.add_finding(Finding(severity="warning", channels=(name,), details=details))
+    return f"; without the low-pass filter of {corner:.3g} Hz that the analysis found"
 
 
 def _shared(numbers: Numbers, sensor: str) -> bool:
-    """Whether axes of a sensor share noise that is in a sample."""
+    """Whether white noise or quantization of two axes of a sensor is correlated."""
     pairs = (pair for term in ("random_walk", "quantization") for pair in numbers.model.correlation.get(term, {}))
     return any(set(pair) <= set(numbers.channels(sensor)) for pair in pairs)
 
@@ -177,7 +161,7 @@ def _quantization(numbers: Numbers, name: str) -> float:
 def _white(numbers: Numbers, name: str) -> float:
     """Variance of the random walk in one sample."""
     model = numbers.model.channels[name]
-    noise = numbers.noise_of(name).value  # observed or chosen, with its factor
+    noise = numbers.noise_of(name).value  # observed or chosen, including the factor
     alone = ChannelModel(
         terms={"random_walk": noise}, bandwidth=model.bandwidth, quantity=model.quantity, unit=model.unit
     )
@@ -186,7 +170,7 @@ def _white(numbers: Numbers, name: str) -> float:
 
 
 def _modelled(numbers: Numbers, name: str) -> float:
-    """Variance of a sample by the model, about a bias that stands still: slow noise is that of the bias."""
+    """Variance of a sample of the model about a constant bias."""
     model, square = numbers.model.channels[name], numbers.choices.noise_factor**2
     more = sum(g.sigma**2 for g in model.gauss_markov) + sum(line.amplitude**2 / 2 for line in model.sinusoid)
     return _white(numbers, name) + _quantization(numbers, name) + square * more
@@ -194,7 +178,7 @@ def _modelled(numbers: Numbers, name: str) -> float:
 
 TARGET = Target(
     name="ros",
-    summary="ROS sensor_msgs/Imu covariances of one sample, as measured, or N^2*rate of a model, by axis",
+    summary="ROS sensor_msgs/Imu covariances of one sample, measured or N^2*rate of a model, by axis",
     ending=".yaml",
     write=write,
     needs_rate=True,

@@ -1,4 +1,4 @@
-"""State space: the matrices of each channel for any filter, as JSON, ``.npz`` or ``.mat``.
+"""State-space matrices of each channel for any filter, as JSON, ``.npz`` or ``.mat``.
 
 x' = F·x + G·w, cov w = Qd; y = H·x + v, var v = R; cov x₀ = P0, every dt; flicker noise as a few Gauss-Markov states.
 """
@@ -33,7 +33,7 @@ _ABOUT = "x' = F x + G w, cov w = Qd; y = H x + v, var v = R; cov x0 = P0; every
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the JSON, a row of a matrix on a line; numbers read back to the same bits."""
+    """The text of the JSON, one matrix row per line; numbers read back to the same bits."""
     systems = []
     for name, content in _content(numbers).items():
         keys = ",\n".join(f"    {json.dumps(key)}: {_json(value)}" for key, value in content.items())
@@ -43,11 +43,11 @@ def write(numbers: Numbers) -> str:
 
 
 def write_npz(numbers: Numbers) -> bytes:
-    """Arrays ``gyro_x.F`` … and ``gyro_x.states``; nothing in it is pickled."""
+    """Arrays ``gyro_x.F`` … and ``gyro_x.states``, without pickles."""
     arrays: dict[str, Any] = {}
     for name, content in _content(numbers).items():
         if "/" in name or "\\" in name:
-            raise DataError(f"channel {name!r}: a name with a slash is a path in an archive; write JSON")
+            raise DataError(f"channel {name!r}: a slash is a path separator in this format; write JSON")
         arrays |= {f"{name}.{key}": value for key, value in content.items()}
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays)
@@ -55,14 +55,14 @@ def write_npz(numbers: Numbers) -> bytes:
 
 
 def write_mat(numbers: Numbers) -> bytes:
-    """A structure a channel, with the matrices in it; version 5, which MATLAB, Octave and SciPy read."""
+    """One structure of matrices per channel; version 5, which MATLAB, Octave and SciPy read."""
     from scipy.io import savemat
 
     structures: dict[str, dict[str, Any]] = {}
     for name, content in _content(numbers).items():
         if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= 31):
-            raise DataError(f"channel {name!r} cannot name a variable of MATLAB: up to 31 letters, digits and _")
-        # Names become a cell array, as MATLAB has lists of strings.
+            raise DataError(f"channel {name!r} is not a MATLAB variable name: up to 31 letters, digits and _")
+        # Lists of strings become cell arrays.
         structures[name] = {
             key: np.array(value.tolist(), dtype=object)
             if isinstance(value, np.ndarray) and value.dtype.kind == "U"
@@ -83,7 +83,7 @@ def _json(value: object) -> str:
 
 
 def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
-    """What is written of each system: of each channel, or ``joint`` of all of them."""
+    """Content of each system: one per channel, or ``joint`` of all."""
     form = numbers.name("form", "channels")
     if form not in ("channels", "joint"):
         raise OptionError(f"{{option}} form={form!r}: want channels or joint", option="name")
@@ -94,7 +94,7 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
 
 
 def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
-    """What should be known of the coefficients of a system."""
+    """A note if coefficients of a system are from a fit that is not adequate."""
     doubted = [name for name in channels if not numbers.model.channels[name].adequate]
     return {"note": f"{', '.join(doubted)}: {NOT_ADEQUATE}"} if doubted else {}
 
@@ -107,9 +107,9 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
         not any(set(model) - {"quantization", "random_walk"} or model.gauss_markov for model in models)
         and not choices.walk
     ):
-        refuse(numbers, "state-space", "the model has no slow noise, which it multiplies", "walk_factor")
+        refuse(numbers, "state-space", "the model has no slow noise", "walk_factor")
     if not any("bias_instability" in model for model in numbers.model.channels.values()):
-        refuse(numbers, "state-space", "the model has no flicker noise, whose states it is for", "horizon")
+        refuse(numbers, "state-space", "the model has no flicker noise", "horizon")
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
         raise OptionError(f"{{option}} output={output!r}: want rate, increments or integrated", option="name")
@@ -120,7 +120,7 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
 
 
 def _rate(numbers: Numbers) -> float:
-    """One over the step: the rate of every channel that is written; raises `OptionError` if it is not known. [Hz]"""
+    """One over the step: the rate of all channels; raises `OptionError` if unknown or ambiguous. [Hz]"""
     rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
     if numbers.choices.rate is not None or (rates and max(rates.values()) <= (1 + 1e-3) * min(rates.values())):
         return numbers.rate()
@@ -132,7 +132,7 @@ def _rate(numbers: Numbers) -> float:
 
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
-    """The model of a channel with the walks that were chosen for it, and both factors."""
+    """The model of a channel with the chosen coefficients and both factors."""
     model, choices = numbers.model.channels[name], numbers.choices
     sensor = stream_name(name)
     terms: dict[str, float] = {}
@@ -142,8 +142,8 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     if sensor in choices.walk and "rate_random_walk" not in model:
         if choices.walk[sensor] == "horizon":
             raise OptionError(
-                "a state space has the flicker noise itself, so that no walk has to stand for it: leave {@walk} out, or give"
-                " upper-limit or a value",
+                "a state space contains the flicker noise, no walk has to approximate it: omit {@walk}, or give upper-limit"
+                " or a value",
                 option="rate_random_walk",
             )
         terms["rate_random_walk"] = numbers.walk_of(name).value
@@ -170,7 +170,7 @@ def _plain(system: StateSpace) -> dict[str, Any]:
 
 
 def _of_flicker(systems: Sequence[StateSpace]) -> dict[str, float]:
-    """How well the poles stand for flicker noise, and up to which averaging time."""
+    """Error of the approximation of flicker noise, and the averaging time up to which it holds."""
     times = [system.tau_max for system in systems if system.tau_max is not None]
     return {"flicker_error": max(s.flicker_error for s in systems), "tau_max_s": max(times)} if times else {}
 
@@ -185,16 +185,16 @@ _TERMS = {
 
 
 def _term(name: str) -> str:
-    """The term that a state or an input is of."""
+    """The term of a state or an input."""
     kind = re.sub(r"_\d+$", "", name)
     return _TERMS.get(kind, kind)
 
 
 def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any]:
-    """All channels in one system, with the covariance of the noise that they share.
+    """All channels in one system, with the covariance of correlated noise.
 
-    Two channels with the same step and the same term have the same dynamics of it, so that ρ·(c_b/c_a) times the
-    covariance of the one is the covariance of both.
+    A term has the same dynamics in two channels with the same step, so that ρ·(c_b/c_a) times the covariance of the first
+    is the cross-covariance.
     """
     names = list(systems)
     every = list(systems.values())

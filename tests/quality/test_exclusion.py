@@ -30,7 +30,7 @@ def record_of(gyro, accel):
 
 
 def options(findings, code):
-    return {match[1] for f in findings if f.code == code and (match := re.search(r"--leave-out (\S+)", f.remedy))}
+    return {match[1] for f in findings if f.code == code and (match := re.search(r"--leave-out (\S+)", f.action))}
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,10 @@ def test_these_samples_are_missing(text, first, stop):
         assert np.flatnonzero(stream.mask.any(axis=1)).tolist() == list(range(first, stop))
         assert np.isnan(stream.column(stream.channels[0])[first:stop]).all()
         assert np.isfinite(np.delete(stream.column(stream.channels[0]), np.s_[first:stop])).all()
-    assert f"gyro: {stop - first} of 60000 samples" in said.message
+    assert [(s.stream, s.count, s.samples) for s in said.details.streams] == [
+        (name, stop - first, 60_000) for name in ("gyro", "accel")
+    ]
+    assert said.spans == ((first / RATE, stop / RATE),)
     assert (said.code, said.severity) == ("left_out", "info")
 
 

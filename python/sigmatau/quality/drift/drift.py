@@ -93,8 +93,7 @@ def warm_up(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
         findings.append(finding(stream, channel, found.time, found.regression, changes, beside=bool(steps)))
         if steps:  # they are told beside what would hide them
             still = stream.only(channel).with_rates([stream.column(channel) - curve])
-            said = level_finding(still, channel, steps)
-            findings.append(replace(said, message=f"{BESIDE}, {said.message}"))
+            findings.append(level_finding(still, channel, steps, beside_drift=True))
     return findings
 
 

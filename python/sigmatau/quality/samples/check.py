@@ -6,10 +6,11 @@ One module a kind of fault; each takes a stream and returns findings. `check` ru
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.duplicate_rows import copies, copy_masks
 from sigmatau.quality.samples.interpolation import interpolated
-from sigmatau.quality.samples.light_shocks import light_knocks
+from sigmatau.quality.samples.light_shocks import light_shocks
 from sigmatau.quality.samples.lost_rows import dropout_masks, lost_rows, stuck_masks
 from sigmatau.quality.samples.masking import leave_out_option, mask_of, masked
 from sigmatau.quality.samples.motion import LevelChange, level_changes, summary
@@ -107,13 +108,13 @@ def check(stream: Stream) -> list[Finding]:
     even = without_dust(stream)
     found = {one: one(even if one in _EQUAL else stream) for one in CHECKS if one is not start_transient}
     if found[spikes]:
-        knocks = light_knocks(stream)
+        shocks = light_shocks(stream)
         alone = mask_spikes(Record(streams=(stream,)))[0].streams[0]
-        if knocks:  # the largest samples of a knock are no spikes
-            still = masked(stream, mask_of(stream.grid.n, [(knock.start, knock.stop) for knock in knocks]))
+        if shocks:  # the largest samples of a shock are not spikes
+            still = masked(stream, mask_of(stream.grid.n, [(shock.start, shock.stop) for shock in shocks]))
             found[spikes] = spikes(still)
-        if found[not_static] or knocks:  # a single sample may move the mean of a window: that is no motion
-            found[not_static] = not_static(stream, judged=alone, knocks=knocks)
+        if found[not_static] or shocks:  # a spike may move the mean of a window: that is not motion
+            found[not_static] = not_static(stream, judged=alone, shocks=shocks)
         if found[implausible_unit]:  # noise that spikes make is of no grade
             found[implausible_unit] = implausible_unit(alone)
     if any(found[one] for one in _RUNS):  # a level that is held is none of the sensor, nor are its samples copies
@@ -127,16 +128,12 @@ def check(stream: Stream) -> list[Finding]:
     if found[implausible_unit] or found[not_static]:  # then the mean is not that of a sensor at rest in its unit
         found[earth_rate] = []
     found[start_transient] = begun if whole is not stream else []
-    if any(
-        not finding.channel for finding in found[implausible_unit]
-    ):  # then the mean is no rotation, but the unit's fault
-        found[not_static] = [finding for finding in found[not_static] if finding.where]
+    if any(not finding.channel for finding in found[implausible_unit]):  # the unit explains the mean, not a rotation
+        found[not_static] = [one for one in found[not_static] if not _rotates(one)]
     told = (finding for one in CHECKS for finding in found[one])
-    return [_named(finding, stream) for finding in (*lost, *told)]
+    # Without its channels a finding of the gyros may equal one of the accelerometers.
+    return [one if one.channels else replace(one, channels=stream.channels) for one in (*lost, *told)]
 
 
-def _named(finding: Finding, stream: Stream) -> Finding:
-    """A finding of several axes says which sensor's: gyros and accelerometers may have the same to be told."""
-    if finding.channel is not None or any(name in finding.message for name in (stream.name, *stream.channels)):
-        return finding
-    return replace(finding, message=f"{stream.name}: {finding.message}")
+def _rotates(finding: Finding) -> bool:
+    return isinstance(finding.details, NotStatic) and finding.details.rotation is not None

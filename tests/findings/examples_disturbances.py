@@ -1,7 +1,5 @@
 """Examples of findings for `test_words`."""
 
-from math import inf
-
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import (
     AddedWalk,
@@ -59,7 +57,9 @@ def stepped(*steps, factor=5.43, bound=False, quantity="angular_rate", unit="rad
             quantity=quantity,
             unit=unit,
             steps=steps,
-            walk=AddedWalk(size=8.3e-6, factor=factor, bound=bound),
+            walk=AddedWalk(
+                channel="gyro_x", quantity=quantity, unit=unit, coefficient=8.3e-6, factor=factor, resolved=not bound
+            ),
             **more,
         ),
         severity="warning",
@@ -157,7 +157,7 @@ EXAMPLES = [
     stepped(step(300.0, 2.95e-3), step(450.0, -3e-3), bound=True, leave_out=((298.0, 452.0),)),
     stepped(step(1500.0, -2e-3), bound=True, beside_drift=True, keep=(None, 1436.25)),
     stepped(step(275.0, 9.14e-3, gradual=True), quantity="acceleration", unit="m/s^2", factor=1.06, keep=(291.0, None)),
-    stepped(step(275.0, 9.14e-3), factor=inf, bound=True, keep=(291.0, None)),
+    stepped(step(275.0, 9.14e-3), factor=None, bound=True, keep=(291.0, None)),
     spikes(1, -0.00418, 1.0002),
     spikes(300, 0.00663, 2.36),
     spikes(5, 0.643, 1.076, more_below=True),

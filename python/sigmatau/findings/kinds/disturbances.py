@@ -89,21 +89,31 @@ class Rotation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AddedWalk:
-    """Rate random walk that steps of the mean add at long averaging times.
+    """Rate random walk that levels other than the sensor's own add.
 
     Attributes
     ----------
-    size : float
-        Coefficient. [unit of the stream/√s]
-    factor : float
-        The coefficient of the record over the sensor's own; infinite if the record shows nothing of the sensor's own.
-    bound : bool
-        Whether the factor is a lower bound, because the record only bounds the sensor's own walk.
+    channel, quantity, unit : str
+        The channel, what it measures, and its unit.
+    coefficient : float
+        K that the levels add at averaging times up to their length. [unit/√s]
+    factor : float or None
+        K with these levels over the sensor's own; None if the sensor's own is 0.
+    resolved : bool
+        Whether the record shows the sensor's own K; if not, `factor` is a lower limit.
     """
 
-    size: float
-    factor: float
-    bound: bool
+    channel: str
+    quantity: str
+    unit: str
+    coefficient: float
+    factor: float | None
+    resolved: bool
+
+    @property
+    def factors(self) -> tuple[tuple[str, float], ...]:
+        """The factor as those of a finding: none if it is only a limit."""
+        return (("rate_random_walk", self.factor),) if self.resolved and self.factor is not None else ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,7 +35,7 @@ from sigmatau.findings.wording.phrases import (
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds
 
-__all__ = ["WORDS", "walk_text"]
+__all__ = ["WORDS"]
 
 _SHOWN = 5e-4  # a change of a coefficient by less is none
 _GRAVITY = 9.80665  # m/s²
@@ -54,7 +54,7 @@ def _not_static(finding: Finding, details: NotStatic) -> Words:
         on = f" on {details.strongest}" if len(finding.channels) > 1 else ""
         effects.append(f"{_effect('random_walk', details.random_walk)} at τ = {seconds(details.tau)} s{on}")
     if details.walk is not None:
-        effects.append(walk_text(details.walk, quantity=details.quantity, unit=details.unit))
+        effects.append(_walk_text(details.walk))
         effects.append(_tilt(details))
     said = [_bursts(details.bursts), _steps(details)]
     message = ("beside the drift, " if details.beside_drift else "") + " and ".join(filter(None, said))
@@ -104,12 +104,12 @@ def _about(step: LevelStep) -> str:
     return f"{'about' if step.gradual else 'at'} {clock(step.time)}"
 
 
-def walk_text(walk: AddedWalk, *, quantity: str, unit: str) -> str:
+def _walk_text(walk: AddedWalk) -> str:
     """What steps of the mean do to the rate random walk: ``"rate random walk at least 5.4 times as large"``."""
-    if math.isfinite(walk.factor):
-        return _effect(_WALK, walk.factor, quantity=quantity, at_least=walk.bound)
-    text, scale = display_units(_WALK, quantity, unit)[0]
-    return f"{TERMS[_WALK].label(quantity)} of {number(walk.size / scale)} {text} added"
+    if walk.factor is not None:
+        return _effect(_WALK, walk.factor, quantity=walk.quantity, at_least=not walk.resolved)
+    text, scale = display_units(_WALK, walk.quantity, walk.unit)[0]
+    return f"{TERMS[_WALK].label(walk.quantity)} of {number(walk.coefficient / scale)} {text} added"
 
 
 def _effect(term: str, factor: float, *, quantity: str = "", at_least: bool = False) -> str:

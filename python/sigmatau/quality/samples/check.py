@@ -128,7 +128,8 @@ def check(stream: Stream) -> list[Finding]:
     if found[implausible_unit] or found[not_static]:  # then the mean is not that of a sensor at rest in its unit
         found[earth_rate] = []
     found[start_transient] = begun if whole is not stream else []
-    if any(not finding.channel for finding in found[implausible_unit]):  # the unit explains the mean, not a rotation
+    if any(len(one.channels) != 1 or one.channels == stream.channels for one in found[implausible_unit]):
+        # the unit explains the mean, not a rotation
         found[not_static] = [one for one in found[not_static] if not _rotates(one)]
     told = (finding for one in CHECKS for finding in found[one])
     # Without its channels a finding of the gyros may equal one of the accelerometers.

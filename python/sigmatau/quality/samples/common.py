@@ -15,7 +15,7 @@ from sigmatau.results import duration_text
 
 __all__ = [
     "LONG",
-    "NOTICEABLE_FACTOR",
+    "WARN_FACTOR",
     "affected",
     "axes_text",
     "block_rms",
@@ -39,7 +39,7 @@ __all__ = [
 LONG = 4_000_000
 """Records of more samples are looked at in evenly spread stretches by the checks that lose nothing by it."""
 
-NOTICEABLE_FACTOR = 1.02
+WARN_FACTOR = 1.02
 """Factor on a coefficient from which on a fault is a warning; a convention."""
 
 _STRETCHES = 32

@@ -14,7 +14,7 @@ from sigmatau.quality.samples.common import affected, octaves
 from sigmatau.record.streams import Stream
 from sigmatau.results import two_digits
 
-__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_effect", "walk_factors"]
+__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_effect"]
 
 Parts = Sequence[tuple[int, int]]
 
@@ -82,15 +82,27 @@ def added_by_stretches(
     return squares / (len(x) * tau0)
 
 
-def added_walk(added: float, own: float, *, rules: bool) -> AddedWalk:
-    """The walk that steps add, from what they add to K² and from the sensor's own K²; see `own_walk`."""
-    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
-    return AddedWalk(size=math.sqrt(added), factor=factor, bound=not rules)
+def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> AddedWalk:
+    """The walk that levels other than the sensor's own add.
 
-
-def walk_factors(walk: AddedWalk) -> tuple[tuple[str, float], ...]:
-    """The factor on the coefficient; none where it is only a bound, because then no coefficient is known to change."""
-    return () if walk.bound or not math.isfinite(walk.factor) else (("rate_random_walk", walk.factor),)
+    Parameters
+    ----------
+    stream : Stream
+    channel : str
+    added : float
+        What they add to K². [unit²/s, of the stream]
+    parts : sequence of (int, int)
+        Undisturbed parts of the channel, see `own_walk`.
+    """
+    own, resolved = own_walk(stream.column(channel), stream.grid.tau0, parts)
+    return AddedWalk(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        coefficient=math.sqrt(added),
+        factor=math.sqrt(1 + added / own) if own > 0 else None,
+        resolved=resolved and own > 0,
+    )
 
 
 def walk_effect(stream: Stream, added: float, own: float, *, rules: bool) -> tuple[str, tuple[tuple[str, float], ...]]:

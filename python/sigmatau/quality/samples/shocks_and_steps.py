@@ -11,8 +11,8 @@ import numpy as np
 
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic, Rotation
-from sigmatau.quality.samples.common import NOTICEABLE_FACTOR, present, worst_on_white
-from sigmatau.quality.samples.level_walk import added_walk, own_walk, parts_without, walk_factors
+from sigmatau.quality.samples.common import WARN_FACTOR, present, worst_on_white
+from sigmatau.quality.samples.level_walk import added_walk, parts_without
 from sigmatau.quality.samples.masking import in_seconds, mask_of, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.record.streams import Stream
@@ -33,7 +33,7 @@ def not_static(
     judged: Stream | None = None,
     shocks: Sequence[Burst] = (),
     largest_bias: float = LARGEST_BIAS,
-    noticeable_factor: float = NOTICEABLE_FACTOR,
+    warn_factor: float = WARN_FACTOR,
 ) -> list[Finding]:
     """Motion of a sensor that should rest: rotation, shocks and other bursts, steps of the mean (tilt).
 
@@ -47,7 +47,7 @@ def not_static(
         Shocks found before, see `sigmatau.quality.samples.light_shocks`.
     largest_bias : float
         A larger mean rate is a rotation. [rad/s]
-    noticeable_factor : float
+    warn_factor : float
         Light shocks that change the random walk by less are an info.
 
     Returns
@@ -64,7 +64,7 @@ def not_static(
     findings = {channel: level_finding(stream, channel, changes) for channel, changes in seen.changed.items()}
     if moved := [*seen.moved, *_not_in(shocks, seen.moved)]:
         light = not seen.moved
-        motion = _motion(stream, moved, seen.window, light=light, noticeable_factor=noticeable_factor)
+        motion = _motion(stream, moved, seen.window, light=light, warn_factor=warn_factor)
         if steps := findings.pop(motion.channel or "", None):  # one finding a channel
             motion = _both(motion, steps)
         return [motion, *findings.values()]
@@ -166,7 +166,7 @@ def _rotation(stream: Stream, channel: str, rate: float) -> Finding:
     )
 
 
-def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool, noticeable_factor: float) -> Finding:
+def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool, warn_factor: float) -> Finding:
     """All bursts of a stream in one finding."""
     groups: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
@@ -194,11 +194,11 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool,
             tau=tau,
             leave_out=in_seconds(stream, spans, of_log=True),
         ),
-        severity="info" if light and factor < noticeable_factor else "warning",
+        severity="info" if light and factor < warn_factor else "warning",
         channels=axes,
         spans=times,
         size=max(burst.ratio for burst in told),
-        factors=(("random_walk", factor),) if not 1 / noticeable_factor <= factor <= noticeable_factor else (),
+        factors=(("random_walk", factor),) if not 1 / warn_factor <= factor <= warn_factor else (),
     )
 
 
@@ -242,8 +242,7 @@ def level_finding(
         [max(change.sample - change.around, 0) for change in changes],
         [min(change.sample + change.around, n) for change in changes],
     )
-    own, rules = own_walk(stream.column(channel), tau0, between)
-    walk = added_walk(added, own, rules=rules)
+    walk = added_walk(stream, channel, added, between)
     leave_out, keep = without_steps(stream, [(c.sample, c.window, c.size) for c in changes])
     return Finding(
         details=NotStatic(
@@ -270,5 +269,5 @@ def level_finding(
         spans=in_seconds(stream, [(change.sample, change.sample) for change in changes]),
         size=abs(largest.size),
         unit=stream.unit,
-        factors=walk_factors(walk),
+        factors=walk.factors,
     )

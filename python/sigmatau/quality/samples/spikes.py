@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import Spikes, SpikesMasked
-from sigmatau.quality.samples.common import NOTICEABLE_FACTOR, block_rms, present, rounding_dust, white_level
+from sigmatau.quality.samples.common import WARN_FACTOR, block_rms, present, rounding_dust, white_level
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
 from sigmatau.quality.samples.masking import in_seconds, masked
@@ -132,7 +132,7 @@ def more_below(rest: NDArray[np.float64]) -> bool:
     return hidden(rest, _scale(rest)[1])
 
 
-def spikes(stream: Stream, *, many: float = MANY_SPIKES, noticeable_factor: float = NOTICEABLE_FACTOR) -> list[Finding]:
+def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WARN_FACTOR) -> list[Finding]:
     """Spikes of each channel: number, time and height, and their effect on the random walk.
 
     n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first.
@@ -142,7 +142,7 @@ def spikes(stream: Stream, *, many: float = MANY_SPIKES, noticeable_factor: floa
     stream : Stream
     many : float
         Share of spikes beyond which the finding is a warning.
-    noticeable_factor : float
+    warn_factor : float
         Factor on the random walk beyond which the finding is a warning.
 
     Returns
@@ -155,7 +155,7 @@ def spikes(stream: Stream, *, many: float = MANY_SPIKES, noticeable_factor: floa
         x = stream.column(channel)
         found = find_spikes(x)
         if found.any():
-            findings.append(_finding(stream, channel, x, found, many=many, noticeable_factor=noticeable_factor))
+            findings.append(_finding(stream, channel, x, found, many=many, warn_factor=warn_factor))
     return findings
 
 
@@ -221,7 +221,7 @@ def _finding(
     found: NDArray[np.bool_],
     *,
     many: float,
-    noticeable_factor: float,
+    warn_factor: float,
 ) -> Finding:
     tau0 = stream.grid.tau0
     at = np.flatnonzero(found)
@@ -244,7 +244,7 @@ def _finding(
             added_white=math.sqrt(added),
             more_below=more_below(clean),
         ),
-        severity="warning" if factor > noticeable_factor or share > many else "info",
+        severity="warning" if factor > warn_factor or share > many else "info",
         channels=(channel,),
         spans=in_seconds(stream, [(int(at[0]),) * 2]),  # the first one
         size=float(np.abs(heights[largest])),

@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import StartTransient
-from sigmatau.quality.samples.common import NOTICEABLE_FACTOR, change_of_white, present
+from sigmatau.quality.samples.common import WARN_FACTOR, change_of_white, present
 from sigmatau.quality.samples.masking import in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
@@ -58,7 +58,7 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
 
 
 def start_transient(
-    stream: Stream, *, longest: float = LONGEST_TRANSIENT, noticeable_factor: float = NOTICEABLE_FACTOR
+    stream: Stream, *, longest: float = LONGEST_TRANSIENT, warn_factor: float = WARN_FACTOR
 ) -> list[Finding]:
     """Channels that begin near zero and settle at their mean within seconds, as a filter does that starts from zero.
 
@@ -68,7 +68,7 @@ def start_transient(
         Angular rates or accelerations; other signals are not checked.
     longest : float
         A longer transient is not looked for. [s]
-    noticeable_factor : float
+    warn_factor : float
         Factor on the random walk beyond which the finding is a warning.
 
     Returns
@@ -88,7 +88,7 @@ def start_transient(
     }
     strongest = max(effects, key=lambda c: effects[c][0])
     factor, tau = effects[strongest]
-    noticeable = factor > noticeable_factor
+    noticeable = factor > warn_factor
     settled = stop * tau0
     return [
         Finding(

@@ -43,7 +43,7 @@ SEED = 952
 DRAWS = 1000
 """Default number of simulated records."""
 
-NOTICEABLE_BIAS = 0.05
+WARN_BIAS = 0.05
 """Relative change of a coefficient from which on the finding is a warning; a convention."""
 
 _ROUGH_DRAWS = 250  # in all iterations but the last
@@ -188,7 +188,7 @@ def bias_finding(
     fits: Mapping[str, NoiseFit],
     *,
     rng: int | np.random.Generator = SEED,
-    noticeable_bias: float = NOTICEABLE_BIAS,
+    warn_bias: float = WARN_BIAS,
 ) -> list[Finding]:
     """Bias of the coefficients that were fitted to the most stable window.
 
@@ -202,7 +202,7 @@ def bias_finding(
         Of the channels in the window.
     rng : int or numpy.random.Generator
         Seed of the simulated choices, or a generator.
-    noticeable_bias : float
+    warn_bias : float
         Relative change of a coefficient from which on the finding is a warning.
 
     Returns
@@ -228,8 +228,8 @@ def bias_finding(
         if not seen or window // block_length(length, stream.grid.tau0) < 10 or window >= stream.grid.n:
             continue
         found = _undone(seen, stream, window, rng)
-        hidden = _hidden_walks(seen, fits, stream, window, rng, noticeable_bias)
-        findings += [_finding(stream, one, hidden[channel], noticeable_bias) for channel, one in found.items()]
+        hidden = _hidden_walks(seen, fits, stream, window, rng, warn_bias)
+        findings += [_finding(stream, one, hidden[channel], warn_bias) for channel, one in found.items()]
     return findings
 
 
@@ -239,7 +239,7 @@ def _hidden_walks(
     stream: Stream,
     window: int,
     rng: int | np.random.Generator,
-    noticeable_bias: float,
+    warn_bias: float,
 ) -> dict[str, kinds.HiddenWalk | None]:
     """By channel, of a rate random walk that was not observed in the window: its limit, and the bias of a walk as large.
 
@@ -258,7 +258,7 @@ def _hidden_walks(
     found = _undone(models, stream, window, rng)
     for channel, limit in limits.items():
         factor = max(found[channel].factors.get(_SLOWEST, 1.0), _LEAST_FACTOR)
-        if factor < 1 - noticeable_bias:
+        if factor < 1 - warn_bias:
             result[channel] = kinds.HiddenWalk(limit=limit, factor=factor)
     return result
 
@@ -284,14 +284,14 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
     return found
 
 
-def _finding(stream: Stream, bias: SelectionBias, hidden: kinds.HiddenWalk | None, noticeable_bias: float) -> Finding:
+def _finding(stream: Stream, bias: SelectionBias, hidden: kinds.HiddenWalk | None, warn_bias: float) -> Finding:
     taus = [tau for tau in _TOLD_TAUS if bias.tau[0] <= tau <= bias.window / 4 * 1.001]
     if not taus:
         taus = [float(tau) for tau in bias.tau[bias.tau <= bias.window / 4][-3:]]
     ratios = tuple((tau, bias.at(tau)) for tau in taus)
     least = min((ratio for _, ratio in ratios), default=1.0)
     known = ((term, max(factor, _LEAST_FACTOR)) for term, factor in bias.factors.items())
-    factors = tuple((term, factor) for term, factor in known if abs(factor - 1) > noticeable_bias)
+    factors = tuple((term, factor) for term, factor in known if abs(factor - 1) > warn_bias)
     return Finding(
         details=kinds.SelectionBias(
             quantity=stream.quantity,

@@ -64,7 +64,7 @@ def test_several_and_repeated():
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("5:7s", "no time with a unit"),
+        ("5:7s", "not a time with a unit"),
         ("7s:5s", "before it begins"),
         ("700s:701s", "600 s long"),
         ("5s", "not understood"),
@@ -234,9 +234,9 @@ def test_the_command_line(log, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--window", "0:10"], "--window '0:10': '10' is no time with a unit"),
+        (["--window", "0:10"], "--window '0:10': '10' is not a time with a unit"),
         (["--window", "900s:"], "--window '900s:'"),
-        (["--leave-out", "5:7s"], "--leave-out '5:7s': '5' is no time"),
+        (["--leave-out", "5:7s"], "--leave-out '5:7s': '5' is not a time"),
         (["--leave-out", "900s:901s"], "--leave-out '900s:901s' begins at 900 s; the record is 600 s long"),
     ],
 )

@@ -254,10 +254,10 @@ def _finding(
 
 
 def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
-    """What spikes add to the variance of n samples as white noise: those beside each other are one to a cluster.
+    """Variance of white noise that spikes add to n samples; consecutive spikes are summed first.
 
-    The sum of their autocovariances over as many samples as they stand beside each other more often than by chance, less
-    their mean, which is no noise.
+    The sum of their autocovariances over the lags at which spikes follow each other more often than by chance, less their
+    mean, which is not noise.
     """
     total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
     for lag in range(1, _SIDE + 1):
@@ -277,7 +277,7 @@ def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
 
 
 def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
-    """How far spikes are from the median of the good samples about them; of all good ones where there are none."""
+    """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
     heights = np.empty(len(at))
     for start in range(0, len(at), _BATCH):
         some = at[start : start + _BATCH]

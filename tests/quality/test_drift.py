@@ -273,7 +273,8 @@ class TestWarmUp:
         found = {f.code: f for f in analysis.findings if f.severity == "warning"}
         assert set(found) == {"not_static", "warm_up"}
         step, settled = found["not_static"], found["warm_up"]
-        assert step.spans[0][0] == pytest.approx(1500, abs=4)  # windows of 2 s show it
+        assert step.details.beside_drift
+        assert step.details.steps[0].time == pytest.approx(1500, abs=4)  # windows of 2 s show it
         # Medians of six half windows of 2 s or more: 2e-3·1.25/√(600) = 1e-4 is the error.
         assert step.size == pytest.approx(2e-3, abs=3e-4)
         assert settled.size == pytest.approx(6e-3, abs=3 * settled.details.error)

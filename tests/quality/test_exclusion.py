@@ -49,7 +49,10 @@ def test_these_samples_are_missing(text, first, stop):
         assert np.flatnonzero(stream.mask.any(axis=1)).tolist() == list(range(first, stop))
         assert np.isnan(stream.column(stream.channels[0])[first:stop]).all()
         assert np.isfinite(np.delete(stream.column(stream.channels[0]), np.s_[first:stop])).all()
-    assert f"gyro: {stop - first} of 60000 samples" in said.message
+    assert [(s.stream, s.count, s.samples) for s in said.details.streams] == [
+        (name, stop - first, 60_000) for name in ("gyro", "accel")
+    ]
+    assert said.spans == ((first / RATE, stop / RATE),)
     assert (said.code, said.severity) == ("left_out", "info")
 
 
@@ -61,7 +64,7 @@ def test_several_and_repeated():
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("5:7s", "no time with a unit"),
+        ("5:7s", "not a time with a unit"),
         ("7s:5s", "before it begins"),
         ("700s:701s", "600 s long"),
         ("5s", "not understood"),
@@ -233,9 +236,9 @@ def test_the_command_line(log, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--window", "0:10"], "--window '0:10': '10' is no time with a unit"),
+        (["--window", "0:10"], "--window '0:10': '10' is not a time with a unit"),
         (["--window", "900s:"], "--window '900s:'"),
-        (["--leave-out", "5:7s"], "--leave-out '5:7s': '5' is no time"),
+        (["--leave-out", "5:7s"], "--leave-out '5:7s': '5' is not a time"),
         (["--leave-out", "900s:901s"], "--leave-out '900s:901s' begins at 900 s; the record is 600 s long"),
     ],
 )

@@ -35,7 +35,9 @@ def test_a_ringing_knock_is_no_filter_and_no_correlation():
     accel[72_000:72_100] += ring[:, None] * [2, 1, 3]
     found = told(gyro, accel)
     assert [f.code for f in warnings_of(found)] == ["not_static", "not_static"]
-    assert all("a knock" in f.message and f.where == "t = 720 s" for f in warnings_of(found))
+    for finding in warnings_of(found):
+        assert [burst.shock for burst in finding.details.bursts] == [True]
+        assert finding.spans[0][0] == 720.0
     assert {f.code for f in found} <= {"not_static", "short_times_left_out", "no_adequate_model"}
 
 
@@ -47,8 +49,8 @@ def test_a_light_knock_is_a_knock_and_no_spikes():
     for stream in Record.from_arrays(rate=RATE, gyro=gyro, accel=accel).streams:
         (finding,) = check(stream)
         assert finding.code == "not_static"
-        assert "a knock" in finding.message
-        assert float(finding.where.split()[2]) == pytest.approx(720, abs=0.5)
+        assert [burst.shock for burst in finding.details.bursts] == [True]
+        assert finding.spans[0][0] == pytest.approx(720, abs=0.5)
 
 
 def test_rows_that_are_wrong_are_spikes():
@@ -67,8 +69,9 @@ def test_a_rotation_is_motion(seconds):
     found = told(gyro, accel)
     (finding,) = warnings_of(found)
     assert (finding.code, finding.channel) == ("not_static", "gyro_y")
-    assert "motion" in finding.message
-    assert float(finding.where.split()[2]) == pytest.approx(1080, abs=seconds + 2)
+    (burst,) = finding.details.bursts
+    assert burst.departure > 0
+    assert burst.start == pytest.approx(1080, abs=seconds + 2)
 
 
 def test_no_excursions_of_slow_noise():
@@ -92,8 +95,10 @@ def test_a_start_from_zero_is_told_once():
     for x, name in ((gyro, "gyro"), (accel, "accel")):
         (finding,) = check(Record.from_arrays(rate=RATE, **{name: lfilter(b, a, x, axis=0)}).streams[0])
         assert finding.code == "start_transient"
-        assert finding.where.startswith("t = 0 s to 0.")
-        assert "--window 1s:" in finding.remedy
+        ((start, stop),) = finding.spans
+        assert start == 0
+        assert 0 < stop == finding.details.settled < 1
+        assert finding.details.keep == (1.0, None)
         settled = lfilter(b, a, x - x[0], axis=0) + x[0]
         assert check(Record.from_arrays(rate=RATE, **{name: settled}).streams[0]) == []
 
@@ -111,10 +116,10 @@ def test_each_of_several_steps_is_told_and_is_the_reason():
     gyro[120_000:, 0] += 1.5e-4
     (finding,) = warnings_of(told(gyro, accel))
     assert finding.code == "not_static"
-    places = [float(text.split()[0]) for text in finding.where.removeprefix("t = ").split(",")]
-    assert places == pytest.approx([600, 1200], abs=5)
-    assert "600 s" in finding.message
-    assert "--window" in finding.remedy
+    assert [step.time for step in finding.details.steps] == pytest.approx([600, 1200], abs=5)
+    assert [start for start, _ in finding.spans] == [step.time for step in finding.details.steps]
+    start, stop = finding.details.keep
+    assert (stop or 1800) - (start or 0) == pytest.approx(600, abs=100)
 
 
 def test_an_outage_that_is_held_names_the_walk():

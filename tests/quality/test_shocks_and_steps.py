@@ -1,4 +1,4 @@
-"""Knocks, motion, rotation and tilt; and noise of every slope, which is none of them."""
+"""Shocks, motion, rotation and tilt; and noise of every slope, which is none of these."""
 
 import math
 
@@ -27,9 +27,12 @@ def test_a_knock_is_placed_and_named_on_its_axes():
     (finding,) = not_static(accel(x))
     assert finding.code == "not_static"
     assert finding.severity == "warning"
-    assert finding.channel is None
-    assert "a knock on accel_x and accel_y" in finding.message
-    assert finding.where == "t = 1200 s"
+    assert finding.channels == ("accel_x", "accel_y")
+    (burst,) = finding.details.bursts
+    assert burst.shock
+    assert burst.channels == finding.channels
+    assert finding.spans == ((1200.0, 1201.0),) == finding.details.leave_out
+    assert finding.details.strongest in finding.channels
     assert 3 < finding.size < 30
 
 
@@ -37,7 +40,10 @@ def test_motion_of_a_minute():
     x = white("minute")
     x[60_000:63_000] *= 5
     (finding,) = not_static(accel(x))
-    assert "motion on accel_x, accel_y and accel_z, 60 s in all" in finding.message
+    assert finding.channels == ("accel_x", "accel_y", "accel_z")
+    (burst,) = finding.details.bursts
+    assert not burst.shock
+    assert burst.stop - burst.start == 60
     assert finding.size == pytest.approx(5, rel=0.4)  # the largest of 180 windows of 49 changes
 
 
@@ -47,13 +53,13 @@ def test_effect_of_motion_is_that_on_the_allan_variance():
     for start in range(10_000, N, 20_000):
         y[start : start + 600] *= 8
     (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=y).streams[0])
-    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+    tau = finding.details.tau
     curves = allan(Record.from_arrays(rate=RATE, a=x, b=y), taus=[tau])
     m = round(tau * RATE)
     measured = float(curves["b"].adev[0] / curves["a"].adev[0])
     # 4200 samples in motion make 4200/m terms of 64 times the variance: 64·√(2m/4200) of 1 + 64·0.028 on the square.
     error = 0.5 * 1.8 / 2.8 * math.sqrt(3 * m / 4200) + 0.5 * math.sqrt(3 * m / N)
-    assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=3 * error)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(measured, rel=3 * error)
     assert measured == pytest.approx(math.sqrt(1 + 63 * 4200 / N), rel=3 * error)
 
 
@@ -70,9 +76,9 @@ def test_effect_of_a_knock_is_told_where_it_is_largest(hertz, duration, height, 
     ratio = curves["b"].adev / curves["a"].adev
     # Up to the averaging time that has 200 pairs of clusters that share no sample.
     known = curves["a"].tau <= 3
-    tau = float(finding.effect.split("τ = ")[1].split(" s")[0])
+    tau = finding.details.tau
     at = int(np.argmin(np.abs(curves["a"].tau - tau)))
-    ((_, stated),) = finding.changes
+    ((_, stated),) = finding.factors
     # Clusters that share no sample have their own phase against the shake.
     assert stated == pytest.approx(float(ratio[at]), rel=0.15)
     assert stated == pytest.approx(float(ratio[known].max()), rel=0.15)
@@ -85,10 +91,11 @@ def test_tilt_is_found_where_it_is(at, size):
     x[at:, 2] += size
     (finding,) = not_static(accel(x))
     assert finding.channel == "accel_z"
-    assert "the level changes by" in finding.message
-    assert "deg, if it is a tilt" in finding.message
+    (step,) = finding.details.steps
+    assert finding.spans == ((step.time, step.time),)
     # A step of half a standard deviation is placed to some 20 samples, and windows are of 50.
-    assert float(finding.where[4:-2]) == pytest.approx(at / RATE, abs=4.0)
+    assert step.time == pytest.approx(at / RATE, abs=4.0)
+    assert step.size == math.copysign(finding.size, size)
     # Six windows of 4 s at least on either side, their medians: 1.25·√(2/6/200) = 0.05.
     assert finding.size == pytest.approx(0.5, abs=3 * 0.05)
 
@@ -98,7 +105,7 @@ def test_a_tilt_adds_its_square_over_the_length_to_the_rate_random_walk():
     walk, white_noise, step, duration, rate = 2e-4, 1e-3, 0.03, 4000.0, 10.0
     model = NoiseModel(channels={"accel_x": {"random_walk": white_noise, "rate_random_walk": walk}})
     m = 2000  # 200 s
-    stated, measured, own = [], [], []
+    stated, measured = [], []
     for k in range(40):
         record = simulate(model, duration=duration, rate=rate, rng=seed_of(f"tilted {k}") % 2**60)
         x = np.array(record.streams[0].column("accel_x"))
@@ -107,10 +114,10 @@ def test_a_tilt_adds_its_square_over_the_length_to_the_rate_random_walk():
         stream = Record.from_arrays(rate=rate, accel_x=y).streams[0]
         (finding,) = not_static(stream)
         # Where the last variances, of some 16 pairs, are low by chance, there is a bound only.
-        stated += dict(finding.changes).values()
+        stated += dict(finding.factors).values()
         curves = allan(Record.from_arrays(rate=rate, a=x, b=y), taus=[m / rate])
         measured.append(3 * float(curves["b"].avar[0] - curves["a"].avar[0]) * rate / m)
-        own.append(finding.effect)
+        assert finding.details.walk.coefficient == pytest.approx(finding.size / math.sqrt(duration))
     error = np.std(measured, ddof=1) / math.sqrt(40)
     # Of T - 2τ starts of pairs: a little more than Δ²/T.
     assert abs(np.mean(measured) - step**2 / (duration - 2 * m / rate)) < 3 * error
@@ -146,7 +153,7 @@ def test_up_and_back_is_two_changes():
     changes = level_changes(stream, summary(stream, "accel_x"))
     assert [round(c.sample / 1000) for c in changes] == [50, 60]
     assert [c.size for c in changes] == pytest.approx([3, -3], abs=0.3)
-    assert "the largest of 2" in not_static(stream)[0].message
+    assert len(not_static(stream)[0].details.steps) == 2
 
 
 def test_a_single_spike_is_no_knock():
@@ -168,8 +175,9 @@ def test_rotation_or_a_wrong_unit():
     x = white("rotation") * 0.01 + [0.0, -2.0, 0.1]
     (finding,) = not_static(Record.from_arrays(rate=RATE, gyro=x).streams[0])
     assert finding.channel == "gyro_y"
-    assert "115 deg/s" in finding.message
-    assert "--unit" in finding.remedy
+    assert finding.details.rotation.rate == finding.size == pytest.approx(2.0, abs=1e-3)
+    assert finding.details.rotation.stream == "gyro"
+    assert finding.spans == ()
 
 
 def test_knock_and_tilt_of_one_axis_are_one_finding():
@@ -177,8 +185,10 @@ def test_knock_and_tilt_of_one_axis_are_one_finding():
     x[60_000:60_050] *= 20
     x[60_050:] += 1
     (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
-    assert "knock" in finding.message
-    assert "the level changes by +" in finding.message
+    (burst,), (step,) = finding.details.bursts, finding.details.steps
+    assert burst.shock
+    assert step.size > 0
+    assert set(finding.spans) == {(burst.start, burst.stop), (step.time, step.time)}
 
 
 def test_gaps_are_no_motion():
@@ -188,7 +198,7 @@ def test_gaps_are_no_motion():
     assert not_static(accel(x)) == []
     x[60_000:60_100] += 40 * white("through gaps", (100, 3))
     (finding,) = not_static(accel(x))
-    assert "knock" in finding.message
+    assert [burst.shock for burst in finding.details.bursts] == [True]
 
 
 def test_bursts_and_signals():
@@ -201,10 +211,11 @@ def test_bursts_and_signals():
 
 
 def test_a_step_without_a_walk_changes_no_walk_by_a_factor():
-    """The record has only a limit on the sensor's own walk, so that there is only a bound, in words."""
+    """The record only bounds the sensor's own walk, and so the factor."""
     for k in range(5):
         x = white(f"no walk {k}", (N, 1))[:, 0]
         x[N // 2 :] += 0.5
         (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
-        assert finding.changes == ()
-        assert "of which the record shows a limit only" in finding.effect
+        assert finding.factors == ()
+        assert not finding.details.walk.resolved
+        assert finding.details.walk.factor > 1

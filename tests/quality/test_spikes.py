@@ -9,7 +9,7 @@ from clean_records import mixture
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
-from sigmatau.quality.samples.spikes import AT_LEAST, _multiple, find_spikes, mask_spikes, spikes
+from sigmatau.quality.samples.spikes import _multiple, find_spikes, mask_spikes, spikes
 from sigmatau.record.streams import Columns, Transform
 
 RATE, N = 100.0, 200_000
@@ -102,9 +102,10 @@ def test_what_spikes_add_to_the_random_walk():
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=y).streams[0])
     assert finding.code == "spikes"
     assert finding.severity == "warning"
-    assert finding.message.startswith("300 spikes in 200000 samples")
-    assert finding.where == f"t = {at[0] / RATE:.6g} s"
-    stated = dict(finding.changes)["random_walk"]
+    assert (finding.details.count, finding.details.samples) == (300, N)
+    assert finding.spans == ((at[0] / RATE, at[0] / RATE),)
+    assert finding.details.added_white == pytest.approx(np.sqrt(300 * 900 / N / RATE), rel=0.02)
+    stated = dict(finding.factors)["random_walk"]
     assert stated == pytest.approx(
         np.sqrt(1 + 300 * 900 / N), rel=0.02
     )  # heights by medians of 4: 1 % of a², noise of N
@@ -135,11 +136,11 @@ def test_many_spikes(share, height, signs):
     assert np.count_nonzero(planted & ~found) <= (0.02 if share > 0.1 else 0.001) * planted.sum()
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=y).streams[0])
     assert finding.severity == "warning"
-    assert ("not the distribution of noise" in finding.message) == (share > 0.01)
+    assert finding.details.share == pytest.approx(found.mean())
     curves = allan(Record.from_arrays(rate=RATE, with_=y, without=x), taus=[4 / RATE])
     measured = float(curves["with_"].adev[0] / curves["without"].adev[0])
     error = 3 * np.sqrt(3 / (2 * n / 4) + 2 / planted.sum()) / 2 + 0.02
-    assert dict(finding.changes)["random_walk"] == pytest.approx(measured, rel=error)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(measured, rel=error)
 
 
 @pytest.mark.parametrize(
@@ -176,7 +177,7 @@ def test_many_small_spikes_are_found_by_their_hump(count, height, signs):
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=y).streams[0])
     true = np.sqrt(np.var(y) / np.var(x))
     assert finding.severity == "warning"
-    assert dict(finding.changes)["random_walk"] == pytest.approx(true, rel=0.03)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(true, rel=0.03)
 
 
 HEAVY = {
@@ -204,11 +205,11 @@ def test_a_number_of_spikes_that_stay_in_the_noise_is_a_lower_bound():
     x[at] += 5
     x[1000] += 40
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=x).streams[0])
-    assert AT_LEAST in finding.effect
+    assert finding.details.more_below
     one = white("no lower bound")
     one[1000] += 40
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=one).streams[0])
-    assert AT_LEAST not in finding.effect
+    assert not finding.details.more_below
 
 
 def test_two_beside_each_other_add_up_first():
@@ -217,7 +218,7 @@ def test_two_beside_each_other_add_up_first():
     x[at] += 60
     x[at + 1] += 60
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=x).streams[0])
-    assert dict(finding.changes)["random_walk"] == pytest.approx(np.sqrt(1 + len(at) * 120**2 / N), rel=0.02)
+    assert dict(finding.factors)["random_walk"] == pytest.approx(np.sqrt(1 + len(at) * 120**2 / N), rel=0.02)
 
 
 def test_few_small_ones_are_told_as_information():
@@ -225,7 +226,8 @@ def test_few_small_ones_are_told_as_information():
     x[1000] += 20
     (finding,) = spikes(Record.from_arrays(rate=RATE, signal=x).streams[0])
     assert finding.severity == "info"
-    assert "1 spike in" in finding.message
+    assert finding.details.count == 1
+    assert finding.details.time == 10.0
 
 
 @pytest.mark.parametrize("kind", ["rate", "increments", "accumulated"])
@@ -237,7 +239,7 @@ def test_masked_spikes_leave_the_rest_as_it_was(kind):
         raw = np.concatenate((np.zeros((1, 2)), np.cumsum(raw, axis=0)))
     record = Record.from_arrays(rate=RATE, input=kind, gyro_x=raw[:, 0], gyro_y=raw[:, 1])
     masked, findings = mask_spikes(record)
-    assert [(f.code, f.channel) for f in findings] == [("spikes_masked", "gyro_x")]
+    assert [(f.code, f.channel, f.details.count) for f in findings] == [("spikes_masked", "gyro_x", 1)]
     stream = masked.streams[0]
     y = stream.column("gyro_x")
     assert np.flatnonzero(np.isnan(y)).tolist() == [5000]

@@ -116,7 +116,7 @@ def test_a_knock_at_minute_ten():
     x = sensor("knocked")
     x[60_000:60_030] += 0.5 * np.random.default_rng(seed_of("the knock")).normal(size=(30, 3))
     finding = findings(x, RATE)["not_static"]
-    assert float(finding.where.removeprefix("t = ").removesuffix(" s")) == pytest.approx(600, abs=0.2)
+    assert finding.spans[0][0] == pytest.approx(600, abs=0.2)
     assert finding.channel is None
 
 

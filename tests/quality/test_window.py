@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -55,15 +54,15 @@ class TestCut:
         ("text", "words"),
         [
             ("600", "is not understood"),
-            ("600:1800", "no time with a unit"),
+            ("600:1800", "not a time with a unit"),
             ("1s:2s:3s", "is not understood"),
             ("10min:5min", "before it begins"),
-            ("-5s:10s", "no time with a unit"),
+            ("-5s:10s", "not a time with a unit"),
             ("0s:2h", "the record is 3600 s long"),
             ("2h:", "before it begins"),
             ("10s:12s", "leaves 2 samples"),
             ("calmest=1h", "is not understood"),
-            ("most-stable=1", "no time with a unit"),
+            ("most-stable=1", "not a time with a unit"),
             ("most-stable=2h", "3600 s long"),
             ("most-stable=0s", "longer than 0 s"),
         ],
@@ -97,10 +96,12 @@ class TestMostStable:
         later = replace(record.streams[0], grid=replace(record.streams[0].grid, start=1e4))
         again, (said,) = most_stable(replace(record, streams=(later,)), 3600.0)
         assert again.streams[0].grid.start == 14_800
-        assert "from t = 4800 s on" in said.message == finding.message
+        assert said == finding
         assert finding.code == "window_chosen"
-        assert "its own 60 s means" in finding.message
-        assert "less noise" in finding.effect
+        (window,) = finding.details.windows
+        assert (window.start, window.criterion, window.by, window.block) == (4800.0, "own", "gyro", 60.0)
+        assert window.relative < 0.5
+        assert finding.spans == ((4800.0, 8400.0),)
 
     def test_by_the_other_sensor(self):
         """The gyro's window is where the accelerometer is calm, and the other way round."""
@@ -110,8 +111,8 @@ class TestMostStable:
         chosen, (finding,) = most_stable(record, 3600.0)
         # To two blocks: one with ten times the noise may have a mean like the others by chance.
         assert [stream.grid.start for stream in chosen.streams] == pytest.approx([9000, 1200], abs=120)
-        assert "accel's 60 s means" in finding.message
-        assert "does not look at the noise" in finding.effect
+        windows = [(one.stream, one.criterion, one.by) for one in finding.details.windows]
+        assert windows == [("gyro", "other", "accel"), ("accel", "other", "gyro")]
 
     def test_by_temperature(self):
         gyro = Record.from_arrays(rate=1.0, gyro_x=calm_between("hot", 1200, 4800)).streams[0]
@@ -123,7 +124,8 @@ class TestMostStable:
         # The top is at 7200 s; blocks of a minute.
         assert chosen.streams[0].grid.start == pytest.approx(5400, abs=60)
         assert chosen.streams[1].grid.start == chosen.streams[0].grid.start
-        assert "temperature changes least" in finding.message
+        (window,) = finding.details.windows
+        assert (window.criterion, window.by) == ("temperature", "temperature")
 
     def test_gaps_and_several_axes(self):
         x, y = calm_between("gap x", 4800, 8400), calm_between("gap y", 4800, 8400)
@@ -267,13 +269,13 @@ class TestBiasFinding:
             fits = {"gyro_x": fit(allan(chosen)["gyro_x"])}
             (finding,) = bias_finding(record, "most-stable=2h", fits)
             assert (finding.code, finding.channel) == ("selection_bias", "gyro_x")
-            assert "at τ = 30 min" in finding.message
+            assert finding.details.ratios[-1][0] == 1800.0
             assert 0.3 < finding.size < 0.7
             if "rate_random_walk" not in fits["gyro_x"].model:
                 continue  # in this window it was not seen, and nothing is stated of it
             value = fits["gyro_x"].model["rate_random_walk"] / 2e-4
             raw.append(value)
-            stated.append(dict(finding.changes).get("rate_random_walk", 1.0))
+            stated.append(dict(finding.factors).get("rate_random_walk", 1.0))
         assert len(raw) >= 7
         undone = np.array(raw) / np.array(stated)
         # K² has its scatter in the windows, 15 % of K here: 5 % of the mean of 10.
@@ -289,7 +291,7 @@ class TestBiasFinding:
         (finding,) = bias_finding(record, "most-stable=2h", {"gyro_x": fitted})
         assert bias.factors["rate_random_walk"] < 0.8
         # The ratio at the long times is known to some 2 % from 1000 draws.
-        assert dict(finding.changes)["rate_random_walk"] == pytest.approx(bias.factors["rate_random_walk"], abs=0.05)
+        assert dict(finding.factors)["rate_random_walk"] == pytest.approx(bias.factors["rate_random_walk"], abs=0.05)
 
     def test_only_where_the_choice_looked_at_the_noise(self):
         record = simulate(
@@ -317,10 +319,12 @@ def test_a_walk_that_the_choice_hides():
         limit = fitted["rate_random_walk"].upper_limit
         if limit is None or "rate_random_walk" in fitted.model:
             continue
-        match = re.search(r"its limit, \S+ deg/h/√h, is on average ([0-9.]+) of one without the choice", finding.effect)
-        factor = float(match[1]) if match else 0.975  # what is not said is less than 5 %
+        hidden = finding.details.hidden_walk
+        factor = 0.975 if hidden is None else hidden.factor  # what is not said is less than 5 %
         model = {**fitted.model, "rate_random_walk": limit / factor}
         bias = selection_bias({"x": model}, n=14_400, window=7200, tau0=1.0, rng=seed_of(f"again {k}"))["x"]
         assert bias.factors["rate_random_walk"] == pytest.approx(factor, abs=0.05)
-        told += match is not None
+        if hidden is not None:
+            assert hidden.limit == limit
+            told += 1
     assert told

@@ -35,7 +35,7 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
     missing = [name for name in names if name not in channels]
     if missing:
         raise DataError(
-            f"{{@axes}} is each, and the model has no {', '.join(missing)}; {given('axes', 'worst')} writes one value for all"
+            f"`axes` is each, and the model has no {', '.join(missing)}; {given('axes', 'worst')} writes one value for all"
         )
     x, y, z = (of(of_channel(numbers, name)) for name in names)
     return x, y, z

@@ -1,13 +1,193 @@
-"""Words of findings about disturbances: motion, shocks, steps of the level, spikes, start transients."""
+"""Words of findings about disturbances (motion, shocks, steps of the mean, spikes, start transients) and excluded parts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording.phrases import Words
+from sigmatau.findings.kinds.disturbances import (
+    AddedWalk,
+    ChosenWindow,
+    LeftOut,
+    LevelStep,
+    MotionBurst,
+    NotStatic,
+    SelectionBias,
+    Spikes,
+    SpikesMasked,
+    StartTransient,
+    WindowChosen,
+)
+from sigmatau.findings.wording.phrases import (
+    LONGEST,
+    Words,
+    axes_text,
+    clock,
+    factor_text,
+    keep_option,
+    leave_out_option,
+    number,
+    percent,
+    while_short,
+)
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import duration_text, seconds
 
 __all__ = ["WORDS"]
 
-WORDS: dict[type, Callable[[Finding, Any], Words]] = {}
+_SHOWN = 5e-4  # a change of a coefficient by less is none
+_GRAVITY = 9.80665  # m/s²
+_WALK = "rate_random_walk"
+
+
+def _not_static(finding: Finding, details: NotStatic) -> Words:
+    if details.rotation is not None:
+        rate = number(math.degrees(details.rotation.rate))
+        return Words(
+            f"mean rate of {rate} deg/s, more than a bias can be: the sensor rotates or the unit is wrong",
+            f"Record at rest; for values in deg/s give --unit {details.rotation.stream}=deg/s, for counts --scale",
+        )
+    effects = []
+    if details.bursts and details.tau is not None:
+        on = f" on {details.strongest}" if len(finding.channels) > 1 else ""
+        effects.append(f"{_effect('random_walk', details.random_walk)} at τ = {seconds(details.tau)} s{on}")
+    if details.walk is not None:
+        effects.append(_walk_text(details.walk))
+        effects.append(_tilt(details))
+    said = [_bursts(details.bursts), _steps(details)]
+    message = ("beside the drift, " if details.beside_drift else "") + " and ".join(filter(None, said))
+    return Words(while_short(message, effects), _left_or_kept(details))
+
+
+def _left_or_kept(details: NotStatic) -> str:
+    if details.leave_out:
+        return f"Run with {leave_out_option(details.leave_out, longest=LONGEST - len('Run with '))}"
+    if details.keep is not None:
+        return f"Run with {keep_option(details.keep)} to keep the longest part without a step"
+    return ""
+
+
+def _bursts(bursts: Sequence[MotionBurst]) -> str:
+    if not bursts:
+        return ""
+    strongest = max(bursts, key=lambda burst: burst.ratio)
+    shocks = all(burst.shock for burst in bursts)
+    if len(bursts) == 1:
+        lasting = duration_text(strongest.stop - strongest.start)
+        return f"{'shock' if shocks else 'motion'} at {clock(strongest.start)} for {lasting}"
+    total = duration_text(sum(burst.stop - burst.start for burst in bursts))
+    what = f"{len(bursts)} shocks" if shocks else f"motion at {len(bursts)} times"
+    return f"{what}, {total} in total, the strongest at {clock(strongest.start)}"
+
+
+def _steps(details: NotStatic) -> str:
+    if not details.steps:
+        return ""
+    steps, largest = details.steps, max(details.steps, key=lambda step: abs(step.size))
+    size = f"{number(largest.size, sign='+')} {details.unit}"
+    if len(steps) > 1:
+        return f"{len(steps)} steps of the mean, the largest {size} {_about(largest)}"
+    of_mean = "" if details.bursts else " of the mean"
+    return f"{'drift' if largest.gradual else 'step'}{of_mean} by {size} {_about(largest)}"
+
+
+def _tilt(details: NotStatic) -> str:
+    if details.quantity != "acceleration" or details.bursts:
+        return ""
+    angle = math.degrees(max(abs(step.size) for step in details.steps) / _GRAVITY)
+    return f"a tilt of {number(angle)} deg if the sensor is level"
+
+
+def _about(step: LevelStep) -> str:
+    return f"{'about' if step.gradual else 'at'} {clock(step.time)}"
+
+
+def _walk_text(walk: AddedWalk) -> str:
+    """What steps of the mean do to the rate random walk: ``"rate random walk at least 5.4 times as large"``."""
+    if walk.factor is not None:
+        return _effect(_WALK, walk.factor, quantity=walk.quantity, at_least=not walk.resolved)
+    text, scale = display_units(_WALK, walk.quantity, walk.unit)[0]
+    return f"{TERMS[_WALK].label(walk.quantity)} of {number(walk.coefficient / scale)} {text} added"
+
+
+def _effect(term: str, factor: float, *, quantity: str = "", at_least: bool = False) -> str:
+    label = TERMS[term].label(quantity)
+    if abs(factor - 1) < _SHOWN:
+        return f"{label} unchanged"
+    text = factor_text(term, factor, quantity=quantity)
+    return text.replace(label, f"{label} at least", 1) if at_least else text
+
+
+def _spikes(finding: Finding, details: Spikes) -> Words:
+    height = f"{number(details.height, sign='+')} {details.unit}"
+    found = f"1 spike of {height} at {clock(details.time)}"
+    if details.count > 1:
+        found = f"{details.count} spikes, the largest {height} at {clock(details.time)}"
+    effects = [_effect(term, factor, at_least=details.more_below) for term, factor in finding.factors]
+    return Words(while_short(found, effects), "Run with --spikes mask to leave them out, and find out what makes them")
+
+
+def _spikes_masked(finding: Finding, details: SpikesMasked) -> Words:
+    return Words(f"{details.count} spike{'s' if details.count > 1 else ''} of {details.samples} samples masked")
+
+
+def _start_transient(finding: Finding, details: StartTransient) -> Words:
+    on = f" on {details.strongest}" if len(finding.channels) > 1 else ""
+    return Words(
+        f"the record starts near zero and settles within {duration_text(details.settled)};"
+        f" {_effect('random_walk', details.random_walk)}{on}",
+        f"Run with {keep_option(details.keep)} to leave it out",
+    )
+
+
+def _left_out(finding: Finding, details: LeftOut) -> Words:
+    streams = details.streams
+    if not streams:
+        return Words("no samples left out: none matches the option")
+    first = streams[0]
+    if len({(one.count, one.samples) for one in streams}) == 1:
+        lasting = f"{percent(first.count / first.samples)}, {duration_text(first.duration)}"
+        names = axes_text([one.stream for one in streams])
+        return Words(f"{first.count} of {first.samples} samples of {names} left out as asked ({lasting})")
+    said = [f"{one.count} samples of {one.stream} ({duration_text(one.duration)})" for one in streams]
+    return Words(while_short(f"left out as asked: {said[0]}", said[1:], between=", "))
+
+
+def _window_chosen(finding: Finding, details: WindowChosen) -> Words:
+    said = [_window(one) for one in details.windows]
+    message = while_short(f"most stable {duration_text(details.length)}: {said[0]}", said[1:], between=", ")
+    if not any(one.criterion == "own" for one in details.windows):
+        return Words(message)
+    return Words(
+        message, "Analyse the whole record: a window chosen by its own noise shows less noise than the sensor has"
+    )
+
+
+def _window(window: ChosenWindow) -> str:
+    by = "its own scatter" if window.criterion == "own" else window.by
+    return f"{window.stream} from {seconds(window.start)} s on, chosen by {by}"
+
+
+def _selection_bias(finding: Finding, details: SelectionBias) -> Words:
+    effects = [factor_text(term, factor, quantity=details.quantity) for term, factor in finding.factors]
+    if details.hidden_walk is not None:
+        label = TERMS[_WALK].label(details.quantity)
+        effects.append(f"limit of the {label} {number(1 / details.hidden_walk.factor)} times too low")
+    if details.ratios:
+        tau, ratio = min(details.ratios, key=lambda one: one[1])
+        effects.append(f"Allan variance at τ = {duration_text(tau)} is {percent(ratio)} of the sensor's")
+    message = while_short("window chosen by its own noise", effects)
+    return Words(message, "Analyse the whole record, or choose a window by time, --window 600s:7800s")
+
+
+WORDS: dict[type, Callable[[Finding, Any], Words]] = {
+    NotStatic: _not_static,
+    Spikes: _spikes,
+    SpikesMasked: _spikes_masked,
+    StartTransient: _start_transient,
+    LeftOut: _left_out,
+    WindowChosen: _window_chosen,
+    SelectionBias: _selection_bias,
+}

@@ -3,13 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+from sigmatau.findings.finding import Span
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds
 
-__all__ = ["Words", "axes_text", "clock", "factor_text", "factors_text", "largest_factor_text", "percent"]
+__all__ = [
+    "LONGEST",
+    "Words",
+    "axes_text",
+    "clock",
+    "factor_text",
+    "factors_text",
+    "keep_option",
+    "largest_factor_text",
+    "leave_out_option",
+    "number",
+    "percent",
+    "while_short",
+]
+
+LONGEST = 120
+"""Characters of a sentence, STYLE 10."""
+
+_MANY = 8
+"""With more stretches, an option joins those less than `_TOGETHER` apart, or names the fault in place of all."""
+
+_TOGETHER = 1.0  # [s]
+
+_DIGITS = 3  # of a second in an option; ends are rounded outwards
 
 
 class Words(NamedTuple):
@@ -37,6 +61,20 @@ def clock(time: float) -> str:
     return f"{time:.4g} s" if time < 1000 else f"{time:.0f} s"
 
 
+def number(value: float, *, sign: str = "") -> str:
+    """Three digits, without an exponent up to a million: ``"0.0123"``, ``"5480"``; `sign` ``"+"`` also for positive ones."""
+    text = f"{value:{sign}.3g}"
+    return f"{float(text):{sign}.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
+def while_short(text: str, more: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
+    """The text and as many of some others, in order, as a sentence may have characters for."""
+    for other in filter(None, more):
+        if len(text) + len(between) + len(other) <= longest:
+            text += between + other
+    return text
+
+
 def percent(share: float) -> str:
     """A share with two digits: ``"3.8 %"``, ``"42 %"``."""
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
@@ -51,8 +89,8 @@ def factor_text(term: str, factor: float, *, quantity: str = "") -> str:
     if off < 0.2:
         return f"{label} {100 * off:.2g} % {'larger' if factor > 1 else 'smaller'}"
     if factor > 1:
-        return f"{label} {factor:.3g} times as large"
-    return f"{label} {1 / factor:.3g} times smaller" if factor > 0 else f"{label} hidden"
+        return f"{label} {number(factor)} times as large"
+    return f"{label} {number(1 / factor)} times smaller" if factor > 0 else f"{label} hidden"
 
 
 def factors_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", tau: float | None = None) -> str:
@@ -68,3 +106,46 @@ def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str =
     term, factor = max(factors, key=lambda one: abs(math.log(one[1])) if 0 < one[1] < math.inf else math.inf)
     said = "no coefficient changed" if abs(factor - 1) < 5e-4 else factor_text(term, factor, quantity=quantity)
     return f"{said} on {channel}" if channel else said
+
+
+def leave_out_option(spans: Sequence[Span], *, fault: str = "", longest: int = LONGEST) -> str:
+    """The option that leaves some stretches out: ``"--leave-out 720s:722s,1080s:1083.2s"``.
+
+    Parameters
+    ----------
+    spans : sequence of (float, float)
+        From the beginning of the log. [s] The longest are named, as many as fit.
+    fault : str
+        The name that stands for all of them if they are many: ``"dropouts"``, ``"stuck"``; empty if there is none.
+    longest : int
+        Characters of the option.
+    """
+    joined: list[Span] = []
+    for start, stop in sorted(spans):
+        if joined and start - joined[-1][1] <= (_TOGETHER if len(spans) > _MANY else 0.0):
+            joined[-1] = (joined[-1][0], max(stop, joined[-1][1]))
+        else:
+            joined.append((start, stop))
+    if len(joined) > _MANY and fault:
+        return f"--leave-out {fault}"
+    left, named = longest - len("--leave-out"), list[tuple[float, str]]()
+    for start, stop in sorted(joined, key=lambda span: span[0] - span[1]):
+        text = f"{_in_seconds(start, math.floor)}:{_in_seconds(stop, math.ceil)}"
+        left -= len(text) + 1
+        if left < 0 and named:
+            break
+        named.append((start, text))
+    return f"--leave-out {','.join(text for _, text in sorted(named))}"
+
+
+def keep_option(span: tuple[float | None, float | None]) -> str:
+    """The option that keeps a part of a log: ``"--window 600s:"``; None for an end of the record."""
+    start, stop = span
+    begins = "" if start is None else _in_seconds(start, math.ceil)
+    return f"--window {begins}:{'' if stop is None else _in_seconds(stop, math.floor)}"
+
+
+def _in_seconds(time: float, to_whole: Callable[[float], int]) -> str:
+    scale = 10**_DIGITS
+    whole = to_whole(round(time * scale, 3))  # three digits more, for what rounding leaves
+    return f"{whole / scale:.{_DIGITS}f}".rstrip("0").rstrip(".") + "s"

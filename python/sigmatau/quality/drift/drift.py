@@ -111,8 +111,7 @@ def warm_up(
         findings.append(_exponential_finding(stream, channel, found, changes, with_steps=bool(steps)))
         if steps:  # they are told beside what would hide them
             still = stream.only(channel).with_rates([stream.column(channel) - curve])
-            said = level_finding(still, channel, steps)
-            findings.append(replace(said, message=f"{BESIDE}, {said.message}"))
+            findings.append(level_finding(still, channel, steps, beside_drift=True))
     return findings
 
 

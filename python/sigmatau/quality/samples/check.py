@@ -1,67 +1,26 @@
-"""Findings about samples: what is wrong with a record before anything is computed from it.
-
-One module a kind of fault; each takes a stream and returns findings. `check` runs them all.
-"""
+"""All checks of samples: one module per kind of fault; each takes a stream and returns findings."""
 
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.quality.samples.common import without_dust
-from sigmatau.quality.samples.duplicate_rows import copies, copy_masks
+from sigmatau.quality.samples.duplicate_rows import copies
 from sigmatau.quality.samples.interpolation import interpolated
-from sigmatau.quality.samples.light_shocks import light_knocks
-from sigmatau.quality.samples.lost_rows import dropout_masks, lost_rows, stuck_masks
-from sigmatau.quality.samples.masking import leave_out_option, mask_of, masked
-from sigmatau.quality.samples.motion import LevelChange, level_changes, summary
+from sigmatau.quality.samples.light_shocks import light_shocks
+from sigmatau.quality.samples.lost_rows import lost_rows
+from sigmatau.quality.samples.masking import mask_of, masked
 from sigmatau.quality.samples.repeated_samples import repeated_samples
-from sigmatau.quality.samples.resolution import coarse_resolution, quantization_mismatch, quantization_step, too_coarse
+from sigmatau.quality.samples.resolution import coarse_resolution
 from sigmatau.quality.samples.saturation import saturation
-from sigmatau.quality.samples.shocks_and_steps import level_finding, not_static
-from sigmatau.quality.samples.spikes import find_spikes, mask_spikes, spikes, spikes_missing, without_spikes
+from sigmatau.quality.samples.shocks_and_steps import not_static
+from sigmatau.quality.samples.spikes import spikes, spikes_missing
 from sigmatau.quality.samples.start_transient import start_transient
 from sigmatau.quality.samples.stuck_samples import dropouts, stuck_samples, without_runs
-from sigmatau.quality.samples.undisturbed import DISTURBANCES, quiet, undisturbed
 from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
 from sigmatau.record.streams import Stream
 
-__all__ = [
-    "CHECKS",
-    "DISTURBANCES",
-    "LevelChange",
-    "check",
-    "coarse_resolution",
-    "copies",
-    "copy_masks",
-    "dropout_masks",
-    "dropouts",
-    "earth_rate",
-    "find_spikes",
-    "gravity",
-    "implausible_unit",
-    "interpolated",
-    "leave_out_option",
-    "level_changes",
-    "level_finding",
-    "lost_rows",
-    "mask_of",
-    "mask_spikes",
-    "masked",
-    "not_static",
-    "quantization_mismatch",
-    "quantization_step",
-    "quiet",
-    "repeated_samples",
-    "saturation",
-    "spikes",
-    "start_transient",
-    "stuck_masks",
-    "stuck_samples",
-    "summary",
-    "too_coarse",
-    "undisturbed",
-    "without_runs",
-    "without_spikes",
-]
+__all__ = ["CHECKS", "check"]
 
 CHECKS = (
     implausible_unit,
@@ -78,16 +37,16 @@ CHECKS = (
     interpolated,
     coarse_resolution,
 )
-"""All checks of samples, in the order in which their findings are told: the gravest mistakes first."""
+"""All checks of samples, in the order of their findings: the gravest faults first."""
 
 _EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)
-"""Checks that ask which samples are equal."""
+"""Checks that compare samples for equality."""
 
 _RUNS = (dropouts, saturation, stuck_samples, interpolated)
 
 
 def check(stream: Stream) -> list[Finding]:
-    """Everything that the samples of a stream alone show to be wrong with it.
+    """Findings of all checks that need only the samples of a stream.
 
     Parameters
     ----------
@@ -97,25 +56,25 @@ def check(stream: Stream) -> list[Finding]:
     Returns
     -------
     list of Finding
-        At most one a kind and channel, or one for several channels of the stream.
+        At most one per kind and channel, or one for several channels of the stream.
     """
-    lost, stream = lost_rows(stream)  # which are no samples of the sensor, whatever else would be said of them
+    lost, stream = lost_rows(stream)  # not samples of the sensor
     begun = start_transient(stream)
     start = round(begun[0].size / stream.grid.tau0) if begun and begun[0].size else 0
     whole, stream = stream, masked(stream, mask_of(stream.grid.n, [(0, start)]))
     even = without_dust(stream)
     found = {one: one(even if one in _EQUAL else stream) for one in CHECKS if one is not start_transient}
     if found[spikes]:
-        knocks = light_knocks(stream)
+        shocks = light_shocks(stream)
         alone = spikes_missing(stream)
-        if knocks:  # the largest samples of a knock are no spikes
-            still = masked(stream, mask_of(stream.grid.n, [(knock.start, knock.stop) for knock in knocks]))
+        if shocks:  # the largest samples of a shock are not spikes
+            still = masked(stream, mask_of(stream.grid.n, [(shock.start, shock.stop) for shock in shocks]))
             found[spikes] = spikes(still)
-        if found[not_static] or knocks:  # a single sample may move the mean of a window: that is no motion
-            found[not_static] = not_static(stream, judged=alone, knocks=knocks)
-        if found[implausible_unit]:  # noise that spikes make is of no grade
+        if found[not_static] or shocks:  # a spike may move the mean of a window: that is not motion
+            found[not_static] = not_static(stream, judged=alone, shocks=shocks)
+        if found[implausible_unit]:  # spikes are not the noise of the sensor
             found[implausible_unit] = implausible_unit(alone)
-    if any(found[one] for one in _RUNS):  # a level that is held is none of the sensor, nor are its samples copies
+    if any(found[one] for one in _RUNS):  # a held value is not a step, and its samples are not copies
         left = without_runs(even)
         if found[spikes]:
             found[spikes] = spikes(left)
@@ -123,18 +82,16 @@ def check(stream: Stream) -> list[Finding]:
             found[not_static] = not_static(left)
         if found[repeated_samples]:
             found[repeated_samples] = repeated_samples(left)
-    if found[implausible_unit] or found[not_static]:  # then the mean is not that of a sensor at rest in its unit
+    if found[implausible_unit] or found[not_static]:  # the mean is not that of a sensor at rest
         found[earth_rate] = []
     found[start_transient] = begun if whole is not stream else []
-    if any(len(finding.channels) > 1 or finding.channels == stream.channels for finding in found[implausible_unit]):
-        # then the mean is no rotation, but the unit's fault
-        found[not_static] = [finding for finding in found[not_static] if finding.where]
+    if any(len(one.channels) != 1 or one.channels == stream.channels for one in found[implausible_unit]):
+        # the unit explains the mean, not a rotation
+        found[not_static] = [one for one in found[not_static] if not _rotates(one)]
     told = (finding for one in CHECKS for finding in found[one])
-    return [_named(finding, stream) for finding in (*lost, *told)]
+    # Without its channels a finding of the gyros may equal one of the accelerometers.
+    return [one if one.channels else replace(one, channels=stream.channels) for one in (*lost, *told)]
 
 
-def _named(finding: Finding, stream: Stream) -> Finding:
-    """A finding of several axes says which sensor's: gyros and accelerometers may have the same to be told."""
-    if finding.channel is not None or any(name in finding.message for name in (stream.name, *stream.channels)):
-        return finding
-    return replace(finding, message=f"{stream.name}: {finding.message}")
+def _rotates(finding: Finding) -> bool:
+    return isinstance(finding.details, NotStatic) and finding.details.rotation is not None

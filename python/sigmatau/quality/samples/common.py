@@ -16,6 +16,7 @@ from sigmatau.results import duration_text
 
 __all__ = [
     "MOST_SPANS",
+    "WARN_FACTOR",
     "affected",
     "axes_text",
     "block_rms",
@@ -37,6 +38,9 @@ __all__ = [
     "without_dust",
     "worst_on_white",
 ]
+
+WARN_FACTOR = 1.02
+"""Factor on a coefficient from which on a fault is a warning; a convention."""
 
 _STRETCHES = 32
 

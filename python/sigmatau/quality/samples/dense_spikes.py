@@ -1,4 +1,4 @@
-"""Spikes so many that they show as a hump in the tail of the noise, though each alone could be noise of a long record."""
+"""Frequent spikes, which show as a hump in the tail of the noise although each alone could be noise."""
 
 from __future__ import annotations
 
@@ -19,48 +19,46 @@ Floats = NDArray[np.float64]
 
 _NORMAL = NormalDist()
 
-# Neighbours on either side whose median a sample is held against: of white noise many are better, of a walk few.
+# Neighbours on either side whose median a sample is compared with: many are better for white noise, few for a walk.
 _SIDES = (16, 4)
 
-# Samples that the tail is judged by, in stretches; fewer residuals than the last have no tail.
+# Samples that the tail is taken from, in stretches; and the least number of residuals.
 _STRETCH, _STRETCHES, _LEAST = 1024, 24, 512
 
-# Of Gaussian noise 1.4 of 24 000 samples are beyond 4 standard deviations and 0.01 beyond 5, so that twelve there are no
-# noise. Twice as many beyond 5 as from 4 to 5 are no heavy tail either, which thins out: Laplace's has 0.4 times as many
-# there, Student's of 4 degrees 0.8, of 3 degrees 1.2. Spikes of 6 standard deviations have 5.
+# Of 24 000 samples of Gaussian noise 1.4 are beyond 4 standard deviations and 0.01 beyond 5, so that twelve there are not
+# noise. Heavy tails do not have twice as many beyond 5 as from 4 to 5: Laplace's has 0.4 times as many, Student's of 4
+# degrees 0.8, of 3 degrees 1.2. Spikes of 6 standard deviations have 5 times as many.
 _FROM, _BEYOND, _COUNT, _HUMP = 4.0, 5.0, 12, 2.0
 
-# Noise may make up 1e-5 of those found (1e-4 where its scale is known to 7 % only); or one of a hundred where spikes come
-# near to that threshold: so large a part of them is above it by less than this.
+# Share of noise among the spikes found: 1e-5 (1e-4 where its scale is known to 7 % only). 1e-2 where more than this part of
+# the spikes is above that threshold by less than one standard deviation.
 _FALSE, _FALSE_NEAR, _NEAR, _PART_NEAR = 1e-5, 1e-2, 1.0, 0.05
-_HIGHEST = 6.0
+_HIGHEST = 6.0  # threshold, in standard deviations
 
-# Samples beyond this that stay when all spikes are out, so many times as many as noise has there: some are spikes.
-_HIDDEN, _TIMES, _SIGMAS = 3.5, 2.0, 6.0
+# Spikes remain if more samples than this many times those of noise, plus this many standard errors, are beyond 3.5.
+_REMAINING, _TIMES, _SIGMAS = 3.5, 2.0, 6.0
 
-# Shares beyond which half of two sides are often spikes, and for which the rest has no scale.
+# Share of spikes beyond which half of the neighbours are often spikes, and beyond which the noise has no scale.
 _SPOILED, _MOST = 0.05, 0.25
 
-# Spikes come one by one: of those 3 to 16 samples away from another no more than so many times what chance makes, else it is
-# noise that swells.
+# Spikes are independent: no more than twice as many as by chance are 3 to 16 samples from another, else the noise swells.
 _APART, _REACH, _CLUSTERED = 3, 16, 2.0
 
-# Blocks whose own scale a spike is held against, the noisiest of three; and what scatters about it, so many times: where a
-# hump is looked for, and where it is sure and half of what scatters may be spikes.
+# Samples of the blocks whose scale a spike is compared with, the noisiest of three; and the factor over the scatter of its
+# neighbours: before a hump is found, and after, when half of the neighbours may be spikes.
 _BLOCK, _AROUND, _AROUND_MANY = 128, 3.0, 2.0
 
-# At a change of level a sample is far from one side alone.
-_ONE_SIDE = 0.5
+_ONE_SIDE = 0.5  # of the residual, against either side: at a step of the mean a sample is far from one side only
 
-# Once more about samples that are not so far out by this, where spikes stood beside them.
+# Samples below the threshold by less than this are examined again without the spikes beside them, this many times.
 _ALMOST, _ROUNDS = 1.5, 4
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Tail:
-    """Residuals of a part of a record in standard deviations, largest last; and what tells them from others.
+    """Residuals of a part of a record in standard deviations.
 
-    `usual` is the median residual, `scale` the standard deviation over the local median, `share` that of a contamination.
+    `usual` is the median residual, `scale` the standard deviation over the local median, `share` that of the spikes.
     """
 
     side: int
@@ -76,15 +74,15 @@ def dense_spikes(x: Floats, step: float) -> NDArray[np.bool_] | None:
     """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them.
 
     A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
-    and 5. The standard deviation is that of the part which is not in the tail; where the noise is stronger for 128 samples,
-    what it is there.
+    and 5. The standard deviation is that of the samples outside the tail; where the noise is stronger for 128 samples, the
+    local one.
 
     Parameters
     ----------
     x : ndarray, shape (n,)
         NaN where samples are missing.
     step : float
-        Of the numbers; 0 if they have none. Noise below it has no tail to speak of.
+        Of the numbers; 0 if they have none. Noise below it is not examined.
 
     Returns
     -------
@@ -125,12 +123,12 @@ def dense_spikes(x: Floats, step: float) -> NDArray[np.bool_] | None:
 
 
 def hidden(rest: Floats, step: float) -> bool:
-    """Whether a record without its spikes still has more samples far out than noise makes: smaller ones, which stay."""
+    """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
     tail = _tail(rest, step)
     if tail is None:
         return False
-    by_chance = 2 * tail.count * _NORMAL.cdf(-_HIDDEN)
-    return bool(np.count_nonzero(tail.far > _HIDDEN) > _TIMES * by_chance + _SIGMAS * math.sqrt(by_chance))
+    by_chance = 2 * tail.count * _NORMAL.cdf(-_REMAINING)
+    return bool(np.count_nonzero(tail.far > _REMAINING) > _TIMES * by_chance + _SIGMAS * math.sqrt(by_chance))
 
 
 def _threshold(false: float) -> float:
@@ -138,7 +136,7 @@ def _threshold(false: float) -> float:
 
 
 def _tail(x: Floats, step: float) -> _Tail | None:
-    """The tail of a part of the record, about those of the neighbours that leave the least residual."""
+    """The tail of a part of the record, for the number of neighbours that leaves the least residual."""
     n = len(x)
     starts = [0] if n <= _STRETCH * _STRETCHES else np.linspace(0, n - _STRETCH, _STRETCHES).astype(int).tolist()
     parts = [x[s : s + _STRETCH] if len(starts) > 1 else x for s in starts]
@@ -159,7 +157,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     scale, share = _scale(ordered)
     far, spread = [], []
     for part, size, each in zip(parts, away, relative, strict=True):
-        at = np.flatnonzero(each > _HIDDEN * scale)
+        at = np.flatnonzero(each > _REMAINING * scale)
         kept = at[_stands_alone(part, at, side, size[at], 0.5 if share < _SPOILED else 0.25, _AROUND)]
         far.append(each[kept])
         spread.append(_with_others(kept[each[kept] > _FROM * scale]))
@@ -175,7 +173,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
 
 
 def _with_others(at: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of some places have another one near, but not beside them."""
+    """Which of some indices have another one near, but not next to them."""
     after = np.searchsorted(at, at + _REACH, side="right") > np.searchsorted(at, at + _APART)
     before = np.searchsorted(at, at - _APART, side="right") > np.searchsorted(at, at - _REACH)
     return np.asarray(after | before)
@@ -188,12 +186,12 @@ def _more_than_chance(near: NDArray[np.bool_], n: int) -> bool:
 
 
 def _scale(ordered: Floats) -> tuple[float, float]:
-    """Standard deviation by the median of what is not in the tail, and how much is in it beyond what noise has there."""
+    """Standard deviation from the median outside the tail, and the share of samples in the tail beyond that of noise."""
     share, n = 0.0, len(ordered)
-    chance = 2 * _NORMAL.cdf(-_HIDDEN)
+    chance = 2 * _NORMAL.cdf(-_REMAINING)
     for _ in range(20):
         scale = float(ordered[int(n * (1 - share) / 2)]) / _NORMAL.inv_cdf(0.75)
-        tail = (n - int(np.searchsorted(ordered, _HIDDEN * scale))) / n
+        tail = (n - int(np.searchsorted(ordered, _REMAINING * scale))) / n
         share = min(max((tail - chance) / (1 - chance), 0.0), 2 * _MOST)
     return scale, share
 
@@ -256,7 +254,7 @@ def _residual_at(x: Floats, at: NDArray[np.int64], side: int) -> Floats:
 def _stands_alone(
     x: Floats, at: NDArray[np.int64], side: int, away: Floats, part: float, times: float = _AROUND_MANY
 ) -> NDArray[np.bool_]:
-    """Whether samples are far from either side, and from what scatters about them."""
+    """Whether samples are far from either side, compared with the scatter of their neighbours."""
     alone = np.zeros(len(at), dtype=bool)
     for start in range(0, len(at), CHUNK):
         piece = slice(start, start + CHUNK)

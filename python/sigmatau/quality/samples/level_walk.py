@@ -1,4 +1,4 @@
-"""What levels that change add to the rate random walk, held against the sensor's own in the parts between them."""
+"""Rate random walk that steps of the mean add, compared with the sensor's own in the parts between the steps."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.kinds.disturbances import AddedWalk
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.samples.common import affected, octaves
 from sigmatau.record.streams import Stream
 from sigmatau.results import two_digits
 
-__all__ = ["added_by_stretches", "own_walk", "parts_without", "walk_effect"]
+__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_effect"]
 
 Parts = Sequence[tuple[int, int]]
 
-# A walk rules the long times if 3σ²/τ is the same over so many octaves, to this factor: bias instability makes 8 of it, and
-# the last variance of some 16 pairs has an error of a third.
-_RULED_OCTAVES, _SAME = 3, 2.0
+# A walk dominates the long times if 3σ²/τ is constant over these octaves, to this factor: bias instability changes it by a
+# factor of 8, and the last variance, of some 16 pairs, has an error of a third.
+_CONSTANT_OCTAVES, _CONSTANT_FACTOR = 3, 2.0
 _LEAST_PAIRS = 16
 
-# Levels beside a stretch are means over as long, and over so much at least and at most.
-_LEAST_S, _MOST_S = 1.0, 30.0
+# Length of the means beside a stretch: that of the stretch, within these limits. [s]
+_LEAST_MEAN, _LONGEST_MEAN = 1.0, 30.0
 
-_MOST = 256  # stretches looked at, the longest
+_MOST_STRETCHES = 256  # the longest ones; the others add next to nothing
 
 
 def parts_without(n: int, first: Sequence[int], stop: Sequence[int]) -> list[tuple[int, int]]:
@@ -41,10 +42,10 @@ def parts_without(n: int, first: Sequence[int], stop: Sequence[int]) -> list[tup
 
 
 def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, bool]:
-    """A channel's own K², or a bound on it, by parts that nothing disturbs; and whether a walk rules the long times.
+    """K² of the sensor from undisturbed parts of a channel, or an upper bound; and whether a walk dominates the long times.
 
-    3σ²(τ)/τ is K² where a walk rules, and more elsewhere: other terms only add to it. It then stays the same over octaves;
-    bias instability makes it fall by 2 an octave, white noise by 4.
+    3σ²(τ)/τ is K² where a walk dominates, and more elsewhere, because other terms only add to it. It is constant there;
+    bias instability makes it fall by a factor of 2 per octave, white noise by 4.
     """
     sums: dict[int, tuple[float, int]] = {}
     for start, stop in parts:
@@ -52,15 +53,15 @@ def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, 
             total, count = sums.get(m, (0.0, 0))
             sums[m] = total + avar * pairs, count + pairs
     bounds = [3 * total / count / (m * tau0) for m, (total, count) in sorted(sums.items()) if count >= _LEAST_PAIRS]
-    last = bounds[-1 - _RULED_OCTAVES :]
-    rules = len(last) > _RULED_OCTAVES and last[0] < _SAME * last[-1]
+    last = bounds[-1 - _CONSTANT_OCTAVES :]
+    rules = len(last) > _CONSTANT_OCTAVES and last[0] < _CONSTANT_FACTOR * last[-1]
     return min(bounds, default=0.0), rules
 
 
 def added_by_stretches(
     x: NDArray[np.float64], tau0: float, first: NDArray[np.int64], lengths: NDArray[np.int64]
 ) -> float:
-    """What stretches of made-up levels add to K² at averaging times up to their length: a step at either end of each.
+    """K² that stretches with a false mean add at averaging times up to their length: a step at either end of each.
 
     Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
     """
@@ -68,9 +69,9 @@ def added_by_stretches(
     for start, size in zip(first.tolist(), lengths.tolist(), strict=True):
         clean[start : start + size] = np.nan
     squares = 0.0
-    for k in np.argsort(-lengths)[:_MOST].tolist():
+    for k in np.argsort(-lengths)[:_MOST_STRETCHES].tolist():
         start, stop = int(first[k]), int(first[k] + lengths[k])
-        around = round(min(max((stop - start) * tau0, _LEAST_S), _MOST_S) / tau0)
+        around = round(min(max((stop - start) * tau0, _LEAST_MEAN), _LONGEST_MEAN) / tau0)
         for end, beside in (
             (x[start], clean[max(start - around, 0) : start]),
             (x[stop - 1], clean[stop : stop + around]),
@@ -79,6 +80,29 @@ def added_by_stretches(
             if len(there):
                 squares += float(end - there.mean()) ** 2
     return squares / (len(x) * tau0)
+
+
+def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> AddedWalk:
+    """The walk that levels other than the sensor's own add.
+
+    Parameters
+    ----------
+    stream : Stream
+    channel : str
+    added : float
+        What they add to K². [unit²/s, of the stream]
+    parts : sequence of (int, int)
+        Undisturbed parts of the channel, see `own_walk`.
+    """
+    own, resolved = own_walk(stream.column(channel), stream.grid.tau0, parts)
+    return AddedWalk(
+        channel=channel,
+        quantity=stream.quantity,
+        unit=stream.unit,
+        coefficient=math.sqrt(added),
+        factor=math.sqrt(1 + added / own) if own > 0 else None,
+        resolved=resolved and own > 0,
+    )
 
 
 def walk_effect(stream: Stream, added: float, own: float, *, rules: bool) -> tuple[str, tuple[tuple[str, float], ...]]:

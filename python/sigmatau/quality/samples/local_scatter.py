@@ -1,4 +1,4 @@
-"""What the samples about a sample say: their medians, and how far they scatter."""
+"""Medians and scatter of the neighbours of samples."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ from numpy.typing import NDArray
 
 __all__ = ["AROUND", "medians", "neighbours", "residuals", "scatter"]
 
-# Neighbours on either side whose own scatter a spike must exceed too: in a knock all samples are large, and none is a spike.
 AROUND = 32
+"""Neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large."""
 
-# Changes that a scatter is taken from at least.
-_LEAST = 4
+_LEAST = 4  # changes that a scatter is taken from
 
 
 def neighbours(x: NDArray[np.float64], at: NDArray[np.int64], first: int, last: int) -> NDArray[np.float64]:
-    """The samples `first` to `last` places after each of some; NaN beyond the ends."""
+    """The samples from `first` to `last` after each index; NaN beyond the ends."""
     places = at[:, None] + np.arange(first, last + 1)
     inside = (places >= 0) & (places < len(x))
     return np.where(inside, x[np.clip(places, 0, len(x) - 1)], np.nan)
 
 
 def medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The median of each row, of what is not NaN in it; NaN of nothing."""
+    """Median of each row without NaN; NaN for an empty row."""
     ordered = np.sort(rows, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1)
     row = np.arange(len(rows))
@@ -34,9 +33,9 @@ def medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArray[np.float64]:
-    """How far samples are from the medians of either side: the lesser of the two, 0 if they are between them.
+    """Distance of samples from the medians of either side: the smaller of the two, 0 if they are between them.
 
-    A side with fewer than two samples says nothing; NaN if neither says anything.
+    A side with fewer than two samples is ignored; NaN if both are.
     """
     sides = []
     for first, last in ((-side, -1), (1, side)):
@@ -60,9 +59,10 @@ def residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArr
 
 
 def scatter(x: NDArray[np.float64], at: NDArray[np.int64], part: float) -> NDArray[np.float64]:
-    """Standard deviation of the samples before or after a spike, whichever is larger, by a quantile of their changes.
+    """Standard deviation of the samples before or after a spike, whichever is larger, from a quantile of their changes.
 
-    Whichever is larger, because a knock has a first sample. The median, or a quarter where half may be spikes. 0 if unknown.
+    The larger one, because a shock has a first sample. The quantile is the median, or a quarter where half may be spikes.
+    0 if unknown.
     """
     scatter = np.zeros(len(at))
     for first, last in ((-AROUND, -2), (2, AROUND)):

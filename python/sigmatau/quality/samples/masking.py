@@ -1,23 +1,19 @@
-"""Samples taken for missing: how a stream goes without them, and how the option that leaves them out is spelled."""
+"""Samples taken for missing: masks, their stretches, and what to leave out of a record with steps of the mean."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.arrays import runs
+from sigmatau.findings.finding import Span
+from sigmatau.findings.wording import phrases
 from sigmatau.record.streams import Stream
 
-__all__ = ["leave_out_option", "mask_of", "masked", "spans_of", "without_steps"]
-
-# Stretches closer than this are one in the text of an option, and of more stretches than this only the kind is named.
-_TOGETHER_S, _LISTED = 1.0, 8
-
-_DIGITS = 3  # of a second; ends are rounded outwards
+__all__ = ["in_seconds", "leave_out_option", "mask_of", "masked", "spans_of", "without_steps"]
 
 
 def masked(stream: Stream, mask: NDArray[np.bool_]) -> Stream:
@@ -55,68 +51,48 @@ def spans_of(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return runs(bad)
 
 
+def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]], *, of_log: bool = False) -> tuple[Span, ...]:
+    """Stretches of samples as times from the beginning of the record, or of the log that it is a window of. [s]"""
+    tau0, lead = stream.grid.tau0, stream.grid.lead if of_log else 0.0
+    return tuple((start * tau0 + lead, stop * tau0 + lead) for start, stop in spans)
+
+
 def leave_out_option(stream: Stream, spans: Sequence[tuple[int, int]], *, kind: str = "") -> str:
-    """The option that takes some stretches for missing: ``"--leave-out 720s:722s,1080s:1083.2s"``.
-
-    Parameters
-    ----------
-    stream : Stream
-        Times are from the beginning of the record, also where this is a window of it.
-    spans : sequence of (int, int)
-        Samples, stop not included. Those less than 1 s apart are put together if they are many.
-    kind : str
-        What stands for all of them if they are still too many to list: ``"dropouts"``, ``"stuck"``; empty if nothing does.
-    """
-    tau0 = stream.grid.tau0
-    joined: list[tuple[int, int]] = []
-    gap = _TOGETHER_S / tau0 if len(spans) > _LISTED else 0.0
-    for start, stop in sorted(spans):
-        if joined and start - joined[-1][1] <= gap:
-            joined[-1] = (joined[-1][0], max(stop, joined[-1][1]))
-        else:
-            joined.append((start, stop))
-    if len(joined) > _LISTED and kind:
-        return f"--leave-out {kind}"
-    listed = sorted(sorted(joined, key=lambda span: span[0] - span[1])[:_LISTED])
-    return "--leave-out " + ",".join(
-        f"{_outward(start * tau0 + stream.grid.lead, math.floor)}s:{_outward(stop * tau0 + stream.grid.lead, math.ceil)}s"
-        for start, stop in listed
-    )
+    """The option that leaves out some stretches of samples, see `sigmatau.findings.wording.phrases.leave_out_option`."""
+    return phrases.leave_out_option(in_seconds(stream, spans, of_log=True), fault=kind)
 
 
-# Two changes of level that cancel to this part of them are one that came and went.
-_BACK = 0.3
+_CANCELS = 0.3  # two steps whose sum is less than this part of the larger one are a change of the mean that ends
 
 
-def without_steps(stream: Stream, steps: Sequence[tuple[int, int, float]]) -> str:
-    """The option that leaves changes of level out of a record.
+def without_steps(
+    stream: Stream, steps: Sequence[tuple[int, int, float]]
+) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
+    """What to leave out, or else what to keep, of a record with steps of the mean.
 
-    Of a level that comes back, what is between; else the longest part with one level, because a record without the moment
-    of a change still has both levels.
+    The stretch between two steps that cancel is left out; otherwise the longest part between steps is kept, because a
+    record without the moment of a step still has both means.
 
     Parameters
     ----------
     stream : Stream
     steps : sequence of (int, int, float)
-        Sample of each change in order of time, to how many samples that is known, and its size.
+        Sample of each step in order of time, its uncertainty in samples, and its size.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Stretches to leave out, from the beginning of the log. [s]
+    (float or None, float or None) or None
+        The part to keep, None for an end of the log. [s]
     """
+    n = stream.grid.n
     if len(steps) == 2:
         (first, near, up), (second, wide, down) = steps
-        if abs(up + down) < _BACK * max(abs(up), abs(down)):
-            option = leave_out_option(stream, [(max(first - near, 0), min(second + wide, stream.grid.n))])
-            return f"{option} takes the time between for missing"
-    edges = [(0, 0), *((at, about) for at, about, _ in steps), (stream.grid.n, 0)]
+        if abs(up + down) < _CANCELS * max(abs(up), abs(down)):
+            return in_seconds(stream, [(max(first - near, 0), min(second + wide, n))], of_log=True), None
+    edges = [(0, 0), *((at, about) for at, about, _ in steps), (n, 0)]
     k = max(range(len(edges) - 1), key=lambda i: edges[i + 1][0] - edges[i][0])
-    tau0, lead = stream.grid.tau0, stream.grid.lead
-    start, stop = edges[k][0] + edges[k][1], edges[k + 1][0] - edges[k + 1][1]
-    begins = f"{_outward(start * tau0 + lead, math.ceil)}s" if k or lead else ""
-    ends = f"{_outward(stop * tau0 + lead, math.floor)}s" if k < len(steps) or lead else ""
-    times = ", ".join(f"{at * tau0:.6g} s" for at, _, _ in steps[:_LISTED])
-    listed = f"; the level changes at {times}" if len(steps) > 1 else ""
-    return f"--window {begins}:{ends} is the longest part with one level{listed}"
-
-
-def _outward(time: float, to_whole: Callable[[float], int]) -> str:
-    scale = 10**_DIGITS
-    whole = to_whole(round(time * scale, 3))  # three digits more, for what rounding leaves
-    return f"{whole / scale:.{_DIGITS}f}".rstrip("0").rstrip(".")
+    ((start, stop),) = in_seconds(stream, [(edges[k][0] + edges[k][1], edges[k + 1][0] - edges[k + 1][1])], of_log=True)
+    whole = stream.grid.lead == 0
+    return (), (None if k == 0 and whole else start, None if k == len(steps) and whole else stop)

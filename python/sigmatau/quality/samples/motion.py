@@ -1,4 +1,4 @@
-"""Where samples of a sensor that should rest show motion: bursts, and changes of level."""
+"""Motion of a sensor that should rest: bursts, excursions, and steps of the mean."""
 
 from __future__ import annotations
 
@@ -17,43 +17,36 @@ from sigmatau.record.streams import CHUNK, Stream
 
 __all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
 
-# Length of a window, in seconds and in samples at least.
-_WINDOW_S, _WINDOW = 1.0, 16
+_WINDOW_S, _WINDOW = 1.0, 16  # least length of a window, in seconds and in samples
 
-# Fewer windows than this have no distribution of their own to be far beyond.
-_LEAST_WINDOWS = 24
+_LEAST_WINDOWS = 24  # windows that a distribution can be taken from
 
 # The cube root of the power of a window is Gaussian to some percent of its spread (Wilson and Hilferty, PNAS 17, 1931). Its
-# centre and spread are the median and the MAD of all windows. 8 of those, and power four times the usual: noise of 10^4
-# windows goes to 4.5, and no less than 16 samples reach four times their usual power by chance (χ² with 10 degrees: 3.5
-# in 10^4 windows, spread of the MAD included).
-_FAR, _POWER = 8.0, 4.0
+# centre and spread are the median and the MAD of all windows. A burst is 8 spreads away and has four times the usual power:
+# noise reaches 4.5 spreads in 10^4 windows, and 16 samples or more do not reach four times their usual power by chance (χ²
+# with 10 degrees: 3.5 in 10^4 windows, spread of the MAD included).
+_BURST_SPREADS, _BURST_POWER = 8.0, 4.0
 
-# A spike makes two large changes; of two spikes all may be in one window.
-_PEAKS = 4
+_PEAKS = 4  # changes that two spikes in one window make
 
 # Differences of neighbouring windows' means are Gaussian for each of the five terms, whatever the window; a term only
 # chooses their variance. Robust z of n of them passes this a·(1 + b/n) in less than 1e-5 of records (measured, n ≥ 24).
-_FAR_LEVEL, _FEW = 7.0, 12.0
+_STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
 
-# An excursion of up to so many doublings of the window, beyond which it shows as two changes of level; and what counts
-# beside the farthest.
-_EXCURSIONS, _BESIDE = 4, 0.6
+# Lengths of excursions, in doublings of the window; longer ones show as two steps. Windows count as part of an excursion
+# from this part of the farthest on.
+_EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
 
-# Windows of a second on either side, to tell a line from two levels.
-_LEAST_OF_LEVEL = 4
+_LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
 
-# So many changes of level are looked at for each length of windows.
-_MOST = 256
+_MOST_STEPS = 256  # candidates examined for each length of windows
 
-# Rounding moves a mean by one step at most.
-_STEPS = 1.5
+_ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
 
-# Windows that belong together are no further apart.
-_TOGETHER_S = 5.0
+_BURST_GAP = 5.0  # windows no further apart are one burst [s]
 
-# A level holds if the change is there, to this part, in the medians of as many half windows before and after.
-_HOLDS, _AHEAD = 0.6, 6
+# A step lasts if the medians of this many half windows before and after it differ by this part of the step.
+_LASTS, _HALF_WINDOWS = 0.6, 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,10 +59,10 @@ class Burst:
     start, stop : int
         Samples, stop not included.
     ratio : float
-        Largest root mean square of the samples' changes in a window, over the usual one; of an excursion, standard
-        deviations of what the noise does.
+        Largest root mean square of the changes from sample to sample in a window over the usual one; of an excursion, its
+        size in standard deviations of the noise.
     away : float
-        How far the mean of a window goes, if that is what shows, and not the changes. [unit of the stream]
+        How far the mean of a window moves; 0 if the changes show the motion. [unit of the stream]
     """
 
     channel: str
@@ -81,23 +74,23 @@ class Burst:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelChange:
-    """A change of level that holds.
+    """A lasting step of the mean.
 
     Attributes
     ----------
     channel : str
     sample : int
-        Where, to half the window.
+        First sample after the step, to half the window.
     size : float
-        New level less the old one. [unit of the stream]
+        New mean less old mean. [unit of the stream]
     window : int
-        Samples in the windows that show it most clearly.
+        Samples in the windows that show it best.
     times : float
-        How many standard deviations of what the noise does between such windows.
+        Size in standard deviations of the difference of such windows.
     around : int
-        Samples on either side by which the place may be wrong, or in which the level goes from one to the other.
+        Half width of the interval in which the mean changes. [samples]
     gradual : bool
-        Whether a line is nearer to it than two levels, as in a warm-up.
+        Whether a line fits better than two constant parts, as in a warm-up.
     """
 
     channel: str
@@ -171,17 +164,21 @@ def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
     return median_and_spread(present(x))
 
 
-def bursts(stream: Stream, found: Summary) -> list[Burst]:
+def bursts(
+    stream: Stream, found: Summary, *, spreads: float = _BURST_SPREADS, power_ratio: float = _BURST_POWER
+) -> list[Burst]:
     """Stretches in which the samples of a channel change far more than usual.
 
-    The mean square of the changes from sample to sample in each window against its own distribution over the record;
-    slow terms hardly enter it. One or two spikes are no burst.
+    The mean square of the changes from sample to sample in each window is compared with its distribution over the record;
+    slow terms hardly contribute. One or two spikes are not a burst.
 
     Parameters
     ----------
     stream : Stream
     found : Summary
         Of the channel, see `summary`.
+    spreads, power_ratio : float
+        Thresholds for the cube root of the power in robust standard deviations, and for the power over the usual one.
 
     Returns
     -------
@@ -194,17 +191,17 @@ def bursts(stream: Stream, found: Summary) -> list[Burst]:
     root = np.cbrt(power)
     centre, spread = _centre_and_spread(root)
     usual = centre**3
-    limit = max(centre + _FAR * spread, np.cbrt(_POWER * usual))
+    limit = max(centre + spreads * spread, np.cbrt(power_ratio * usual))
     if not np.any(root > limit):
         return []
     resolved = resolution(stream, channel)
     step = 0.0 if resolved is None else resolved.step
-    # Values that go to and fro between two steps change by one step at each sample.
-    at = np.flatnonzero(power > max(limit**3, _POWER * step**2))
+    # Values that alternate between two steps change by one step at each sample.
+    at = np.flatnonzero(power > max(limit**3, power_ratio * step**2))
     at = at[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in at]]
     if len(at) == 0:
         return []
-    apart = max(round(_TOGETHER_S / (w * stream.grid.tau0)), 1)
+    apart = max(round(_BURST_GAP / (w * stream.grid.tau0)), 1)
     groups = np.split(at, np.flatnonzero(np.diff(at) > apart) + 1)
     floor = max(usual, step**2 / 12)
     return [
@@ -225,19 +222,21 @@ def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
     return float(squares.mean()) if len(squares) else 0.0
 
 
-def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
-    """Changes of a channel's level that its noise does not make, and that hold.
+def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPREADS) -> list[LevelChange]:
+    """Lasting steps of a channel's mean that its noise does not make.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
-    rate random walk and for flicker noise as for white noise. A change shows as one of them far beyond all others at the
-    same τ; where several windows show it, the one that does so most clearly counts. Not across missing windows, for all slow
-    noise wanders on where nothing is recorded.
+    rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the
+    same τ; of several windows that show it, the clearest counts. Missing windows are not bridged, because slow noise
+    continues where nothing is recorded.
 
     Parameters
     ----------
     stream : Stream
     found : Summary
         Of the channel, see `summary`.
+    spreads : float
+        Threshold in robust standard deviations for many windows.
 
     Returns
     -------
@@ -256,19 +255,22 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
             break
         centre, spread = _centre_and_spread(differences)
         far = np.abs(differences - centre)
-        limit = _FAR_LEVEL * (1 + _FEW / known) * spread
+        limit = spreads * (1 + _FEW_WINDOWS / known) * spread
         if np.any(far > limit):
             if step is None:
                 resolved = resolution(stream, channel)
                 step = 0.0 if resolved is None else resolved.step
-            limit = max(limit, _STEPS * step)
-            farthest = np.argsort(-far)[:_MOST]  # NaN last
+            limit = max(limit, _ROUNDING * step)
+            farthest = np.argsort(-far)[:_MOST_STEPS]  # NaN last
             for i in farthest[far[farthest] > limit].tolist():
-                before, after = present(half[max(i + 2 - _AHEAD, 0) : i + 2]), present(half[i + 2 : i + 2 + _AHEAD])
+                before, after = (
+                    present(half[max(i + 2 - _HALF_WINDOWS, 0) : i + 2]),
+                    present(half[i + 2 : i + 2 + _HALF_WINDOWS]),
+                )
                 if len(before) < 2 or len(after) < 2:
                     continue
                 size = float(np.median(after) - np.median(before))
-                if size * differences[i] > 0 and abs(size) > _HOLDS * abs(differences[i]):
+                if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
                     times = float(far[i]) / spread if spread > 0 else math.inf
                     at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
                     gradual = _gradual(mean, at // shortest, 2 * w // shortest)
@@ -295,19 +297,19 @@ def level_changes(stream: Stream, found: Summary) -> list[LevelChange]:
 
 
 def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
-    """How far the mean of a window is from a level without the four samples that are farthest, which spikes may be."""
+    """Distance of the mean of a window from `base` without its four farthest samples, which spikes may be."""
     x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
     kept = x[np.argsort(np.abs(x))][:-_PEAKS]
     return abs(float(kept.mean())) if len(kept) else 0.0
 
 
 def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
-    """Whether a line about a place leaves less than two levels do."""
+    """Whether a line fits better about a place than two constant parts."""
     start = max(at - around, 0)
     x = mean[start : at + around]
     there = np.isfinite(x)
     k = at - start
-    if np.count_nonzero(there[:k]) < _LEAST_OF_LEVEL or np.count_nonzero(there[k:]) < _LEAST_OF_LEVEL:
+    if np.count_nonzero(there[:k]) < _LEAST_BESIDE or np.count_nonzero(there[k:]) < _LEAST_BESIDE:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
     t = np.flatnonzero(there).astype(float)
@@ -316,7 +318,7 @@ def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
 
 
 def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = ()) -> list[Burst]:
-    """Stretches in which a channel leaves its level and comes back, too slowly for the changes of samples to show it.
+    """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
     A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
     Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold.
@@ -327,7 +329,7 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     found : Summary
         Of the channel, see `summary`.
     changes : sequence of LevelChange
-        Of the channel; where one is, nothing is said.
+        Of the channel; excursions beside one are ignored.
 
     Returns
     -------
@@ -337,7 +339,7 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     mean, w = found.mean, found.window
     step: float | None = None
     seen: list[Burst] = []
-    for _ in range(_EXCURSIONS):
+    for _ in range(_EXCURSION_LENGTHS):
         if len(mean) < 2 * _LEAST_WINDOWS:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
@@ -346,20 +348,20 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
             break
         centre, spread = _centre_and_spread(away)
         far = np.abs(away - centre)
-        limit = _FAR_LEVEL * (1 + _FEW / known) * spread
+        limit = _STEP_SPREADS * (1 + _FEW_WINDOWS / known) * spread
         if np.any(far > limit):
             if step is None:
                 resolved = resolution(stream, found.channel)
                 step = 0.0 if resolved is None else resolved.step
             # Beside what goes away half of it shows with the other sign.
-            at = np.flatnonzero(far > max(limit, _STEPS * step, _BESIDE * float(np.nanmax(far))))
+            at = np.flatnonzero(far > max(limit, _ROUNDING * step, _PART_OF_FARTHEST * float(np.nanmax(far))))
             for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
                 k = int(group[np.argmax(far[group])])
                 times = float(far[k]) / spread if spread > 0 else math.inf
                 start, stop = (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w
                 near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
                 base = found.first + float((mean[k] + mean[k + 4]) / 2)
-                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _HOLDS * float(
+                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _LASTS * float(
                     far[k]
                 ):
                     seen.append(Burst(channel=found.channel, start=start, stop=stop, ratio=times, away=float(far[k])))
@@ -374,7 +376,7 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
 
 
 def _where(mean: NDArray[np.float64], about: int, around: int) -> int:
-    """The shortest window before which a level ends, by least squares of two levels about a place."""
+    """The window at which a step is, by least squares of two constant parts about a place."""
     start = max(about - 2 * around, 0)
     x = mean[start : about + 2 * around]
     x = np.where(np.isfinite(x), x, np.median(present(x)))

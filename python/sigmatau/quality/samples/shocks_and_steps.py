@@ -1,50 +1,55 @@
-"""Motion: knocks, vibration that comes and goes, rotation, tilt and other changes of level."""
+"""Motion of a sensor that should rest: shocks, vibration, rotation, and steps of the mean (tilt)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic, Rotation
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.common import affected, axes_text, length, place, present, when, worst_on_white
-from sigmatau.quality.samples.level_walk import own_walk, parts_without, walk_effect
-from sigmatau.quality.samples.masking import leave_out_option, without_steps
+from sigmatau.quality.samples.common import WARN_FACTOR, present, worst_on_white
+from sigmatau.quality.samples.level_walk import added_walk, parts_without
+from sigmatau.quality.samples.masking import in_seconds, mask_of, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.record.streams import Stream
 
-__all__ = ["Movements", "level_finding", "movements", "not_static"]
+__all__ = ["LARGEST_BIAS", "Movements", "level_finding", "movements", "not_static"]
 
-# A mean rate that no bias reaches: 20 deg/s is twice the largest zero-rate offset of consumer sensors' datasheets.
-_ROTATION = math.radians(20)
+LARGEST_BIAS = math.radians(20)
+"""Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
 
-# A burst of no more windows is a knock.
-_KNOCK = 3
+_SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
 
-# From here on a coefficient changes noticeably.
-_MATTERS = 1.02
-
-# A level that changes by less than this part of what it went away by has come back.
-_STAYS = 0.5
-
-# So many changes of level are told with their times, the largest.
-_TOLD = 8
+_RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned
 
 
-def not_static(stream: Stream, *, judged: Stream | None = None, knocks: Sequence[Burst] = ()) -> list[Finding]:
-    """Motion of a sensor that should rest: rotation, knocks and other bursts, changes of level (tilt).
+def not_static(
+    stream: Stream,
+    *,
+    judged: Stream | None = None,
+    shocks: Sequence[Burst] = (),
+    largest_bias: float = LARGEST_BIAS,
+    warn_factor: float = WARN_FACTOR,
+) -> list[Finding]:
+    """Motion of a sensor that should rest: rotation, shocks and other bursts, steps of the mean (tilt).
 
     Parameters
     ----------
     stream : Stream
-        Angular rates or accelerations; of other signals nothing is said.
+        Angular rates or accelerations; other signals are not checked.
     judged : Stream, optional
         The same without spikes, in which motion is looked for; effects are those on the stream itself.
-    knocks : sequence of Burst
-        That are known already, see `sigmatau.quality.samples.light_shocks`.
+    shocks : sequence of Burst
+        Shocks found before, see `sigmatau.quality.samples.light_shocks`.
+    largest_bias : float
+        A larger mean rate is a rotation. [rad/s]
+    warn_factor : float
+        Light shocks that change the random walk by less are an info.
 
     Returns
     -------
@@ -54,38 +59,39 @@ def not_static(stream: Stream, *, judged: Stream | None = None, knocks: Sequence
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     seen = movements(stream if judged is None else judged)
-    findings = []
-    rotating = _rotation(stream, seen.rates)
-    if rotating is not None:
-        return [rotating]
-    moved, changed = [*seen.moved, *_apart(knocks, seen.moved)], seen.changed
-    if moved:
-        findings.append(_moved(stream, moved, seen.window, light=not seen.moved))
-    alone = findings[0].channel if findings else None
-    for channel, changes in changed.items():
-        finding = level_finding(stream, channel, changes)
-        if channel == alone:  # one finding a channel
-            knock = findings[0]
-            findings[0] = replace(
-                knock,
-                message=f"{knock.message}; {finding.message}",
-                effect=f"{knock.effect}; {finding.effect}",
-                changes=(*knock.changes, *finding.changes),
-            )
-        else:
-            findings.append(finding)
-    return findings
+    rotating = max(seen.rates, key=lambda channel: seen.rates[channel])
+    if stream.quantity == "angular_rate" and seen.rates[rotating] >= largest_bias:
+        return [_rotation(stream, rotating, seen.rates[rotating])]
+    findings = {channel: level_finding(stream, channel, changes) for channel, changes in seen.changed.items()}
+    if moved := [*seen.moved, *_not_in(shocks, seen.moved)]:
+        light = not seen.moved
+        motion = _motion(stream, moved, seen.window, light=light, warn_factor=warn_factor)
+        if steps := findings.pop(motion.channel or "", None):  # one finding a channel
+            motion = _both(motion, steps)
+        return [motion, *findings.values()]
+    return list(findings.values())
+
+
+def _both(motion: Finding, steps: Finding) -> Finding:
+    """Bursts and steps of one channel in one finding."""
+    one, other = cast("NotStatic", motion.details), cast("NotStatic", steps.details)
+    return replace(
+        motion,
+        details=replace(one, steps=other.steps, walk=other.walk, keep=other.keep),
+        spans=tuple(sorted({*motion.spans, *steps.spans})),
+        factors=(*motion.factors, *steps.factors),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Movements:
-    """Where the channels of a stream move.
+    """Motion of the channels of a stream.
 
     Attributes
     ----------
     moved : list of Burst
     changed : dict of str to list of LevelChange
-        By channel, of those that have any.
+        Steps of the mean, of the channels that have any.
     rates : dict of str to float
         Size of the mean, by channel.
     window : int
@@ -98,18 +104,18 @@ class Movements:
     window: int
 
 
-def _apart(knocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
-    """Knocks that are not found as motion of their axis already."""
+def _not_in(shocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
+    """Shocks that do not overlap with motion of the same axis."""
     return [
-        knock
-        for knock in knocks
-        if not any(m.channel == knock.channel and m.start < knock.stop and knock.start < m.stop for m in moved)
+        shock
+        for shock in shocks
+        if not any(m.channel == shock.channel and m.start < shock.stop and shock.start < m.stop for m in moved)
     ]
 
 
 @stream_fact
 def movements(stream: Stream) -> Movements:
-    """Bursts, excursions and changes of level of each channel."""
+    """Bursts, excursions and steps of the mean of each channel."""
     moved: list[Burst] = []
     changed: dict[str, list[LevelChange]] = {}
     rates: dict[str, float] = {}
@@ -120,17 +126,17 @@ def movements(stream: Stream) -> Movements:
         rates[channel] = abs(seen.first + float(np.mean(present(seen.mean)))) if np.isfinite(seen.mean).any() else 0.0
         here = bursts(stream, seen)
         moved += here
-        if here:  # a level can be told before and after motion, not in it; across a knock, from one to the other
+        if here:  # the mean during motion is not used; across a shock it steps from the mean before to the mean after
             mean = seen.mean.copy()
             for burst in here:
                 first, last = burst.start // window, burst.stop // window
-                short = last - first <= _KNOCK and first > 0 and last < len(mean)
+                short = last - first <= _SHOCK_WINDOWS and first > 0 and last < len(mean)
                 middle = (first + last) // 2
                 mean[first:middle] = mean[first - 1] if short else np.nan
                 mean[middle:last] = mean[last] if short else np.nan
             seen = replace(seen, mean=mean)
         changes = level_changes(stream, seen)
-        if changes:  # the way out and back of a rotation of some seconds is no change that holds
+        if changes:  # the two edges of an excursion of some seconds are not steps
             gone = excursions(stream, seen)
             changes = [change for change in changes if not any(_comes_back(seen, change, one) for one in gone)]
         if changes:
@@ -140,7 +146,7 @@ def movements(stream: Stream) -> Movements:
 
 
 def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
-    """Whether a change of level is part of an excursion after which the level is what it was before."""
+    """Whether a step is an edge of an excursion after which the mean is what it was before."""
     size = one.stop - one.start
     if not one.start - 2 * size <= change.sample <= one.stop + 2 * size:
         return False
@@ -149,123 +155,121 @@ def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
     after = present(seen.mean[(one.stop + 2 * size) // w : (one.stop + 6 * size) // w])
     if not (len(before) and len(after)):
         return False
-    return abs(float(np.median(after) - np.median(before))) < _STAYS * abs(change.size)
+    return abs(float(np.median(after) - np.median(before))) < _RETURNED * abs(change.size)
 
 
-def _rotation(stream: Stream, rates: dict[str, float]) -> Finding | None:
-    channel = max(rates, key=lambda c: rates[c])
-    mean = rates[channel]
-    if stream.quantity != "angular_rate" or mean < _ROTATION:
-        return None
+def _rotation(stream: Stream, channel: str, rate: float) -> Finding:
     return Finding(
-        code="not_static",
+        details=NotStatic(quantity=stream.quantity, unit=stream.unit, rotation=Rotation(rate=rate, stream=stream.name)),
         severity="warning",
-        channel=channel,
-        message=(
-            f"the mean rate is {math.degrees(mean):.3g} deg/s, more than a bias can be: the sensor turns, or the unit is"
-            " wrong"
-        ),
-        size=mean,
+        channels=(channel,),
+        size=rate,
         unit=stream.unit,
-        effect="errors of scale and of the turning itself are in every coefficient",
-        remedy=(
-            f"record at rest; if the numbers are in deg/s and not in rad/s, give --unit {stream.name}=deg/s, if they are"
-            " counts, --scale"
-        ),
     )
 
 
-def _moved(stream: Stream, moved: list[Burst], w: int, *, light: bool) -> Finding:
-    """All bursts of a stream in one finding: when, how long, on which axes."""
-    spans: list[list[Burst]] = []
+def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool, warn_factor: float) -> Finding:
+    """All bursts of a stream in one finding."""
+    groups: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
-        if spans and burst.start <= max(b.stop for b in spans[-1]):
-            spans[-1].append(burst)
+        if groups and burst.start <= max(b.stop for b in groups[-1]):
+            groups[-1].append(burst)
         else:
-            spans.append([burst])
-    strongest = max(spans, key=lambda span: max(b.ratio for b in span))
-    start, stop = min(b.start for b in strongest), max(b.stop for b in strongest)
-    knocks = all(
-        max(b.stop for b in s) - min(b.start for b in s) <= _KNOCK * w and not all(b.away for b in s) for s in spans
+            groups.append([burst])
+    spans = [(min(b.start for b in group), max(b.stop for b in group)) for group in groups]
+    times = in_seconds(stream, spans)
+    told = tuple(
+        _burst(stream, group, span, shock=stop - start <= _SHOCK_WINDOWS * window and not all(b.away for b in group))
+        for group, span, (start, stop) in zip(groups, times, spans, strict=True)
     )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
-    changes = {c: _without(stream, c, [b for b in moved if b.channel == c]) for c in axes}
-    worst = max(axes, key=lambda c: changes[c][0])
-    factor, tau = changes[worst]
-    total = sum(max(b.stop for b in s) - min(b.start for b in s) for s in spans)
-    several = len(spans) > 1
-    what = f"{len(spans)} knocks" if knocks and several else "a knock" if knocks else "motion"
-    if several and not knocks:
-        what = f"motion {len(spans)} times"
-    on = f" on {axes_text(axes)}" if len(axes) > 1 else ""
-    times = max(b.ratio for b in strongest)
-    shown = f"samples change {times:.3g} times as much as usual"
-    farthest = max(strongest, key=lambda b: b.ratio)
-    if farthest.away:
-        shown = (
-            f"the mean goes away by {farthest.away:.3g} {stream.unit} and comes back, {times:.3g} standard deviations of"
-            " what the noise does"
-        )
-    message = (
-        f"{what}{on}, {length(total, stream)} in all: {'the strongest ' if several else ''}at {when(start, stream)} for"
-        f" {length(stop - start, stream)}, {shown}"
-    )
+    effects = {c: _effect(stream, c, [(b.start, b.stop) for b in moved if b.channel == c]) for c in axes}
+    strongest = max(axes, key=lambda c: effects[c][0])
+    factor, tau = effects[strongest]
     return Finding(
-        code="not_static",
-        severity="info" if light and factor < _MATTERS else "warning",
-        channel=axes[0] if len(axes) == 1 else None,
-        message=message,
-        where=place(start, stream),
-        size=times,
-        effect=f"{f'{worst}: ' if len(axes) > 1 else ''}{affected(factor)} (at τ = {tau:.3g} s)",
-        changes=(("random_walk", factor),) if factor > _MATTERS or factor < 1 / _MATTERS else (),
-        remedy=(
-            f"{leave_out_option(stream, [(min(b.start for b in s), max(b.stop for b in s)) for s in spans])} takes"
-            f" {'them' if several else 'it'} for missing; or record again where nothing moves"
+        details=NotStatic(
+            quantity=stream.quantity,
+            unit=stream.unit,
+            bursts=told,
+            strongest=strongest,
+            random_walk=factor,
+            tau=tau,
+            leave_out=in_seconds(stream, spans, of_log=True),
         ),
+        severity="info" if light and factor < warn_factor else "warning",
+        channels=axes,
+        spans=times,
+        size=max(burst.ratio for burst in told),
+        factors=(("random_walk", factor),) if not 1 / warn_factor <= factor <= warn_factor else (),
     )
 
 
-def _without(stream: Stream, channel: str, moved: list[Burst]) -> tuple[float, float]:
-    x = stream.column(channel)
-    bad = np.zeros(len(x), dtype=bool)
-    for burst in moved:
-        bad[burst.start : burst.stop] = True
-    return worst_on_white(x, bad, stream.grid.tau0)
+def _burst(stream: Stream, group: Sequence[Burst], span: Span, *, shock: bool) -> MotionBurst:
+    """Bursts of several axes at one time."""
+    strongest = max(group, key=lambda b: b.ratio)
+    return MotionBurst(
+        start=span[0],
+        stop=span[1],
+        channels=tuple(c for c in stream.channels if any(b.channel == c for b in group)),
+        ratio=strongest.ratio,
+        departure=strongest.away,
+        shock=shock,
+    )
 
 
-def level_finding(stream: Stream, channel: str, changes: Sequence[LevelChange]) -> Finding:
-    """The finding that a channel's level changes: when, by how much, and what that adds to the rate random walk."""
+def _effect(stream: Stream, channel: str, spans: Sequence[tuple[int, int]]) -> tuple[float, float]:
+    return worst_on_white(stream.column(channel), mask_of(stream.grid.n, spans), stream.grid.tau0)
+
+
+def level_finding(
+    stream: Stream, channel: str, changes: Sequence[LevelChange], *, beside_drift: bool = False
+) -> Finding:
+    """Finding about steps of the mean: when, how large, and what they add to the rate random walk.
+
+    Parameters
+    ----------
+    stream : Stream
+    channel : str
+    changes : sequence of LevelChange
+        At least one.
+    beside_drift : bool
+        Whether the steps were found in a record from which a drift was subtracted.
+    """
     largest = max(changes, key=lambda change: abs(change.size))
-    tau0 = stream.grid.tau0
+    tau0, n = stream.grid.tau0, stream.grid.n
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
     added = sum(change.size**2 for change in changes) / stream.grid.duration
-    around = [
-        (max(change.sample - change.around, 0), min(change.sample + change.around, stream.grid.n)) for change in changes
-    ]
-    between = parts_without(stream.grid.n, [a for a, _ in around], [b for _, b in around])
-    own, rules = own_walk(stream.column(channel), tau0, between)
-    effect, factors = walk_effect(stream, added, own, rules=rules)
-    tilt = ""
-    if stream.quantity == "acceleration":
-        tilt = f" ({math.degrees(abs(largest.size) / 9.80665):.2g} deg, if it is a tilt from level)"
-    shown = sorted(sorted(changes, key=lambda change: -abs(change.size))[:_TOLD], key=lambda change: change.sample)
-    others = ", ".join(f"{change.size:+.3g} at {when(change.sample, stream)}" for change in shown if change != largest)
-    many = f", the largest of {len(changes)}" if len(changes) > 1 else ""
+    between = parts_without(
+        n,
+        [max(change.sample - change.around, 0) for change in changes],
+        [min(change.sample + change.around, n) for change in changes],
+    )
+    walk = added_walk(stream, channel, added, between)
+    leave_out, keep = without_steps(stream, [(c.sample, c.window, c.size) for c in changes])
     return Finding(
-        code="not_static",
-        severity="warning",
-        channel=channel,
-        message=(
-            f"the level {'drifts' if largest.gradual else 'changes'} by {largest.size:+.3g} {stream.unit}{tilt}"
-            f" {'about' if largest.gradual else 'at'} {when(largest.sample, stream)}{many}:"
-            f" {largest.times:.3g} standard deviations of what its noise does in {length(largest.window, stream)}"
-            + (f"; also by {others}{'' if len(shown) == len(changes) else ' and more'}" if others else "")
+        details=NotStatic(
+            quantity=stream.quantity,
+            unit=stream.unit,
+            steps=tuple(
+                LevelStep(
+                    time=change.sample * tau0,
+                    uncertainty=change.around * tau0,
+                    size=change.size,
+                    ratio=change.times,
+                    window=change.window * tau0,
+                    gradual=change.gradual,
+                )
+                for change in changes
+            ),
+            beside_drift=beside_drift,
+            walk=walk,
+            leave_out=leave_out,
+            keep=keep,
         ),
-        where=", ".join(place(change.sample, stream) for change in shown).replace(", t = ", ", "),
+        severity="warning",
+        channels=(channel,),
+        spans=in_seconds(stream, [(change.sample, change.sample) for change in changes]),
         size=abs(largest.size),
         unit=stream.unit,
-        effect=effect,
-        changes=factors,
-        remedy=without_steps(stream, [(c.sample, c.window, c.size) for c in changes]),
+        factors=walk.factors,
     )

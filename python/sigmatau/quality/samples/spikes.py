@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.disturbances import Spikes, SpikesMasked
 from sigmatau.quality.facts import channel_fact, stream_fact
-from sigmatau.quality.samples.common import affected, block_rms, place, present, rounding_dust, when, white_level
+from sigmatau.quality.samples.common import WARN_FACTOR, block_rms, present, rounding_dust, white_level
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
-from sigmatau.quality.samples.masking import masked
+from sigmatau.quality.samples.masking import in_seconds, masked
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK, Stream
 
 __all__ = [
-    "AT_LEAST",
+    "FALSE_SPIKES",
+    "MANY_SPIKES",
     "find_spikes",
     "mask_spikes",
     "more_below",
@@ -29,73 +31,58 @@ __all__ = [
     "without_spikes",
 ]
 
-# Neighbours on either side; their median bears one other spike among them.
-_SIDE = 4
+FALSE_SPIKES = 1e-4
+"""Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
+median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""
 
-# Neighbours on either side where spikes are so many that two of four are often spikes; and how often they are looked for
-# once more among what is left, where they stood beside each other.
+MANY_SPIKES = 0.01
+"""Share of spikes beyond which the finding is a warning, because the noise is not Gaussian then."""
+
+_SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
+
+# Neighbours on either side where two of four are often spikes; and how often the rest is searched again, because spikes
+# beside each other hide each other.
 _WIDE, _ROUNDS = 16, 8
 
-# Blocks of 32 residuals hold a spike each from some 2 % on: then their scale is more than twice that of the median.
+# Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike: from some 2 % on.
 _SPOILED = 2.0
 
-# From such a share on, the noise has no distribution to speak of without saying so.
-_MANY = 0.01
+# Beyond 4 standard deviations noise has 1.6 of the residuals that the scale is taken from; the tail is examined from 12 on.
+_TAIL_FROM, _TAIL_COUNT = 4.0, 12
 
-# Beyond 4 standard deviations noise has 1.6 of the residuals that the scale is taken from: the tail is looked at if there
-# are so many.
-_OUT, _TAIL = 4.0, 12
+_BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
 
-# Samples that are looked at together: their neighbours are that many times 16 numbers.
-_TOGETHER = 1 << 16
+_APART = 7  # least distance between a spike and the sample that replaces it
 
-# Samples that a spike is far from at least, where another sample stands in for it.
-_APART = 7
-
-# Samples that the scale is taken from, in stretches of 1024.
-_STRETCH, _STRETCHES = 1024, 24
-
-# Spikes that noise alone makes in a record, on average: the residual of Gaussian noise of any spectrum is Gaussian in its
-# tail (a sample less a median of its neighbours), and a spike must be one on both sides.
-_FALSE = 1e-4
+_STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
 _STEPS, _UNSEEN = 1.0, 0.3
 
-# Fewer samples with all four before them have no scale to speak of: then those with two of them make it.
-_FEW = 1024
+_FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
 
-# Fewer samples have no scale of their own to speak of.
-_LEAST = 32
-
-# From here on a coefficient changes noticeably.
-_MATTERS = 1.02
+_LEAST = 32  # samples from which a scale can be taken
 
 
-AT_LEAST = (
-    "at least: there are more samples below the threshold than noise makes, and what they do is not in this number"
-)
-"""Said where spikes cannot all be told from the noise."""
+def find_spikes(x: NDArray[np.float64], *, false_spikes: float = FALSE_SPIKES) -> NDArray[np.bool_]:
+    """Samples that stand out from the medians of the four samples before and of the four samples after them.
 
-
-def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Samples that stand out from the medians of the four before them and of the four after them.
-
-    Where spikes are so many that they make a hump in the tail, from a thousandth of all samples on, six standard deviations
-    of noise suffice, see `sigmatau.quality.samples.dense_spikes`; where they rule most blocks of 32 samples, the scale
-    is that of the
-    median residual, and the medians are of 16: up to 20 % are found so. What is found is left out, and the rest is looked at
-    once more.
+    Where spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of
+    the noise, see `sigmatau.quality.samples.dense_spikes`. Where most blocks of 32 samples contain spikes, the scale is that
+    of the median residual and the medians are of 16 samples: up to 20 % of spikes are found. The rest is searched again
+    without the spikes found.
 
     The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
     less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a
     median over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a
-    knock, theirs counts. A change of level is no spike.
+    shock, theirs counts. A step of the mean is not a spike.
 
     Parameters
     ----------
     x : ndarray, shape (n,)
         NaN where samples are missing.
+    false_spikes : float
+        Spikes that Gaussian noise may make in a record, on average.
 
     Returns
     -------
@@ -111,17 +98,17 @@ def find_spikes(x: NDArray[np.float64]) -> NDArray[np.bool_]:
     rest, part = x, 0.5
     for k in range(_ROUNDS):
         scale, step, side, far = _scale(rest)
-        if k == 0 and far >= _TAIL:
+        if k == 0 and far >= _TAIL_COUNT:
             many = dense_spikes(x, step)
             if many is not None:
                 found |= many
                 rest = np.where(many, np.nan, x)
                 scale, step, side, far = _scale(rest)
         least = _STEPS * step
-        threshold = _multiple(n) * max(scale, _UNSEEN * step) + least
+        threshold = _multiple(n, false_spikes) * max(scale, _UNSEEN * step) + least
         if not (math.isfinite(threshold) and threshold > 0):
             break
-        more = _found(rest, threshold, least, side, part)
+        more = _found(rest, threshold, _multiple(n, false_spikes), least, side, part)
         if len(more) == 0:
             break
         found[more] = True
@@ -140,35 +127,41 @@ def spike_mask(stream: Stream, channel: str) -> NDArray[np.bool_]:
     return found
 
 
-def _found(x: NDArray[np.float64], threshold: float, least: float, side: int, part: float) -> NDArray[np.int64]:
-    """Places of the samples beyond a threshold, and beyond what their neighbours scatter."""
+def _found(
+    x: NDArray[np.float64], threshold: float, multiple: float, least: float, side: int, part: float
+) -> NDArray[np.int64]:
+    """Indices of the samples beyond a threshold, and beyond a multiple of the scatter of their neighbours."""
     found = [np.empty(0, dtype=np.int64)]
     candidates = _candidates(x, threshold)
-    for start in range(0, len(candidates), _TOGETHER):
-        some = candidates[start : start + _TOGETHER]
+    for start in range(0, len(candidates), _BATCH):
+        some = candidates[start : start + _BATCH]
         residual = residuals(x, some, side)
         kept = np.abs(residual) > threshold
         some, residual = some[kept], residual[kept]
         if len(some):
             around = scatter(x, some, part)
-            found.append(some[np.abs(residual) > _multiple(len(x)) * around + least])
+            found.append(some[np.abs(residual) > multiple * around + least])
     return np.concatenate(found)
 
 
 def more_below(rest: NDArray[np.float64]) -> bool:
-    """Whether a record without its spikes has more samples far out than noise makes: what they do is a lower bound."""
+    """Whether a record without its spikes has more outliers than noise makes: the effect of the spikes is a lower bound."""
     return hidden(rest, _scale(rest)[1])
 
 
 @stream_fact
-def spikes(stream: Stream) -> list[Finding]:
-    """Spikes of each channel: how many, where, how large, and what they add to the random walk.
+def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WARN_FACTOR) -> list[Finding]:
+    """Spikes of each channel: number, time and height, and their effect on the random walk.
 
-    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; spikes beside each other add up first.
+    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first.
 
     Parameters
     ----------
     stream : Stream
+    many : float
+        Share of spikes beyond which the finding is a warning.
+    warn_factor : float
+        Factor on the random walk beyond which the finding is a warning.
 
     Returns
     -------
@@ -180,12 +173,12 @@ def spikes(stream: Stream) -> list[Finding]:
         x = stream.column(channel)
         found = spike_mask(stream, channel)
         if found.any():
-            findings.append(_finding(stream, channel, x, found))
+            findings.append(_finding(stream, channel, x, found, many=many, warn_factor=warn_factor))
     return findings
 
 
 def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
-    """The record with its spikes taken for missing samples, and the findings that say so.
+    """The record with its spikes taken for missing samples.
 
     Parameters
     ----------
@@ -206,11 +199,10 @@ def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
             if count:
                 findings.append(
                     Finding(
-                        code="spikes_masked",
+                        details=SpikesMasked(count=count, samples=len(mask)),
                         severity="info",
-                        channel=channel,
-                        message=f"{_count(count)} taken for missing, of {len(mask)} samples",
-                        where=place(int(np.argmax(mask)), stream),
+                        channels=(channel,),
+                        spans=in_seconds(stream, [(int(np.argmax(mask)),) * 2]),
                         size=float(count),
                     )
                 )
@@ -228,7 +220,7 @@ def spikes_missing(stream: Stream) -> Stream:
 
 @stream_fact
 def without_spikes(stream: Stream) -> Stream:
-    """The stream with samples from nearby in place of its spikes: spectra and segments cannot use gaps of one sample."""
+    """The stream with nearby samples in place of its spikes, because spectra cannot use gaps of one sample."""
     columns, changed = [], False
     for channel in stream.channels:
         x = stream.column(channel)
@@ -247,49 +239,50 @@ def without_spikes(stream: Stream) -> Stream:
     return stream.with_rates(columns) if changed else stream
 
 
-def _finding(stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_]) -> Finding:
+def _finding(
+    stream: Stream,
+    channel: str,
+    x: NDArray[np.float64],
+    found: NDArray[np.bool_],
+    *,
+    many: float,
+    warn_factor: float,
+) -> Finding:
     tau0 = stream.grid.tau0
     at = np.flatnonzero(found)
-    clean = x.copy()
-    clean[found] = np.nan
+    clean = np.where(found, np.nan, x)
     heights = _heights(x, clean, at)
     largest = int(np.argmax(np.abs(heights)))
     there = int(np.count_nonzero(np.isfinite(x)))
     added = _added(heights, at, there) * tau0
     level, _ = white_level(clean, tau0)
     factor = math.sqrt(1 + added / level) if level > 0 else math.inf
-    first = int(at[0])
-    count = len(at)
-    share = count / there
-    many = f", {100 * share:.2g} % of them: not the distribution of noise" if share > _MANY else ""
-    below = f"; {AT_LEAST}" if more_below(clean) else ""
-    span = f"the first at {when(first, stream)}, " if count > 1 else ""
+    share = len(at) / there
     return Finding(
-        code="spikes",
-        severity="warning" if factor > _MATTERS or share > _MANY else "info",
-        channel=channel,
-        message=(
-            f"{_count(count)} in {len(x)} samples{many}: {span}the largest, {heights[largest]:+.3g} {stream.unit}, at"
-            f" {when(int(at[largest]), stream)}"
+        details=Spikes(
+            unit=stream.unit,
+            count=len(at),
+            samples=len(x),
+            share=share,
+            height=float(heights[largest]),
+            time=int(at[largest]) * tau0,
+            added_white=math.sqrt(added),
+            more_below=more_below(clean),
         ),
-        where=place(first, stream),
+        severity="warning" if factor > warn_factor or share > many else "info",
+        channels=(channel,),
+        spans=in_seconds(stream, [(int(at[0]),) * 2]),  # the first one
         size=float(np.abs(heights[largest])),
         unit=stream.unit,
-        effect=(
-            f"{'they add' if count > 1 else 'it adds'} white noise of {math.sqrt(added):.3g} {stream.unit}·√s"
-            + (f": {affected(factor)}" if math.isfinite(factor) else "")
-            + below
-        ),
-        changes=(("random_walk", factor),) if math.isfinite(factor) else (),
-        remedy="mask the spikes, --spikes mask; find out whether sensor or log makes them",
+        factors=(("random_walk", factor),) if math.isfinite(factor) else (),
     )
 
 
 def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
-    """What spikes add to the variance of n samples as white noise: those beside each other are one to a cluster.
+    """Variance of white noise that spikes add to n samples; consecutive spikes are summed first.
 
-    The sum of their autocovariances over as many samples as they stand beside each other more often than by chance, less
-    their mean, which is no noise.
+    The sum of their autocovariances over the lags at which spikes follow each other more often than by chance, less their
+    mean, which is not noise.
     """
     total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
     for lag in range(1, _SIDE + 1):
@@ -302,24 +295,20 @@ def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float
     return max(total - lags * float(heights.sum()) ** 2 / n, 0.0) / n
 
 
-def _count(count: int) -> str:
-    return f"{count} spike{'s' if count > 1 else ''}"
-
-
-def _multiple(n: int) -> float:
-    """How many standard deviations: six, as many as a long record needs, more where a short one knows its own badly."""
-    needed = -NormalDist().inv_cdf(_FALSE / (2 * n))
+def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
+    """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
+    needed = -NormalDist().inv_cdf(false_spikes / (2 * n))
     return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / AROUND))
 
 
 def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
-    """How far spikes are from the median of the good samples about them; of all good ones where there are none."""
+    """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
     heights = np.empty(len(at))
-    for start in range(0, len(at), _TOGETHER):
-        some = at[start : start + _TOGETHER]
+    for start in range(0, len(at), _BATCH):
+        some = at[start : start + _BATCH]
         near = neighbours(clean, some, -_WIDE, _WIDE)
         near[~np.isfinite(near).any(axis=1)] = np.nanmedian(clean)
-        heights[start : start + _TOGETHER] = x[some] - np.nanmedian(near, axis=1)
+        heights[start : start + _BATCH] = x[some] - np.nanmedian(near, axis=1)
     return heights
 
 
@@ -349,7 +338,7 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)
-    far = int(np.count_nonzero(np.abs(residual) > _OUT * min(scale, usual + step / 2)))
+    far = int(np.count_nonzero(np.abs(residual) > _TAIL_FROM * min(scale, usual + step / 2)))
     if scale > _SPOILED * (usual + step):
         return usual + step / 2, step, _WIDE, far
     return scale, step, _SIDE, far

@@ -1,44 +1,48 @@
-"""A record that begins with a filter's way from zero to the level of its input."""
+"""A record that begins near zero and settles at its mean, as a filter does that starts from zero."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from sigmatau.arrays import median_and_spread
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.samples.common import affected, axes_text, change_of_white, length, present
+from sigmatau.findings.kinds.disturbances import StartTransient
+from sigmatau.quality.samples.common import WARN_FACTOR, change_of_white, present
+from sigmatau.quality.samples.masking import in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["settled_from", "start_transient"]
+__all__ = ["LONGEST_TRANSIENT", "settled_from", "start_transient"]
 
-# The first sample less the mean of a window of 1 s that begins 1 s later, against the same all over the record: Gaussian for
-# each of the five terms, with the threshold of a change of level.
-_WINDOW_S, _LEAST_WINDOWS = 1.0, 24
-_FAR, _FEW = 9.0, 12.0
+LONGEST_TRANSIENT = 10.0
+"""A record that settles later warms up. [s]"""
 
-# It begins nearer to zero than to its level, and the next samples are on the way.
-_NEARER, _ON_THE_WAY = 0.5, 3
-_MOST_S = 10.0  # longer ones are a warm-up
-_LEFT = 4.0  # standard deviations of the noise about the level
-_MATTERS = 1.02
+# The first sample less the mean of a window of 1 s that begins 1 s later, compared with the same all over the record:
+# Gaussian for each of the five terms. Threshold a·(1 + b/n) in robust standard deviations, n windows, see
+# `sigmatau.quality.samples.motion`.
+_WINDOW, _LEAST_WINDOWS = 1.0, 24  # [s], number
+_THRESHOLD, _FEW_WINDOWS = 9.0, 12.0
+
+_NEAR_ZERO = 0.5  # the first sample over the mean, at most
+_RISING = 3  # samples after the first that must be between zero and the mean
+_SETTLED = 4.0  # standard deviations of the noise about the mean
 
 
-def settled_from(stream: Stream, channel: str) -> int:
-    """From which sample on a channel is at its level, if it begins at zero and comes to it; 0 for any other beginning."""
+def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANSIENT) -> int:
+    """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
-    w = max(round(_WINDOW_S / tau0), 16)
+    w = max(round(_WINDOW / tau0), 16)
     count = stream.grid.n // w - 2
     if count < _LEAST_WINDOWS:
         return 0
     c = stream.channels.index(channel)
-    head = stream.samples.read(c, 0, min(round(_MOST_S / tau0) + 2 * w, stream.grid.n))
+    head = stream.samples.read(c, 0, min(round(longest / tau0) + 2 * w, stream.grid.n))
     level = float(np.nanmean(head[w : 2 * w])) if np.isfinite(head[w : 2 * w]).any() else np.nan
-    first = head[: _ON_THE_WAY + 1]
-    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEARER * abs(level):
+    first = head[: _RISING + 1]
+    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEAR_ZERO * abs(level):
         return 0
-    if first[0] == first[1] or not np.all(
-        (first < level) == (level > 0)
-    ):  # held at zero is not there; above it, no way
+    if first[0] == first[1] or not np.all((first < level) == (level > 0)):  # held at zero, or beyond the mean
         return 0
     x = stream.column(channel)[: (count + 2) * w].reshape(-1, w)
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
@@ -47,20 +51,26 @@ def settled_from(stream: Stream, channel: str) -> int:
     if len(there) < _LEAST_WINDOWS:
         return 0
     spread = median_and_spread(there)[1]
-    if not abs(first[0] - level) > _FAR * (1 + _FEW / len(there)) * spread:
+    if not abs(first[0] - level) > _THRESHOLD * (1 + _FEW_WINDOWS / len(there)) * spread:
         return 0
-    far = np.flatnonzero(np.abs(head - level) > _LEFT * spread)
+    far = np.flatnonzero(np.abs(head - level) > _SETTLED * spread)
     stop = int(far[np.flatnonzero(np.diff(far, append=10 * len(head)) > w // 2)[0]]) + 1
-    return 0 if stop * tau0 > _MOST_S else min(max(2 * stop, stop + 4), stream.grid.n)
+    return 0 if stop * tau0 > longest else min(max(2 * stop, stop + 4), stream.grid.n)
 
 
-def start_transient(stream: Stream) -> list[Finding]:
-    """Channels that begin at zero and settle at their level within seconds, as a filter does whose state was not set.
+def start_transient(
+    stream: Stream, *, longest: float = LONGEST_TRANSIENT, warn_factor: float = WARN_FACTOR
+) -> list[Finding]:
+    """Channels that begin near zero and settle at their mean within seconds, as a filter does that starts from zero.
 
     Parameters
     ----------
     stream : Stream
-        Angular rates or accelerations; of other signals nothing is said.
+        Angular rates or accelerations; other signals are not checked.
+    longest : float
+        A longer transient is not looked for. [s]
+    warn_factor : float
+        Factor on the random walk beyond which the finding is a warning.
 
     Returns
     -------
@@ -69,33 +79,32 @@ def start_transient(stream: Stream) -> list[Finding]:
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c))}
+    stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c, longest=longest))}
     if not stops:
         return []
     stop, tau0 = max(stops.values()), stream.grid.tau0
-    factors = {}
-    for channel, until in stops.items():
-        x = stream.column(channel)
-        bad = np.zeros(len(x), dtype=bool)
-        bad[:until] = True
-        factors[channel] = change_of_white(x, bad, tau0)
-    worst = max(factors, key=lambda c: factors[c][0])
-    factor, tau = factors[worst]
-    matters = factor > _MATTERS
+    effects = {
+        channel: change_of_white(stream.column(channel), mask_of(stream.grid.n, [(0, until)]), tau0)
+        for channel, until in stops.items()
+    }
+    strongest = max(effects, key=lambda c: effects[c][0])
+    factor, tau = effects[strongest]
+    noticeable = factor > warn_factor
+    settled = stop * tau0
     return [
         Finding(
-            code="start_transient",
-            severity="warning" if matters else "info",
-            channel=worst if len(stops) == 1 else None,
-            message=(
-                f"{axes_text(tuple(stops))}: the record begins near zero and settles at its level within"
-                f" {length(stop, stream)}, as a filter does that starts from zero"
+            details=StartTransient(
+                settled=settled,
+                strongest=strongest,
+                random_walk=factor,
+                tau=tau,
+                keep=(stream.grid.lead + max(math.ceil(settled), 1), None),
             ),
-            where=f"t = 0 s to {stop * tau0:.6g} s",
-            size=stop * tau0,
+            severity="warning" if noticeable else "info",
+            channels=tuple(stops),
+            spans=in_seconds(stream, [(0, stop)]),
+            size=settled,
             unit="s",
-            effect=f"{f'{worst}: ' if len(stops) > 1 else ''}{affected(factor)} (at τ = {tau:.3g} s)",
-            changes=(("random_walk", factor),) if matters else (),
-            remedy=f"--window {max(int(np.ceil(stop * tau0)), 1)}s: leaves it out",
+            factors=(("random_walk", factor),) if noticeable else (),
         )
     ]

@@ -1,4 +1,4 @@
-"""What of a stream is the sensor at rest: all but motion, held levels, made-up lines and a filter's start."""
+"""The undisturbed parts of a stream: without motion, held values, interpolated samples and start transients."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.light_shocks import light_knocks
+from sigmatau.quality.samples.light_shocks import light_shocks
 from sigmatau.quality.samples.lost_rows import lost_rows
 from sigmatau.quality.samples.masking import mask_of, masked
 from sigmatau.quality.samples.shocks_and_steps import Movements, movements
@@ -18,18 +18,17 @@ from sigmatau.record.streams import Stream
 __all__ = ["DISTURBANCES", "quiet", "undisturbed"]
 
 DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_static", "start_transient")
-"""Codes of findings about some stretches of a record."""
+"""Codes of findings about stretches of a record."""
 
-# A record that is disturbed for more than this has nothing usual left: then it is taken as it is.
-_MOST = 0.4
+_MOST_DISTURBED = 0.4  # a record with a larger disturbed share is left as it is
 
 
 @stream_fact
 def undisturbed(stream: Stream) -> Stream:
-    """The stream with what `check` tells as a disturbance at some time taken for missing.
+    """The stream with disturbed samples taken for missing.
 
-    Motion on all axes, with a window before and after it, for what shakes one axis shakes the others less; changes of level
-    as far as they may reach; runs of equal samples and straight lines.
+    Motion on all axes, with a window before and after it, because a shock of one axis reaches the others; steps of the mean
+    with their uncertainty; runs of equal samples and straight lines.
 
     Parameters
     ----------
@@ -38,7 +37,7 @@ def undisturbed(stream: Stream) -> Stream:
     Returns
     -------
     Stream
-        The very same if nothing is disturbed, or too much.
+        The same object if nothing is disturbed, or more than 40 %.
     """
     still = without_runs(stream)
     if stream.quantity not in ("angular_rate", "acceleration"):
@@ -49,15 +48,15 @@ def undisturbed(stream: Stream) -> Stream:
         for change in changes:
             around = slice(max(change.sample - change.around, 0), change.sample + change.around)
             mask[around, still.channels.index(channel)] = True
-    return still if mask.mean() > _MOST else masked(still, mask)
+    return still if mask.mean() > _MOST_DISTURBED else masked(still, mask)
 
 
 @stream_fact
 def quiet(stream: Stream) -> Stream:
-    """The stream in which a drift is looked for: without lost rows, runs, spikes and motion, but with all changes of level.
+    """The stream in which a drift is looked for: without lost rows, runs, spikes and motion, but with all steps of the mean.
 
-    A level that is held at either end, or one sample of a thousand standard deviations there, looks as a settling does;
-    and the steep beginning of one that is real looks as a change of level does.
+    A value held at either end, or a spike of a thousand standard deviations there, looks like a drift; and the steep
+    beginning of a drift looks like a step.
 
     Parameters
     ----------
@@ -66,21 +65,21 @@ def quiet(stream: Stream) -> Stream:
     Returns
     -------
     Stream
-        The very same if nothing is disturbed.
+        The same object if nothing is disturbed.
     """
     still = without_runs(lost_rows(stream)[1])
     if stream.quantity not in ("angular_rate", "acceleration"):
         return spikes_missing(still)
     still, alone, _, bad = _moving(still, still)
-    return still if bad.mean() > _MOST else masked(alone, bad)
+    return still if bad.mean() > _MOST_DISTURBED else masked(alone, bad)
 
 
 def _moving(stream: Stream, still: Stream) -> tuple[Stream, Stream, Movements, NDArray[np.bool_]]:
-    """Without a filter's start; the same without spikes; how it moves, and in which samples, a window more either side."""
+    """The stream without a start transient; also without spikes; its motion; and the samples in motion, with a margin."""
     start = max((settled_from(stream, channel) for channel in stream.channels), default=0)
     still = masked(still, mask_of(still.grid.n, [(0, start)]))
-    knocks = light_knocks(still)
+    shocks = light_shocks(still)
     alone = spikes_missing(still)
     seen = movements(alone)
-    bad = mask_of(still.grid.n, [(b.start - seen.window, b.stop + seen.window) for b in (*seen.moved, *knocks)])
+    bad = mask_of(still.grid.n, [(b.start - seen.window, b.stop + seen.window) for b in (*seen.moved, *shocks)])
     return still, alone, seen, bad

@@ -1,10 +1,9 @@
-"""What it does to the result to choose the window by the calm of its own noise.
+"""Bias of the result if the window is chosen by the least scatter of its own noise.
 
-Stationary noise has calm stretches too, and a window chosen because its means scatter least holds less of the slow noise
-than any other: of four hours of a rate random walk, the two calmest show half of its Allan variance at τ = 30 min. The
-choice is simulated: means over 60 s of records with the given noise, exactly as they would be (their differences are a
-stationary Gaussian series of known covariance, drawn by circulant embedding), the calmest window of each, and its Allan
-variance against that of all.
+Stationary noise has quiet stretches, and the window whose means scatter least contains less slow noise than any other: of
+four hours of a rate random walk, the two most stable hours show half of its Allan variance at τ = 30 min. The choice is
+simulated: means over 60 s of records with the given noise (their differences are a stationary Gaussian series of known
+covariance, drawn by circulant embedding), the most stable window of each, and its Allan variance over the expected one.
 
 References
 ----------
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds import disturbances as kinds
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -30,7 +30,7 @@ from sigmatau.quality.drift.block_means import autocovariance
 from sigmatau.quality.selection.window import block_length, criterion, scatter, wanted_length
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed, duration_text, seconds, two_digits
+from sigmatau.results import Printed, duration_text, seconds
 
 __all__ = ["SEED", "SelectionBias", "bias_finding", "selection_bias"]
 
@@ -38,23 +38,27 @@ Floats = NDArray[np.float64]
 Models = Mapping[str, Mapping[str, float]]
 
 SEED = 952
-"""Of the simulated records where the caller gives none."""
+"""Default seed of the simulated records."""
 
 DRAWS = 1000
-_ROUGH_DRAWS = 250
-_STEPS = 4
-_LEAST_FACTOR = 0.2
-"""A smaller one is not told from a term that the window does not show at all."""
+"""Default number of simulated records."""
 
+WARN_BIAS = 0.05
+"""Relative change of a coefficient from which on the finding is a warning; a convention."""
+
+_ROUGH_DRAWS = 250  # in all iterations but the last
+_ITERATIONS = 4  # of the noise that shows, after the choice, what was fitted
+_LEAST_FACTOR = 0.2  # a smaller factor is that of a term which the window does not show
 _SLOWEST = "rate_random_walk"
-_SHORTEST_SHARE = 3  # averaging times up to a third of the window, as in a fit
-_MATTERS = 0.95
-_MISLEADS = 0.8  # Allan variance over the sensor's own
+_WINDOW_PER_TAU = 3  # averaging times up to a third of the window, as in a fit
+_LEAST_RATIO = 0.8  # a warning below: Allan variance over that of the noise
+
+_TOLD_TAUS = (300.0, 600.0, 1200.0, 1800.0)  # at which the finding states the ratio [s]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SelectionBias(Printed):
-    """What choosing the calmest window does to one channel, on average.
+    """Mean effect of choosing the most stable window on one channel.
 
     Attributes
     ----------
@@ -66,7 +70,7 @@ class SelectionBias(Printed):
     error : ndarray, shape (n_tau,)
         Standard error of the ratio from the number of draws.
     factors : mapping of str to float
-        By which factor each coefficient comes out larger than it is.
+        Coefficient of the chosen window over that of the noise.
     record, window : float
         Lengths. [s]
     draws : int
@@ -119,7 +123,7 @@ def selection_bias(
     draws: int = DRAWS,
     rng: int | np.random.Generator = SEED,
 ) -> dict[str, SelectionBias]:
-    """What choosing the calmest window of a stationary record does to the Allan variance and the coefficients.
+    """Effect of choosing the most stable window of a stationary record on the Allan variance and the coefficients.
 
     Parameters
     ----------
@@ -179,32 +183,38 @@ def selection_bias(
 
 
 def bias_finding(
-    record: Record, text: str, fits: Mapping[str, NoiseFit], *, rng: int | np.random.Generator = SEED
+    record: Record,
+    text: str,
+    fits: Mapping[str, NoiseFit],
+    *,
+    rng: int | np.random.Generator = SEED,
+    warn_bias: float = WARN_BIAS,
 ) -> list[Finding]:
-    """What the choice of the most stable window did to the coefficients that were fitted to it.
+    """Bias of the coefficients that were fitted to the most stable window.
 
     Parameters
     ----------
     record : Record
         The whole one, before `sigmatau.quality.selection.window.choose`.
     text : str
-        The option, ``"most-stable=2h"``; for any other nothing is found.
+        The option, ``"most-stable=2h"``; any other gives no finding.
     fits : mapping of str to NoiseFit
         Of the channels in the window.
     rng : int or numpy.random.Generator
         Seed of the simulated choices, or a generator.
+    warn_bias : float
+        Relative change of a coefficient from which on the finding is a warning.
 
     Returns
     -------
     list of Finding
-        ``"selection_bias"``, one for each channel of the streams that were chosen by their own calm: a warning if a
-        coefficient comes out more than 5 % too small or too large, or the Allan variance more than 20 % too small.
+        ``"selection_bias"``, one for each channel of the streams whose window was chosen by their own scatter: a warning
+        if a coefficient is more than 5 % too small or too large, or the Allan variance more than 20 % too small.
 
     Notes
     -----
     The fitted noise is itself too small. The bias stated is that of the noise which, after the choice, shows on average what
-    was fitted; it is found by repeating the simulation four times. A term that was not seen in the window is taken as
-    absent.
+    was fitted; the simulation is iterated four times. A term that is not observed in the window is taken as absent.
     """
     length = wanted_length(text)
     if length is None:
@@ -218,34 +228,38 @@ def bias_finding(
         if not seen or window // block_length(length, stream.grid.tau0) < 10 or window >= stream.grid.n:
             continue
         found = _undone(seen, stream, window, rng)
-        hidden = _hidden(seen, fits, stream, window, rng)
-        findings += [_finding(stream, one, hidden[channel]) for channel, one in found.items()]
+        hidden = _hidden_walks(seen, fits, stream, window, rng, warn_bias)
+        findings += [_finding(stream, one, hidden[channel], warn_bias) for channel, one in found.items()]
     return findings
 
 
-def _hidden(
-    seen: Models, fits: Mapping[str, NoiseFit], stream: Stream, window: int, rng: int | np.random.Generator
-) -> dict[str, tuple[str, float] | None]:
-    """By channel, of a rate random walk that was not seen in the window: its limit there, over the walk that shows as much.
+def _hidden_walks(
+    seen: Models,
+    fits: Mapping[str, NoiseFit],
+    stream: Stream,
+    window: int,
+    rng: int | np.random.Generator,
+    warn_bias: float,
+) -> dict[str, kinds.HiddenWalk | None]:
+    """By channel, of a rate random walk that was not observed in the window: its limit, and the bias of a walk as large.
 
-    Calm windows are those without slow noise: of a record with a walk as large as the limit they show less. None where a
-    fit has no limit, or the window shows the walk.
+    The most stable windows are those without slow noise: of a record with a walk as large as the limit they show less. None
+    where a fit has no limit, or the window shows the walk.
     """
     limits = {
         channel: limit
         for channel, model in seen.items()
         if _SLOWEST not in model and _SLOWEST in fits[channel] and (limit := fits[channel][_SLOWEST].upper_limit)
     }
+    result: dict[str, kinds.HiddenWalk | None] = dict.fromkeys(seen)
     if not limits:
-        return dict.fromkeys(seen)
+        return result
     models = {c: {**model, **({_SLOWEST: limits[c]} if c in limits else {})} for c, model in seen.items()}
     found = _undone(models, stream, window, rng)
-    result: dict[str, tuple[str, float] | None] = dict.fromkeys(seen)
-    for channel in limits:
+    for channel, limit in limits.items():
         factor = max(found[channel].factors.get(_SLOWEST, 1.0), _LEAST_FACTOR)
-        if factor < _MATTERS:
-            value, _, unit = fits[channel].texts(_SLOWEST)[0]
-            result[channel] = (f"{value.removeprefix('below ')} {unit}", factor)
+        if factor < 1 - warn_bias:
+            result[channel] = kinds.HiddenWalk(limit=limit, factor=factor)
     return result
 
 
@@ -258,10 +272,10 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
     seed = int(rng.integers(1 << 62)) if isinstance(rng, np.random.Generator) else rng
     models = {channel: dict(model) for channel, model in seen.items()}
     found: dict[str, SelectionBias] = {}
-    for step in range(_STEPS):
-        draws = DRAWS if step == _STEPS - 1 else _ROUGH_DRAWS
+    for step in range(_ITERATIONS):
+        draws = DRAWS if step == _ITERATIONS - 1 else _ROUGH_DRAWS
         found = selection_bias(models, n=stream.grid.n, window=window, tau0=stream.grid.tau0, draws=draws, rng=seed)
-        if step == _STEPS - 1:
+        if step == _ITERATIONS - 1:
             break
         for channel, model in models.items():
             for term, factor in found[channel].factors.items():
@@ -270,39 +284,28 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
     return found
 
 
-def _finding(stream: Stream, bias: SelectionBias, hidden: tuple[str, float] | None) -> Finding:
-    taus = [tau for tau in (300.0, 600.0, 1200.0, 1800.0) if bias.tau[0] <= tau <= bias.window / 4 * 1.001]
+def _finding(stream: Stream, bias: SelectionBias, hidden: kinds.HiddenWalk | None, warn_bias: float) -> Finding:
+    taus = [tau for tau in _TOLD_TAUS if bias.tau[0] <= tau <= bias.window / 4 * 1.001]
     if not taus:
         taus = [float(tau) for tau in bias.tau[bias.tau <= bias.window / 4][-3:]]
-    ratios = [bias.at(tau) for tau in taus]
-    listed = ", ".join(f"{ratio:.2f} at τ = {duration_text(tau)}" for tau, ratio in zip(taus, ratios, strict=True))
-    known = {term: max(factor, _LEAST_FACTOR) for term, factor in bias.factors.items()}
-    changes = tuple((term, factor) for term, factor in known.items() if abs(factor - 1) > 1 - _MATTERS)
-    words = [f"{TERMS[term].label(stream.quantity)} {_times(factor)} the sensor's own" for term, factor in changes]
-    if hidden is not None:
-        text, factor = hidden
-        label = TERMS[_SLOWEST].label(stream.quantity)
-        words.append(
-            f"{label} was not seen, which may be why this window was chosen: its limit, {text}, is on average"
-            f" {two_digits(factor)} of one without the choice{' or less' if factor <= _LEAST_FACTOR else ''}"
-        )
+    ratios = tuple((tau, bias.at(tau)) for tau in taus)
+    least = min((ratio for _, ratio in ratios), default=1.0)
+    known = ((term, max(factor, _LEAST_FACTOR)) for term, factor in bias.factors.items())
+    factors = tuple((term, factor) for term, factor in known if abs(factor - 1) > warn_bias)
     return Finding(
-        code="selection_bias",
-        severity="warning" if changes or min(ratios, default=1.0) < _MISLEADS else "info",
-        channel=bias.channel,
-        message=(
-            f"the calmest {duration_text(bias.window)} of {duration_text(bias.record)} were chosen by their own scatter: the"
-            f" Allan variance is on average that of the sensor times {listed} ({bias.draws} simulated choices)"
+        details=kinds.SelectionBias(
+            quantity=stream.quantity,
+            record=bias.record,
+            window=bias.window,
+            ratios=ratios,
+            draws=bias.draws,
+            hidden_walk=hidden,
         ),
-        size=min(ratios, default=1.0),
-        effect="; ".join(words) or "no coefficient and no limit changes by more than 5 %",
-        changes=changes,
-        remedy="analyse all of the record, or give a window by time (--window 600s:7800s) or a log with a temperature",
+        severity="warning" if factors or least < _LEAST_RATIO else "info",
+        channels=(bias.channel,),
+        size=least,
+        factors=factors,
     )
-
-
-def _times(factor: float) -> str:
-    return f"{two_digits(factor)} times" + (" or less" if factor <= _LEAST_FACTOR else "")
 
 
 def _draw(
@@ -330,7 +333,7 @@ def _draw(
 
 def _sizes(size: int) -> NDArray[np.int64]:
     """Averaging times in blocks: whole ones, about four an octave, up to a third of the window."""
-    steps = np.unique(np.round(2.0 ** np.arange(0, math.log2(size / _SHORTEST_SHARE) + 0.01, 0.25)))
+    steps = np.unique(np.round(2.0 ** np.arange(0, math.log2(size / _WINDOW_PER_TAU) + 0.01, 0.25)))
     return np.union1d(steps, [size // 4]).astype(np.int64)
 
 
@@ -372,7 +375,7 @@ def _factors(
 ) -> dict[str, float]:
     """What a fit to the mean Allan variances of the chosen windows finds, over what is there."""
     half = [1 << j for j in range(int(math.log2(window)) + 1)]
-    sizes = sorted({size for one in half for size in (one, one + one // 2) if 1 <= size <= window // _SHORTEST_SHARE})
+    sizes = sorted({size for one in half for size in (one, one + one // 2) if 1 <= size <= window // _WINDOW_PER_TAU})
     parts = components(window, tuple(sizes))
     theta = np.array([model.get(term, 0.0) ** 2 * tau0 ** (power_of_interval(term) - 2) for term in LINEAR])
     # Below a block the choice tells the less, the shorter: what it lowers is slow.

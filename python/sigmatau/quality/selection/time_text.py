@@ -11,22 +11,22 @@ __all__ = ["time_of"]
 _UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _NUMBER = r"((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 _TIME = re.compile(rf"\s*{_NUMBER}\s*(ms|s|min|h|d)\s*")
-_ZERO = re.compile(r"\s*0+(?:\.0*)?\s*")  # is 0 in every unit
+_ZERO = re.compile(r"\s*0+(?:\.0*)?\s*")
 
 
 def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
-    """A time with its unit, in seconds; 0 needs none.
+    """A time with its unit, in seconds; 0 needs no unit.
 
     Parameters
     ----------
     text : str
         ``"600s"``, ``"2 h"``, ``"0"``.
     whole : str
-        The option's text, which the error names.
+        The text of the option, for the error.
     option : str
         Its name.
     forms : str
-        What it may be, for the error.
+        Allowed forms, for the error.
 
     Raises
     ------
@@ -37,5 +37,5 @@ def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
         return 0.0
     match = _TIME.fullmatch(text)
     if match is None:
-        raise OptionError(f"{{option}} {whole!r}: {text.strip()!r} is no time with a unit; {forms}", option=option)
+        raise OptionError(f"{{option}} {whole!r}: {text.strip()!r} is not a time with a unit; {forms}", option=option)
     return float(match[1]) * _UNITS[match[2]]

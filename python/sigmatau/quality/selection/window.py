@@ -1,10 +1,9 @@
-"""A part of a record by time, or by its calm.
+"""Part of a record by time, or the most stable part.
 
-The paper analyses the best two hours of four. A window that is chosen by the least scatter of the very noise that is then
-measured shows less of that noise: `sigmatau.quality.selection.selection_bias`. So the choice is made by something else
-where there is
-anything: the temperature, which knows nothing of the noise; else for the gyros the accelerometers and for these the gyros.
-The noise of one kind tells nothing of that of the other, and what disturbs both (motion, temperature, supply) still shows.
+The paper analyses the best two hours of four. A window chosen by the least scatter of the noise that is then measured shows
+less of that noise, see `sigmatau.quality.selection.selection_bias`. So the criterion is independent of the noise where
+possible: the temperature; else for gyros the accelerometers, and for accelerometers the gyros. Their noise is independent,
+and what disturbs both (motion, temperature, supply) still shows.
 """
 
 from __future__ import annotations
@@ -19,11 +18,12 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.disturbances import ChosenWindow, WindowChosen
 from sigmatau.quality.drift.block_means import block_means
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import duration_text, seconds
+from sigmatau.results import seconds
 
 __all__ = [
     "BLOCK",
@@ -40,24 +40,24 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 BLOCK = 60.0
-"""Means over so long are compared. [s]"""
+"""Length of the means that are compared. [s]"""
 
-_LEAST_BLOCKS = 10
-_MOST_EMPTY = 0.1
+_LEAST_BLOCKS = 10  # in a window
+_MOST_EMPTY = 0.1  # share of the blocks in a window that may have no mean
 
 _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-stable=2h"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Criterion:
-    """By what the window of a stream is chosen.
+    """Criterion by which the window of a stream is chosen.
 
     Attributes
     ----------
     kind : {"temperature", "other", "own"}
-        The change of a temperature; the scatter of the other kind of sensor; that of the stream itself.
+        Least range of a temperature; least scatter of the other kind of sensor; least scatter of the stream itself.
     stream : Stream
-        Which is looked at.
+        The stream that is looked at.
     """
 
     kind: Literal["temperature", "other", "own"]
@@ -77,13 +77,13 @@ def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
     Returns
     -------
     Record, list of Finding
-        ``"window_chosen"``, an info, says by what a most stable window was found; what a choice by its own noise did to the
-        coefficients needs their fits: `sigmatau.quality.selection.selection_bias.bias_finding`.
+        ``"window_chosen"``, an info, for a most stable window: the criterion. The effect of a choice by the noise itself
+        needs fits, see `sigmatau.quality.selection.selection_bias.bias_finding`.
 
     Raises
     ------
     OptionError
-        For a text that is none of these, or a window that the record has not.
+        For any other text, or a window beyond the record.
     """
     length = wanted_length(text)
     return (cut(record, text), []) if length is None else most_stable(record, length)
@@ -108,7 +108,7 @@ def cut(record: Record, text: str) -> Record:
     Raises
     ------
     OptionError
-        For a text that is no window, or one that the record has not.
+        For a text that is not a window, or a window beyond the record.
     """
     first, colon, last = text.partition(":")
     if not colon or ":" in last:
@@ -129,7 +129,7 @@ def cut(record: Record, text: str) -> Record:
 
 
 def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
-    """Of all windows of a length the most stable one, for each stream by a criterion that is independent if possible.
+    """The most stable window of a length, for each stream by a criterion that is independent of its noise if possible.
 
     A temperature: the window in which its means over 60 s range least, for all streams. Without one: for gyros the window
     in which the standard deviation of the accelerometers' means over 60 s is least, and the other way round. Without that
@@ -152,7 +152,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
     OptionError
         For a window longer than the record, or of fewer than 4 samples.
     """
-    streams, said = [], []
+    streams, told = [], list[ChosenWindow]()
     for stream in record.streams:
         by = criterion(record, stream)
         total = stream.grid.duration
@@ -160,34 +160,36 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
             raise OptionError(
                 f"most-stable={seconds(length)}s: {stream.name} is {seconds(total)} s long", option="window"
             )
-        start, relative = _calmest(by, length)
+        start, relative = _most_stable_start(by, length)
         # In the clock of the log, so that streams on grids of their own are cut alike.
         begin = max(by.stream.grid.start + start, stream.grid.start)
         begin = min(begin, stream.grid.start + total - length)
         streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
         if stream.quantity != "temperature":
-            said.append(_in_words(stream, by, begin - stream.grid.start, length, relative))
+            block = block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0
+            told.append(
+                ChosenWindow(
+                    stream=stream.name,
+                    start=begin - stream.grid.start,
+                    criterion=by.kind,
+                    by=by.stream.name,
+                    block=block,
+                    relative=relative,
+                )
+            )
     chosen = _with_streams(record, streams, f"most stable window of {seconds(length)} s")
-    own = any(criterion(record, stream).kind == "own" for stream in record.streams)
-    return chosen, [
-        Finding(
-            code="window_chosen",
-            severity="info",
-            message="; ".join(said),
-            size=length,
-            unit="s",
-            effect=(
-                "a window chosen by its own calm shows less noise at long averaging times than the sensor has"
-                if own
-                else "the choice does not look at the noise that is measured, so it does not lower it"
-            ),
-            remedy="analyse all of the record, or give a window by time" if own else "",
-        )
-    ]
+    finding = Finding(
+        details=WindowChosen(length=length, windows=tuple(told)),
+        severity="info",
+        spans=tuple(dict.fromkeys((one.start, one.start + length) for one in told)),
+        size=length,
+        unit="s",
+    )
+    return chosen, [finding]
 
 
 def criterion(record: Record, stream: Stream) -> Criterion:
-    """By what the most stable window of a stream is chosen; see `most_stable`."""
+    """Criterion by which the most stable window of a stream is chosen; see `most_stable`."""
     for other in record.streams:
         if other.quantity == "temperature" and other is not stream and _usable(other):
             return Criterion(kind="temperature", stream=other)
@@ -238,8 +240,8 @@ def _running(values: Floats, size: int) -> Floats:
     return np.asarray(total[..., size:] - total[..., :-size])
 
 
-def _calmest(by: Criterion, length: float) -> tuple[float, float]:
-    """Beginning of the calmest window, from the first sample of what is looked at, and its scatter over the median."""
+def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
+    """Start of the most stable window, from the first sample of the stream looked at, and its scatter over the median."""
     stream = by.stream
     block = block_length(length, stream.grid.tau0)
     means = [_means(stream, channel, block) for channel in stream.channels]
@@ -267,15 +269,6 @@ def _calmest(by: Criterion, length: float) -> tuple[float, float]:
 def _means(stream: Stream, channel: str, block: int) -> Floats:
     found = block_means(stream, channel, length=block, gaps=True)
     return np.full(1, np.nan) if found is None else found.means
-
-
-def _in_words(stream: Stream, by: Criterion, start: float, length: float, relative: float) -> str:
-    where = f"{stream.name}: the {duration_text(length)} from t = {seconds(start)} s on"
-    if by.kind == "temperature":
-        return f"{where}, in which {by.stream.name} changes least: {relative:.2f} times the median of all windows"
-    whose = "its own" if by.kind == "own" else f"{by.stream.name}'s"
-    block = seconds(block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0)
-    return f"{where}, in which {whose} {block} s means scatter least: {relative:.2f} times the median of all windows"
 
 
 def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:

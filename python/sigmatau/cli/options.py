@@ -8,7 +8,6 @@ import re
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import get_args
@@ -16,6 +15,7 @@ from typing import get_args
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import TauGrid
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording import line
 
 __all__ = [
     "averaging_times",
@@ -138,15 +138,14 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
-    """Findings for a terminal, grouped by kind; findings without details share one line for an equal remedy."""
+    """Findings for a terminal, grouped by kind; an action that several of a kind have in common is printed once."""
     lines = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for alike in kinds.values():
-        lines += [str(one if one.details is not None else replace(one, remedy="")) for one in alike]
-        remedies = list(dict.fromkeys(one.remedy for one in alike if one.remedy and one.details is None))
-        lines += [f"  -> {remedy}" for remedy in remedies]
+        lines += [line(one) for one in alike]
+        lines += [f"  -> {action}" for action in dict.fromkeys(one.action for one in alike if one.action)]
     return lines
 
 

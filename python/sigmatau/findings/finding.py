@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+if TYPE_CHECKING:
+    from sigmatau.findings.wording import Words
 
 __all__ = ["Cause", "Details", "Finding", "FitEffect", "Severity", "Span", "by_severity", "damaged"]
 
@@ -109,9 +112,8 @@ class Finding:
         The finding that may explain this one.
     """
 
-    code: str = ""
+    details: Details
     severity: Severity
-    details: Details | None = None
     channels: tuple[str, ...] = ()
     spans: tuple[Span, ...] = ()
     size: float | None = None
@@ -119,75 +121,51 @@ class Finding:
     factors: tuple[tuple[str, float], ...] = ()
     fit_effect: FitEffect | None = None
     cause: Cause | None = None
-    # Not converted to `details` yet: words that were made where the finding was.
-    message: str = ""
-    channel: str | None = None
-    effect: str = ""
-    where: str = ""
-    changes: tuple[tuple[str, float], ...] = ()
-    remedy: str = ""
 
-    def __post_init__(self) -> None:
-        def put(name: str, value: object) -> None:
-            object.__setattr__(self, name, value)
+    @property
+    def code(self) -> str:
+        """Stable name of the kind of finding."""
+        return type(self.details).code
 
-        if self.details is None:
-            if not self.channels:
-                put("channels", (self.channel,) if self.channel else ())
-            put("factors", self.changes)
-            if self.where.startswith("t = "):
-                put("spans", _parsed(self.where))
-            return
-        from sigmatau.findings.wording import words
+    @property
+    def channel(self) -> str | None:
+        """The only channel concerned; None for several, or for the whole record."""
+        return self.channels[0] if len(self.channels) == 1 else None
 
-        put("code", type(self.details).code)
-        put("channel", self.channels[0] if len(self.channels) == 1 else None)
-        put("changes", self.factors)
-        message, action = words(self)
-        put("message", message)
-        put("remedy", action)
+    @property
+    def message(self) -> str:
+        """What was found, in words."""
+        return self._words().message
 
     @property
     def action(self) -> str:
         """What to do, in words; empty if there is nothing to do."""
-        return self.remedy
+        return self._words().action
+
+    def _words(self) -> Words:
+        from sigmatau.findings.wording import words
+
+        return words(self)
 
     def to_dict(self) -> dict[str, Any]:
         return {
             "code": self.code,
             "severity": self.severity,
-            "channel": self.channel,
             "channels": list(self.channels),
             "message": self.message,
-            "effect": self.effect,
-            **({"where": self.where} if self.where else {}),
+            "action": self.action,
             **({"spans_s": [list(span) for span in self.spans]} if self.spans else {}),
-            **({} if self.size is None else {"size": self.size, "unit": self.unit}),
-            **({"changes": dict(self.factors)} if self.factors else {}),
-            **({"remedy": self.remedy} if self.remedy else {}),
+            **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
+            **({"factors": plain(dict(self.factors))} if self.factors else {}),
             **({} if self.fit_effect is None else {"fit_effect": plain(self.fit_effect)}),
             **({} if self.cause is None else {"cause": plain(self.cause)}),
-            **({"details": plain(self.details)} if self.details is not None else {}),
+            "details": plain(self.details),
         }
 
     def __str__(self) -> str:
-        if self.details is not None:
-            from sigmatau.findings.wording.phrases import axes_text
+        from sigmatau.findings.wording import line
 
-            about = f"{axes_text(self.channels)}: " if self.channels else ""
-            return f"{self.severity}: {about}{self.message}" + (f". {self.remedy}" if self.remedy else "")
-        channel = f"{self.channel}: " if self.channel else ""
-        more = "; ".join(text for text in (self.effect, self.remedy) if text)
-        return f"{self.severity}: {channel}{self.message}" + (f" ({more})" if more else "")
-
-
-def _parsed(where: str) -> tuple[Span, ...]:
-    spans = []
-    for text in where[4:].split(","):
-        start, _, stop = text.partition(" to ")
-        begins = float(start.split()[0])
-        spans.append((begins, float(stop.split()[0]) if stop else begins))
-    return tuple(spans)
+        return line(self) + (f". {self.action}" if self.action else "")
 
 
 def plain(value: object) -> Any:  # noqa: ANN401

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from sigmatau.findings.finding import Cause, Finding
+from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.findings.kinds.spectrum import CorrelatedAxes, SpectralLines
 
 __all__ = ["one_cause"]
@@ -105,7 +105,7 @@ def _without_steps_of_drifts(findings: Sequence[Finding]) -> list[Finding]:
 
 def _steps(finding: Finding, *, beside_drift: bool) -> bool:
     """Whether a finding of motion is about steps of the level only, beside a drift or not."""
-    details: Any = finding.details
-    if details is None:  # not converted to `details` yet
-        return finding.message.startswith("beside this drift" if beside_drift else "the level ")
+    details = finding.details
+    if not isinstance(details, NotStatic):
+        return False
     return bool(details.steps) and not details.bursts and details.beside_drift is beside_drift

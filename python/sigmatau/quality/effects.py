@@ -9,9 +9,8 @@ from typing import Any
 from sigmatau.findings.finding import FitEffect, Severity
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import two_digits
 
-__all__ = ["Change", "compared", "effect_text", "factors", "in_fit", "severity", "vanished", "words"]
+__all__ = ["Change", "compared", "factors", "in_fit", "severity", "vanished"]
 
 FACTOR_WARNED = 1.1
 """Factor on a coefficient, up or down, above which a finding is a warning."""
@@ -109,8 +108,7 @@ def in_fit(
         lower_bound=lower_bound,
     )
     found = factors(changes)
-    # `changes` is for findings of the old form.
-    return {"factors": found, "changes": found, "fit_effect": effect}
+    return {"factors": found, "fit_effect": effect}
 
 
 def _hidden(change: Change) -> bool:
@@ -129,26 +127,3 @@ def severity(changes: Sequence[Change]) -> Severity:
         if _hidden(change) or max(change.factor, 1 / change.factor) > FACTOR_WARNED:
             return "warning"
     return "info"
-
-
-def effect_text(changes: Sequence[Change], quantity: str, otherwise: str) -> str:
-    """What the changes are, in words; `otherwise` says what the fault is where there are none."""
-    if not changes:
-        return f"{otherwise}, but changes no coefficient by more than 5 %"
-    return "; ".join(words(changes, quantity))
-
-
-def words(changes: Sequence[Change], quantity: str) -> list[str]:
-    """Each change in words."""
-    texts = []
-    for change in changes:
-        label = TERMS[change.term].label(quantity)
-        if _hidden(change):
-            texts.append(f"{label} not seen without it: all of what is fitted may be this")
-        elif change.at_least:
-            texts.append(f"{label} at least {two_digits(change.factor)} times too large: not seen without it")
-        elif change.factor > 1:
-            texts.append(f"{label} {two_digits(change.factor)} times too large")
-        else:
-            texts.append(f"{label} {two_digits(1 / change.factor)} times too small")
-    return texts

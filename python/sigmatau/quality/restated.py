@@ -67,7 +67,7 @@ def bad_samples_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Seq
             first = told[channels[0]]
             assert first.fit_effect is not None
             effect = replace(first.fit_effect, hidden=(), at_least=(), counted_in=first.code)
-            result.append(replace(finding, factors=(), changes=(), fit_effect=effect))
+            result.append(replace(finding, factors=(), fit_effect=effect))
         else:
             good = _without_bad(stream) if good is None else good
             beside = {f.code for f in found if set(f.channels) & set(channels)}

@@ -10,7 +10,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.findings.wording.phrases import Words, clock
+from sigmatau.findings.wording.phrases import Words, axes_text, clock
 from sigmatau.noise.terms import TERMS
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from sigmatau.findings.finding import Finding
 
-__all__ = ["SUBJECTS", "Words", "sentence", "words"]
+__all__ = ["SUBJECTS", "Words", "line", "sentence", "words"]
 
 SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting", "live")
 """Modules of this package, one per subject."""
@@ -71,3 +71,9 @@ def sentence(finding: Finding) -> str:
     """The words of a finding for the text of an error: its message, and its action behind a semicolon."""
     action = finding.action
     return f"{finding.message}; {action[0].lower()}{action[1:]}" if action else finding.message
+
+
+def line(finding: Finding) -> str:
+    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``."""
+    about = f"{axes_text(finding.channels)}: " if finding.channels else ""
+    return f"{finding.severity}: {about}{finding.message}"

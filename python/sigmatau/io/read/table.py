@@ -19,7 +19,6 @@ from sigmatau.findings.finding import Finding
 __all__ = [
     "FORMATS",
     "HEAD",
-    "REST_MISSING",
     "Column",
     "Format",
     "Head",
@@ -41,8 +40,6 @@ FORMATS = (
 )
 """The formats that are read, for the text of errors."""
 
-REST_MISSING = "the rest of the log is missing; get or make the file again"
-"""Effect of a file that breaks off."""
 
 _LISTED = 12
 _DATE = re.compile(

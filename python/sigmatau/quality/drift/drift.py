@@ -29,7 +29,7 @@ from sigmatau.quality.samples.shocks_and_steps import level_finding
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["BESIDE", "from_the_end", "settling", "temperature", "warm_up"]
+__all__ = ["from_the_end", "settling", "temperature", "warm_up"]
 
 Floats = NDArray[np.float64]
 
@@ -60,9 +60,6 @@ clean channels of six mixtures, each with a walk, a warming and a cycle of the t
 _MOST_UNKNOWN = 0.25  # share of the blocks without a temperature; the check is left out if there are more
 
 _MAX_ITERATIONS = 4  # of the search for drift and steps of the level beside each other
-
-BESIDE = "beside this drift"
-"""How a finding about changes of level begins that a drift would hide."""
 
 _PREFER_END = 1.1
 """Ratio of the ratios from which on a drift is a late drift: one that bends the whole record shows at both ends."""

@@ -9,8 +9,10 @@ import numpy as np
 
 from sigmatau.errors import DataError, StampError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged, Place
+from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
-from sigmatau.io.read.table import REST_MISSING, Loaded, Table
+from sigmatau.io.read.table import Loaded, Table
 
 __all__ = ["cut", "with_damage"]
 
@@ -29,13 +31,8 @@ def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least
     kept = int(back[0]) if len(back) else rows
     if not least <= kept < rows:
         raise with_damage(error, table, loaded.findings) from None
-    finding = Finding(
-        code="damaged",
-        severity="error",
-        message=f"time goes backwards after row {kept} (counted from 0) in a log that is damaged: {kept} of the {rows}"
-        " rows that were found are used",
-        effect=REST_MISSING,
-    )
+    damaged = Damaged(place=Place("row", kept), reason="time goes backwards", kept=kept, declared=rows)
+    finding = Finding(details=damaged, severity="error")
     columns = {index: array[:kept] for index, array in loaded.columns.items()}
     return replace(loaded, columns=columns, findings=(*loaded.findings, finding))
 
@@ -44,7 +41,7 @@ def with_damage(error: DataError, table: Table, findings: Sequence[Finding]) -> 
     """An error about stamps with the damage that may have caused it, or that the log has no checksums to show damage."""
     if not isinstance(error, StampError):
         return error
-    damage = [finding.message for finding in (*table.findings, *findings) if finding.severity == "error"]
+    damage = [sentence(finding) for finding in (*table.findings, *findings) if finding.severity == "error"]
     if damage:
         return StampError(f"{error}. The log is damaged: {damage[0]}")
     if any("without checksum" in note for note in table.notes):

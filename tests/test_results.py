@@ -1,8 +1,14 @@
 """How numbers are printed."""
 
+from dataclasses import replace
+
 import pytest
 
+from findings.examples_disturbances import EXAMPLES as DISTURBANCES
+from findings.examples_fit import EXAMPLES as FITS
+from findings.examples_reading import EXAMPLES as FILES
 from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.kinds.fit import ConstantChannel
 from sigmatau.results import value_error_text
 
 
@@ -25,26 +31,29 @@ def test_value_error_text(value, error, text):
 
 
 def test_finding_prints_itself():
-    finding = Finding(code="c", severity="warning", message="is odd", channel="gyro_x", effect="N too large")
-    assert str(finding) == "warning: gyro_x: is odd (N too large)"
-    assert finding.to_dict()["code"] == "c"
+    finding = Finding(
+        details=ConstantChannel(samples=100, value=0.0, rate_unit="rad/s"), severity="error", channels=("gyro_x",)
+    )
+    assert str(finding) == f"error: gyro_x: {finding.message}. {finding.action}".removesuffix(". ")
+    assert finding.to_dict()["code"] == finding.code == "constant_channel"
+    assert finding.to_dict()["details"] == {"samples": 100, "value": 0.0, "rate_unit": "rad/s"}
 
 
 def test_what_matters_most_is_said_first():
     """Errors, then that no model is adequate, then other warnings as they were found."""
+    order = ("spikes", "window_chosen", "not_static", "no_adequate_model", "damaged")
+    examples = {one.code: one for one in (*DISTURBANCES, *FITS, *FILES)}
+    severities = {"window_chosen": "info", "damaged": "error"}
     said = [
-        Finding(code=code, severity=severity, message="", channel=channel)
-        for code, severity, channel in (
-            ("spikes", "warning", "gyro_x"),
-            ("window", "info", None),
-            ("not_static", "warning", "gyro_x"),
-            ("no_adequate_model", "warning", "gyro_x"),
-            ("no_adequate_model", "warning", "gyro_y"),
-            ("damaged", "error", None),
+        replace(examples[code], severity=severities.get(code, "warning"), channels=channels)
+        for code, channels in (
+            *((code, ()) for code in order[:4]),
+            ("no_adequate_model", ("gyro_y",)),
+            ("damaged", ()),
         )
     ]
     found = by_severity([*said, said[0]])
     assert [f.code for f in found] == [
-        *("damaged", "no_adequate_model", "no_adequate_model", "spikes", "not_static", "window"),
+        *("damaged", "no_adequate_model", "no_adequate_model", "spikes", "not_static", "window_chosen"),
     ]
     assert [f.channel for f in found[1:3]] == ["gyro_x", "gyro_y"]

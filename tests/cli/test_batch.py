@@ -13,6 +13,7 @@ import known
 import sigmatau as st
 from sigmatau.cli import batch, main
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.kinds.reading import BrokenOff
 
 
 def write(path, seed, n=2000):
@@ -65,13 +66,13 @@ class TestCommand:
         assert " ± " in out
 
     def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
-        damaged = st.Finding(code="broken_off", severity="error", message="half of it")
+        damaged = st.Finding(details=BrokenOff(what="file"), severity="error")
         monkeypatch.setattr(
             batch, "run", lambda logs, *_, **__: [batch.Outcome(log=log, findings=(damaged,)) for log in logs]
         )
         code, _, err = run("analyze", folder / "a.csv", folder / "b.csv", capsys=capsys)
         assert code == 4
-        assert "a.csv: error: half of it" in err
+        assert f"a.csv: error: {damaged.message}" in err
 
     def test_one_in_a_pattern(self, folder, tmp_path, capsys):
         assert run("analyze", folder / "a.csv", "--jobs", 4, capsys=capsys)[0] == 0

@@ -314,7 +314,7 @@ class TestAnalyze:
     def test_of_one_log(self, log, tmp_path, capsys):
         code, _, err = run("analyze", log, tmp_path / "b.csv", "--export", "kalibr=a", capsys=capsys)
         assert code == 2
-        assert "of one log" in err
+        assert "--export takes one log" in err
         assert run("analyze", log, "--export", f"kalibr={tmp_path}", capsys=capsys)[0] == 1
 
 

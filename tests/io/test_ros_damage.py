@@ -107,7 +107,7 @@ def test_mutated(tmp_path, kind):
 MEASURE = """
 import resource, sys
 from sigmatau.errors import DataError
-from sigmatau.io import read
+from sigmatau.io.read import read
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for path in sys.argv[1:]:
     try:

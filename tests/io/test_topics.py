@@ -5,6 +5,7 @@ import pytest
 
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read import assemble, topics
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Loaded, Table
@@ -89,7 +90,7 @@ class TestChoice:
 
 class TestRecord:
     def test_two_rates(self, file):
-        lost = Finding(code="broken_off", severity="error", message="lost")
+        lost = Finding(details=BrokenOff(what="file"), severity="error")
         tables = [table("g", GYRO, rate=100, n=60, findings=(lost,)), table("a", ACCEL, rate=50, n=40, late=(lost,))]
         record = assemble.assemble(tables, file, options(unit={"gyro": "deg/s"}))
         gyro, accel = record.streams

@@ -112,7 +112,7 @@ def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("argv", "code", "words"),
     [
-        (["--after", "60"], 2, "--after '60': want a time with its unit"),
+        (["--after", "60"], 2, "--after '60': must be a time with its unit"),
         (["--after", "60s,"], 2, "--after ''"),
         (["--after", "1s", "--calibration", "1 deg"], 2, "--calibration '1 deg'"),
         (["--after", "1s", "--channels", "gyro_q"], 2, "--channels gyro_q"),

@@ -8,7 +8,10 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
 from sigmatau.findings.finding import Cause, Finding
+from sigmatau.findings.kinds.drift import NonStationary
+from sigmatau.findings.kinds.fit import NoAdequateModel
 from sigmatau.findings.kinds.spectrum import Line, SpectralLines
+from sigmatau.findings.kinds.values import Saturation
 from sigmatau.quality.causes import one_cause
 
 N, RATE = 1e-3, 100.0
@@ -75,10 +78,13 @@ def test_one_fault_is_one_warning(code, fault):
 
 
 def test_what_is_elsewhere_stays_a_warning():
-    fault = Finding(code="saturation", severity="warning", channel="a", message="", where="t = 1440 s")
-    near = Finding(code="non_stationary", severity="warning", channel="a", message="", where="t = 1350 s")
-    far = Finding(code="non_stationary", severity="warning", channel="a", message="", where="t = 450 s")
-    other = Finding(code="no_adequate_model", severity="warning", channel="b", message="")
+    def of(kind, channel, *spans):
+        # one_cause looks at the kind, not at the fields of it.
+        return Finding(details=object.__new__(kind), severity="warning", channels=(channel,), spans=spans)
+
+    fault = of(Saturation, "a", (1440.0, 1440.0))
+    near, far = of(NonStationary, "a", (1350.0, 1350.0)), of(NonStationary, "a", (450.0, 450.0))
+    other = of(NoAdequateModel, "b")
     steady = Line(frequency=7.0, amplitude=1.0, width=0.0, ratio=100.0, low=6.9, high=7.1)
     lines = SpectralLines(lines=(replace(steady, width=0.4),), factor=2.0, tau=1.0, clear_from=4.0)
     broad = Finding(details=lines, severity="warning", channels=("a",))

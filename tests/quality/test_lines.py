@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 import known
 import sigmatau as st
 from sigmatau._native import kernels
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.findings.kinds.spectrum import Mains
 from sigmatau.noise.terms import avar
 from sigmatau.quality.curve_checks import fit_findings
@@ -187,7 +188,7 @@ def test_changes_are_there_at_all():
     (said,) = lines_in_fits(stream, whole.fits, lines(stream))
     (of_analysis,) = (f for f in whole.findings if f.code == "spectral_line")
     assert (of_analysis.factors, of_analysis.fit_effect) == (said.factors, said.fit_effect)
-    other = Finding(code="spikes", severity="info", message="as it was", channel="gyro_x")
+    other = replace(finding, details=object.__new__(Spikes))
     assert lines_in_fits(stream, fits, [other]) == [other]
     assert lines_in_fits(stream, {}, [finding]) == [finding]
 

@@ -70,8 +70,8 @@ def test_axes(log, capsys):
     ("argv", "words"),
     [
         (["--axes", "gyro_q"], "--axes gyro_q: the log has gyro_x, gyro_y, accel_x, temperature"),
-        (["--tapers", "4"], "--tapers is of --method multitaper, not of welch"),
-        (["--method", "multitaper", "--segment", "1s"], "--segment is of --method welch, not of multitaper"),
+        (["--tapers", "4"], "--tapers needs --method multitaper, not welch"),
+        (["--method", "multitaper", "--segment", "1s"], "--segment needs --method welch, not multitaper"),
         (["--segment", "10"], "--segment '10': want a value with its unit"),
         (["--segment", "1h"], "--segment must be of"),
         (["--method", "multitaper", "--f-max", "1s"], "does not fit here"),

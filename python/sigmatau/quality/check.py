@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -29,8 +29,6 @@ from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.spectrum.estimate import psd
-from sigmatau.spectrum.result import Spectrum
 
 __all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "with_fits"]
 
@@ -186,12 +184,11 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
         stream, at_rest = (without_runs(lost_rows(one)[1]) for one in (stream, at_rest))
     if any(finding.code == "spikes" for finding in found):
         stream, at_rest = without_spikes(stream), without_spikes(at_rest)
-    spectra = _spectra(at_rest)
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once
-        found += [finding for finding in upsampled(at_rest, spectra=spectra) if finding.channel not in told]
+        found += [finding for finding in upsampled(at_rest) if finding.channel not in told]
     between = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
-    filters = {} if None in between else low_passes(at_rest, spectra=spectra)
+    filters = {} if None in between else low_passes(at_rest)
     filters = {channel: fitted for channel, fitted in filters.items() if channel not in between}
     found += low_pass(at_rest, fits=filters)
     if bandwidth is None:
@@ -223,16 +220,6 @@ def _usable(stream: Stream) -> Stream | None:
         if -_LARGEST < low < high < _LARGEST and high - low > _SMALLEST:
             channels.append(channel)
     return stream.of(channels) if channels else None
-
-
-def _spectra(stream: Stream) -> dict[str, Spectrum]:
-    spectra: dict[str, Spectrum] = {}
-    for channel in stream.channels:
-        try:
-            spectra.update(psd(stream.only(channel)))
-        except DataError:  # too many samples are missing for a spectrum
-            continue
-    return spectra
 
 
 def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tuple[float, int | None]]]:

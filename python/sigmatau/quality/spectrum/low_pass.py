@@ -8,17 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Aliasing, LowPassFilter
 from sigmatau.noise.terms import aliasing_inflation
+from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.spectrum.filter_fit import fit_low_pass, promising
 from sigmatau.quality.spectrum.lines import find_lines
 from sigmatau.quality.spectrum.pair_spectrum import by_pairs, is_torn
-from sigmatau.quality.spectrum.upsampling import resampled
+from sigmatau.quality.spectrum.upsampling import channel_spectrum, resampled
 from sigmatau.record.streams import Stream
-from sigmatau.spectrum.estimate import welch
-from sigmatau.spectrum.result import Spectrum
 
 __all__ = ["aliasing", "low_pass", "low_passes"]
 
@@ -36,9 +35,9 @@ _ROUNDING = 4e-15  # of the largest sample: a few of the last digits of double p
 _WIDEST = 1e6  # [Hz] piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is faster
 
 
-def low_passes(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> dict[str, LowPassFilter]:
-    """The filters in the spectra of the channels of a stream, by channel; `spectra` from `psd`, default: computed."""
-    found = {channel: _fitted(stream, channel, spectra) for channel in stream.channels}
+def low_passes(stream: Stream) -> dict[str, LowPassFilter]:
+    """The filters in the spectra of the channels of a stream, by channel."""
+    found = {channel: _fitted(stream, channel) for channel in stream.channels}
     return {channel: fitted for channel, fitted in found.items() if fitted is not None}
 
 
@@ -178,26 +177,18 @@ def _rate_needed(corner: float, order: int) -> float:
     return high
 
 
-def _fitted(stream: Stream, channel: str, spectra: Mapping[str, Spectrum] | None) -> LowPassFilter | None:
-    y = None
-    spectrum: Spectrum | None
-    if spectra is not None and channel in spectra:
-        spectrum = spectra[channel]
-    else:
-        y = np.ascontiguousarray(stream.column(channel))
-        try:
-            spectrum = welch(y, stream, channel)
-        except DataError:
-            spectrum = None
+@channel_fact
+def _fitted(stream: Stream, channel: str) -> LowPassFilter | None:
+    spectrum = channel_spectrum(stream, channel)
     if stream.mask is not None:
-        y = np.ascontiguousarray(stream.column(channel)) if y is None else y
+        y = np.ascontiguousarray(stream.column(channel))
         there = int(np.count_nonzero(np.isfinite(y)))
         if there < len(y) and is_torn(spectrum, there):
             spectrum = by_pairs(y, stream, channel) or spectrum
     if spectrum is None or not promising(spectrum):
         return None
     # A record resampled to a higher rate has the spectrum of a running mean without a filter.
-    if resampled(np.ascontiguousarray(stream.column(channel)) if y is None else y, spectrum) is not None:
+    if resampled(stream, channel) is not None:
         return None
     # A ramp alone leaves its rounding error, whose spectrum is not that of the sensor.
     if (

@@ -8,7 +8,6 @@ better interpolation without such a line leaves the spectrum empty above half th
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Resampled
+from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.spectrum import filter_models
 from sigmatau.quality.spectrum.filter_fit import fit_low_pass
 from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
@@ -44,15 +44,13 @@ _OUTLIER = 16.0
 _FITS = 3.0  # deviance a point: by chance 1 ± 0.15; an empty band has hundreds
 
 
-def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) -> list[Finding]:
+def upsampled(stream: Stream) -> list[Finding]:
     """Findings ``interpolated``: one a channel that was interpolated from samples at a lower rate.
 
     Parameters
     ----------
     stream : Stream
         Static data. The first stretch of 2^16 samples without a missing one is used, or the longest.
-    spectra : mapping of str to Spectrum, optional
-        As of `sigmatau.spectrum.estimate.psd`, where they are at hand. Default: computed.
 
     Returns
     -------
@@ -61,14 +59,7 @@ def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) 
     """
     found = []
     for channel in stream.channels:
-        y = np.ascontiguousarray(stream.column(channel))
-        spectrum = None if spectra is None else spectra.get(channel)
-        if spectrum is None:
-            try:
-                spectrum = welch(y, stream, channel)
-            except DataError:
-                continue
-        what = resampled(y, spectrum)
+        what = resampled(stream, channel)
         if what is not None:
             found.append(
                 Finding(
@@ -83,8 +74,23 @@ def upsampled(stream: Stream, *, spectra: Mapping[str, Spectrum] | None = None) 
     return found
 
 
-def resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
+@channel_fact
+def channel_spectrum(stream: Stream, channel: str) -> Spectrum | None:
+    """Welch's estimate of a channel; None if too many samples are missing."""
+    try:
+        return welch(np.ascontiguousarray(stream.column(channel)), stream, channel)
+    except DataError:
+        return None
+
+
+@channel_fact
+def resampled(stream: Stream, channel: str) -> Resampled | None:
     """How a channel was interpolated, or None; see `upsampled`."""
+    spectrum = channel_spectrum(stream, channel)
+    return None if spectrum is None else _resampled(np.ascontiguousarray(stream.column(channel)), spectrum)
+
+
+def _resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
     tau0 = spectrum.tau0
     piece = _piece(y)
     if piece is None:

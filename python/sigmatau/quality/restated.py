@@ -66,10 +66,8 @@ def bad_samples_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Seq
         channels = [c for c in finding.channels if c in stream.channels and c in fits and fits[c].tau_min is not None]
         if finding.code not in _BAD or not channels:
             result.append(finding)
-        elif finding.code == "spikes" and finding.severity == "info":
-            result.append(
-                replace(finding, factors=())
-            )  # too small to change a coefficient by 2 %, so by the 5 % that is told
+        elif finding.code == "spikes" and max((factor for _, factor in finding.factors), default=1.0) < NEGLIGIBLE:
+            result.append(replace(finding, factors=()))
         elif told.keys() >= set(channels):
             first = told[channels[0]]
             assert first.fit_effect is not None

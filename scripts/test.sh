@@ -7,18 +7,8 @@ find_rust
 export PYO3_PYTHON=$PWD/$PY # one interpreter for every cargo command, or the binding is compiled again and again
 export PATH="$PWD/.venv/bin:$PATH"
 
-# The Python tests in two processes, about equally long; what the second prints comes when both have ended.
-halves() {
-    local second=(tests/{io,integrity,diagnose,fitting} tests/test_{findings,gaps,deviations}.py) log status=0 pid
-    log=$(mktemp)
-    python -m pytest "${second[@]}" >"$log" 2>&1 &
-    pid=$!
-    python -m pytest "${second[@]/#/--ignore=}" || status=$?
-    wait "$pid" || status=$?
-    cat "$log"
-    rm -f "$log"
-    return "$status"
-}
+# One process a core; none of them starts threads of BLAS, which would wait for each other.
+python_tests() { OPENBLAS_NUM_THREADS=1 python -m pytest --numprocesses "$(nproc)" --dist worksteal; }
 
 run() {
     case $1 in
@@ -32,7 +22,7 @@ run() {
     # Optimised, so that what the extension was built from is not compiled again; `make fuzz` has overflow checks.
     rust) cargo test --release -p sigmatau-core -p sigmatau-formats --locked --quiet ;;
     instructions) python benches/instructions.py ;;
-    python) halves ;;
+    python) python_tests ;;
     *) echo "no step $1; the steps are: $ALL" >&2 && return 2 ;;
     esac
 }

@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
-# test.sh [STEP…]: the checks and tests, each with its time, up to the first that fails. Without a STEP, all of them:
-ALL="format lint rustfmt clippy types stubs imports rust instructions python"
+# test.sh [STEP…]: the checks and tests, each with its time, up to the first that fails. Without a STEP, all of them, those of
+# Python and those of Rust side by side, because a compiler often uses one core only:
+PYTHON_STEPS="format lint types stubs imports python"
+RUST_STEPS="rustfmt clippy rust instructions"
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
 find_rust
 export PYO3_PYTHON=$PWD/$PY # one interpreter for every cargo command, or the binding is compiled again and again
 export PATH="$PWD/.venv/bin:$PATH"
 
-# One process a core; none of them starts threads of BLAS, which would wait for each other.
+# One process per core. BLAS gets one thread: the matrices are small, and threads would wait for each other.
 python_tests() { OPENBLAS_NUM_THREADS=1 python -m pytest --numprocesses "$(nproc)" --dist worksteal; }
 
 run() {
@@ -20,22 +22,39 @@ run() {
     stubs) python -m mypy.stubtest --mypy-config-file pyproject.toml sigmatau._core ;;
     imports) lint-imports --no-logo ;;
     # Optimised, so that what the extension was built from is not compiled again; `make fuzz` has overflow checks.
-    rust) cargo test --release -p sigmatau-core -p sigmatau-formats --locked --quiet ;;
+    rust) cargo test --release -p sigmatau-core -p sigmatau-formats --lib --tests --locked --quiet ;;
     instructions) python benches/instructions.py ;;
     python) python_tests ;;
-    *) echo "no step $1; the steps are: $ALL" >&2 && return 2 ;;
+    *) echo "no step $1; the steps are: $PYTHON_STEPS $RUST_STEPS" >&2 && return 2 ;;
     esac
 }
 
-read -ra steps <<<"${*:-$ALL}"
-for step in "${steps[@]}"; do
-    printf '── %s\n' "$step"
-    start=$SECONDS status=0
-    run "$step" || status=$?
-    if ((status)); then
-        printf '── %s FAILED after %d s (again, alone: make test STEPS=%s)\n' "$step" $((SECONDS - start)) "$step"
-        exit "$status"
-    fi
-    printf '── %s passed, %d s\n\n' "$step" $((SECONDS - start))
-done
-printf '── %s: all passed, %d s\n' "${steps[*]}" "$SECONDS"
+run_all() {
+    local step start status
+    for step in "$@"; do
+        printf '── %s\n' "$step"
+        start=$SECONDS status=0
+        run "$step" || status=$?
+        if ((status)); then
+            printf '── %s FAILED after %d s (again, alone: make test STEPS=%s)\n' "$step" $((SECONDS - start)) "$step"
+            return "$status"
+        fi
+        printf '── %s passed, %d s\n\n' "$step" $((SECONDS - start))
+    done
+}
+
+if (($#)); then
+    run_all "$@"
+else
+    log=$(mktemp)
+    trap 'rm -f "$log"' EXIT
+    # shellcheck disable=SC2086 # lists of words
+    run_all $RUST_STEPS >"$log" 2>&1 &
+    rust=$! status=0
+    # shellcheck disable=SC2086
+    run_all $PYTHON_STEPS || status=$?
+    wait "$rust" || status=$?
+    cat "$log"
+    ((status == 0)) || exit "$status"
+fi
+printf '── all passed, %d s\n' "$SECONDS"

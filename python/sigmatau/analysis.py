@@ -30,6 +30,7 @@ from sigmatau.exporting.export import export
 from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import CoarseValues, ConstantChannel, NoMap
+from sigmatau.findings.wording import words
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off
@@ -298,7 +299,8 @@ def analyze(
             else:
                 findings.append(curve_checks.constant_channel(stream, channel))
     if not curves:
-        reasons = (f"{finding.channel}: {finding.message}" for finding in findings if finding.code in _WITHOUT_CURVE)
+        lost = [finding for finding in findings if finding.code in _WITHOUT_CURVE]
+        reasons = (f"{', '.join(finding.channels)}: {words(finding).message}" for finding in lost)
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
     if method == "gls":

@@ -84,7 +84,7 @@ DATA = {
     "xz": (b"\xfd7zXZ\0" + bytes(50), ["xz"]),
     "gzip of nothing": (gzip.compress(b""), ["is empty after decompression"]),
     "gzip twice": (gzip.compress(gzip.compress(GOOD.encode())), ["compressed twice"]),
-    "gzip magic alone": (b"\x1f\x8b", ["cut off"]),
+    "gzip magic alone": (b"\x1f\x8b", ["truncated"]),
     "gzip of rubbish": (b"\x1f\x8b\x08" + b"\xff" * 50, ["damaged"]),
 }
 

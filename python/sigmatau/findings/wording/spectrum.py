@@ -18,7 +18,7 @@ _SHAPES = {
     "butterworth3": "third-order Butterworth",
     "butterworth4": "fourth-order Butterworth",
     "mean": "running mean",
-    "bartlett": "two running means in a row",
+    "bartlett": "two cascaded running means",
     "digital1": "first order, digital",
     "digital2": "second-order digital Butterworth",
     "digital4": "fourth-order digital Butterworth",

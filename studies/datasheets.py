@@ -125,13 +125,13 @@ def main() -> None:
 _HEAD = """# False failures of the datasheet comparison
 
 Made by `make study` (studies/datasheets.py). {axes} simulated axes of {minutes:.0f} min at {rate:g} Hz are fitted and
-compared with a maximum by `compare_with` at 95 %. The table gives the percentage of axes by status, for several ratios of the true
-value to the maximum. N = 0.005, B = 0.0028 (the small one 1e-4), K = 1e-4 in SI.
+compared with a maximum by `compare_with` at 95 %. The table gives the percentage of axes by status, for several ratios
+of the true value to the maximum. N = 0.005, B = 0.0028 (the small one 1e-4), K = 1e-4 in SI.
 
 | compared | percent | {ratios} |"""
 
-_AT_LIMIT = f"""Percentage of units exactly at the limit that get the status out, by `level`. It is at most 1 - level. It is usually
-less, because the intervals include the effect of terms that the record does not show.
+_AT_LIMIT = f"""Percentage of units exactly at the limit that get the status out, by `level`. It is at most 1 - level. It
+is usually less, because the intervals include the effect of terms that the record does not show.
 
 | compared | {" | ".join(f"{level:g}" for level in LEVELS)} |"""
 

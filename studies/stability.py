@@ -256,15 +256,15 @@ Findings in {channels} channels:
 _FAULTS = """
 ## Simulated faults
 
-{records} records per fault, of 2 h at 20 Hz with N 0.005, B 0.001, K 3e-5 (seconds and degrees). Warm-up: 0.03 with a time
-constant of 400 s. Temperature: 0.01 per kelvin, cycles of ± 2 K in 40 min. Change of noise in the second half of the record:
-N × 1.25, K × 20.
+{records} records per fault, of 2 h at 20 Hz with N 0.005, B 0.001, K 3e-5 (seconds and degrees). Warm-up: 0.03 with a
+time constant of 400 s. Temperature: 0.01 per kelvin, cycles of ± 2 K in 40 min. Change of noise in the second half of
+the record: N × 1.25, K × 20.
 
 | fault | found [%] | size stated, mean |
 |---|---|---|"""
 
-_GATES = """The tests of segments and cusum reject at most 1.3 times as often as their nominal rates of 5, 1, 0.1 and 0.01 %. At
-most 0.1 % of clean channels have a finding. Each fault is found in more than half of the records. All gates are
+_GATES = """The tests of segments and cusum reject at most 1.3 times as often as their nominal rates of 5, 1, 0.1 and
+0.01 %. At most 0.1 % of clean channels have a finding. Each fault is found in more than half of the records. All gates are
 within three standard errors."""
 
 if __name__ == "__main__":

@@ -35,10 +35,10 @@ def measure(settings: Settings) -> dict[str, Any]:
     calls = {
         "samples": each(check_samples),
         "spectra": lambda: [spectrum.binned() for spectrum in psd(record).values()],
-        "filters, spectra at hand": each(low_passes, spectra=spectra),
-        "interpolation, spectra at hand": each(upsampled, spectra=spectra),
+        "filters, from given spectra": each(low_passes, spectra=spectra),
+        "interpolation, from given spectra": each(upsampled, spectra=spectra),
         "lines": each(lines),
-        "all of them: `sigmatau.check`": lambda: sigmatau.check(record),
+        "all checks: `sigmatau.check`": lambda: sigmatau.check(record),
     }
     times = {
         "even": np.arange(of_stamps) / 400,
@@ -74,8 +74,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "",
         *text.prose(
             f"Six clean axes of {text.number(found['samples'])} samples, {text.number(found['stamps'])} time stamps;",
-            f"the last column is in Fourier transforms of 2²⁰ numbers, {text.seconds(transform)} each.",
-            "No other package does this. `make bench PARTS=checks`.",
+            f"the last column is relative to a Fourier transform of 2²⁰ numbers, {text.seconds(transform)}.",
+            "Other packages have no such checks. `make bench PARTS=checks`.",
         ),
         *text.table(["", "wall time", "transforms"], rows),
     ], []

@@ -45,8 +45,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "## Fits",
         "",
         *text.prose(
-            f"Half octaves of {text.number(found['samples'])} samples, in a process that is warm;",
-            "no other package does this. `make bench PARTS=fits`.",
+            f"Half octaves of {text.number(found['samples'])} samples, in a warm process.",
+            "Other packages have no such fit. `make bench PARTS=fits`.",
         ),
         *text.table(
             ["", "wall time"],

@@ -139,13 +139,13 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
     """The page as text."""
     rows = []
     for name, found in times.items():
-        aim = f" (≤ {AIMS[name]:g} s wanted)" if name in AIMS else ""
+        aim = f" (target ≤ {AIMS[name]:g} s)" if name in AIMS else ""
         streams = "yes" if KINDS[name].streams else "no"
         rows.append(
             [
                 name,
                 text.size(found["bytes"]),
-                "by itself" if not KINDS[name].options else "told " + ", ".join(map(_option, KINDS[name].options)),
+                "automatically" if not KINDS[name].options else "with " + ", ".join(map(_option, KINDS[name].options)),
                 streams,
                 f"**{text.seconds(found['seconds'])}**{aim}",
                 text.size(found["grown"]),
@@ -155,20 +155,24 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
         "# Formats",
         "",
         *text.prose(
-            f"Made by `make bench-io` on {machine}. Logs of {text.number(n)} rows, two hours at 200 Hz: stamps, three gyro",
-            "axes, three accelerometer axes, written by other programs' libraries or by the published layouts; all values",
-            "are read exactly. Time and growth of the process from file to record, medians; the files are in the system's",
-            'cache. A format that "streams" is read in pieces: only the columns that are wanted are held.',
+            f"Made by `make bench-io` on {machine}. Logs of {text.number(n)} rows, two hours at 200 Hz: time stamps,",
+            "three gyro axes and three accelerometer axes. The files are written by libraries of other programs, or by the",
+            "published layouts. All values are read exactly. Time and memory (growth of the process) are from",
+            "file to record,",
+            "medians, with the files in the system's cache. A streamed format is read in pieces, and only the",
+            "needed columns are",
+            'kept in memory. "With" names the options that the format needs.',
         ),
-        *text.table(["format", "file", "opens", "streams", "time", "memory"], rows),
-        "## What is left of a damaged log",
+        *text.table(["format", "file", "opened", "streamed", "time", "memory"], rows),
+        "## Damaged logs",
         "",
         *text.prose(
-            f"{text.number(SHORT)} rows; the file cut off, or all bits of one page of {PAGE} bytes changed: at {FLIPS}",
-            "places, evenly spread, one at a time. Rows read, from fewest to most, and the findings of severity error; exit",
-            "code 4 means: done with what could be read, 1: nothing could be used, 2: what must be known was lost. Wrong",
-            "without a finding: at so many of the places numbers became others and nothing showed it, because no checksum",
-            "covers them.",
+            f"{text.number(SHORT)} rows. The file is truncated, or all bits of one page of {PAGE} bytes are",
+            f"inverted, at one of {FLIPS}",
+            "evenly spaced places. The table gives the range of rows read, the findings of severity error, and",
+            "the exit code:",
+            "4 analysed as far as readable, 1 unusable, 2 required information was lost. The last column is the number of",
+            "places where values changed without a finding, because the format has no checksum there.",
         ),
     ]
     names = [name for name in next(iter(left.values())) if not name.startswith(FLIPPED)]

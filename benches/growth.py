@@ -70,8 +70,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "## Growth",
         "",
         *text.prose(
-            "One axis, one thread. Memory is what a call needs at its peak beyond the samples it is given; sigmatau's is",
-            "the phase, eight bytes a sample. `make bench PARTS=growth`.",
+            "One axis, one thread. Memory is the peak memory of a call without its input samples. sigmatau needs the phase,",
+            "eight bytes per sample. `make bench PARTS=growth`.",
         ),
         "![Time against the number of samples](figures/performance-samples.svg)",
         "",
@@ -79,7 +79,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "![Time against the number of averaging times](figures/performance-taus.svg)",
         "",
         *text.prose(
-            f"{text.number(found['counts'][0]['samples'])} samples; averaging times that round to one number of samples",
+            f"{text.number(found['counts'][0]['samples'])} samples. Averaging times that round to the same number",
+            "of samples",
             "count once.",
         ),
         *_table("averaging times", [str(row["taus"]) for row in found["counts"]], found["counts"]),

@@ -35,21 +35,24 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
     p, samples = found["probes"], found["samples"]
     lines = [
-        "## The kernels and the roof",
+        "## Kernels and the limit of the processor",
         "",
         *text.prose(
-            "Time for one term of eq. (10) at one averaging time, one thread; the phase is there. The roof is an addition",
-            "and two fused products on vectors of four, nothing loaded: the least that a term takes. The correction by the",
-            "anchors of the phase, which keeps its digits, is one addition more. `make bench PARTS=kernels`.",
+            "Time for one term of eq. (10) at one averaging time, with one thread and the phase already",
+            "computed. The limit is",
+            "the time of one addition and two fused multiplications on vectors of four, without memory access.",
+            "The correction",
+            "by the origins of the phase blocks, which keeps the precision, takes one more addition. `make bench",
+            "PARTS=kernels`.",
         ),
     ]
-    rows = [["the roof", "**100 %**", f"{p['roof']:.0f} ps", ""]]
+    rows = [["limit", "**100 %**", f"{p['roof']:.0f} ps", ""]]
     with_correction = p["roof_with_correction"]
     rows.append(["with the correction", text.share(p["roof"], with_correction), f"{with_correction:.0f} ps", ""])
     for n in samples:
         for name, what in (("octaves", "octaves"), ("log100", "100 log-spaced")):
             value = p[f"{name}_{n}"]
-            corrected = f"{text.share(with_correction, value)} of the roof with the correction"
+            corrected = f"{text.share(with_correction, value)} of the limit with the correction"
             rows.append(
                 [
                     f"{what}, {text.number(n)} samples",
@@ -58,25 +61,25 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
                     corrected,
                 ]
             )
-    lines += text.table(["", "share of the roof", "a term", ""], rows)
+    lines += text.table(["", "share of the limit", "time per term", ""], rows)
     rows = []
     for n in samples:
         fresh, again = p[f"prefix_fresh_{n}"], p[f"prefix_again_{n}"]
         rows.append([text.number(n), f"{again:.2f} ns", f"{16 / again:.1f} GB/s", f"{fresh:.2f} ns"])
-    lines += ["The running sum before it, a sample; it reads eight bytes and writes eight:", ""]
-    lines += text.table(["samples", "into memory in use", "that is", "into fresh memory"], rows)
+    lines += ["Time of the running sum per sample, which reads and writes eight bytes:", ""]
+    lines += text.table(["samples", "into used memory", "throughput", "into new memory"], rows)
     lines += [
-        f"One core reads {p['read_memory']:.0f} GB/s from memory and {p['read_l2']:.0f} GB/s from its second cache.",
+        f"One core reads {p['read_memory']:.0f} GB/s from memory and {p['read_l2']:.0f} GB/s from its second-level cache.",
         "",
         *text.prose(
-            "`cargo run --release -p sigmatau-core --example roof` makes these figures; `cargo bench -p sigmatau-core`",
-            "times the parts of the core one by one.",
+            "`cargo run --release -p sigmatau-core --example roof` gives these numbers; `cargo bench -p sigmatau-core`",
+            "measures the parts of the core separately.",
         ),
     ]
     short, long = samples
     at_long = f"octave kernel, {text.number(long)} samples, a term"
     reached = [
-        text.at_least_percent(f"octave kernel, {text.number(short)} samples, share of the roof",
+        text.at_least_percent(f"octave kernel, {text.number(short)} samples, share of the limit",
                               100 * p["roof"] / p[f"octaves_{short}"], 75),
         text.at_most(at_long, p[f"octaves_{long}"], 190, "ps"),
     ]  # fmt: skip

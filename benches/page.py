@@ -46,9 +46,9 @@ def _head(found: dict[str, Any]) -> list[str]:
             f"{versions}.",
         ),
         *text.prose(
-            f"Medians of {rounds} rounds, fewer of what takes seconds. All parties take turns in one process,",
-            "after a check that they give the same numbers to 10⁻⁹. Processes that ran on average in the minute before",
-            f"each part, those of the measurement among them: {min(loads):.1f} to {max(loads):.1f}.",
+            f"Medians of {rounds} rounds, or fewer for runs of seconds. The programs run alternately in one process,",
+            "after a check that their results agree to 10⁻⁹. Average number of running processes in the minute before each",
+            f"part, including the benchmark: {min(loads):.1f} to {max(loads):.1f}.",
         ),
     ]
 
@@ -58,5 +58,5 @@ def _summary(reached: list[text.Gate]) -> list[str]:
         return []
     passed = sum(gate.passed for gate in reached)
     rows = [[g.what, g.aim, f"**{g.got}**", "reached" if g.passed else "not reached"] for g in reached]
-    head = ["## What was aimed at", "", f"{passed} of {len(reached)} reached.", ""]
-    return [*head, *text.table(["", "aim", "measured", ""], rows)]
+    head = ["## Targets", "", f"{passed} of {len(reached)} targets are reached.", ""]
+    return [*head, *text.table(["", "target", "measured", ""], rows)]

@@ -177,7 +177,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     lines = [
         "## One axis, one thread",
         "",
-        "Rates in memory to deviations; the ratio is the peer's time over sigmatau's. `make bench PARTS=peers`.",
+        "Time from rates in memory to deviations. Ratios are the time of the other program divided by that of sigmatau."
+        " `make bench PARTS=peers`.",
         "",
     ]
     rows, reached = [], []
@@ -188,7 +189,7 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         what = f"allantools, {text.number(row['samples'])} samples, {row['grid']}"
         reached.append(text.at_least(what, s["allantools"] / s["ours"], least))
     lines += text.table(["samples", "averaging times", "sigmatau", *PEERS], rows)
-    lines += ["numba: a plain compiled loop, one averaging time after the other, its sums in order.", ""]
+    lines += ["numba: a simple compiled loop over averaging times, without reordered sums.", ""]
     lines += text.gates(reached)
 
     rows, six = [], []
@@ -209,7 +210,7 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     lines += [
         "## Six axes, two threads",
         "",
-        "The peer works on one axis after the other. `make bench PARTS=peers`.",
+        "allantools processes the axes one after the other. `make bench PARTS=peers`.",
         "",
     ]
     lines += text.table(["samples", "averaging times", "ratio", "sigmatau", "allantools"], rows)
@@ -230,7 +231,7 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     lines += [
         "## Every averaging time",
         "",
-        'All whole numbers of samples up to half the record, `taus="all"`. `make bench PARTS=peers`.',
+        'All whole numbers of samples up to half the record: `taus="all"`. `make bench PARTS=peers`.',
         "",
     ]
     lines += text.table(["samples", "ratio", "sigmatau, one thread", "two threads", "allantools"], rows)

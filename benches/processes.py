@@ -150,9 +150,9 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "",
         *text.prose(
             f"A text log of {text.number(found['samples'])} rows of 7 columns, {text.size(found['bytes'])}, to the",
-            "deviations of six axes on octaves, as whole processes: starting Python, importing, reading, computing.",
-            'Ratios are over sigmatau (`allan(read(path), taus="octave")`), which uses both cores; the command reads',
-            "coefficients off as well and prints a table. `make bench PARTS=processes`.",
+            "deviations of six axes on octaves, as whole processes: start of Python, imports, reading, computing.",
+            'Ratios are over sigmatau (`allan(read(path), taus="octave")`), which uses both cores. The command also',
+            "reads coefficients off and prints a table. `make bench PARTS=processes`.",
         ),
         *text.table(["", "wall time", "CPU time", "peak memory"], rows),
     ]
@@ -163,8 +163,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         cells.append([name, *ratios])
     lines += ["## Starting", ""]
     lines += text.prose(
-        "Whole processes; ratios are over one that imports NumPy, whose CPU time has that of the threads of its linear",
-        "algebra, waiting. `make bench PARTS=processes`.",
+        "Whole processes. Ratios are relative to a process that imports NumPy. Its CPU time includes waiting threads of the",
+        "linear algebra library. `make bench PARTS=processes`.",
     )
     lines += text.table(["", "wall time", "CPU time"], cells)
     reached = [

@@ -82,19 +82,20 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
             each, what = 1e9 * row["cpu"] / longest, f"{text.number(longest)} samples, {names[row['grid']]}"
             change = abs(each / first[names[row["grid"]]] - 1)
             reached += [
-                text.at_most(f"{what}, CPU time a sample", each, 8, "ns"),
+                text.at_most(f"{what}, CPU time per sample", each, 8, "ns"),
                 text.at_most(f"{what}, memory", row["growth"] / 1e6, 200, "MB"),
-                text.at_most(f"{what}, change of the time a sample", 100 * change, 10, "%"),
+                text.at_most(f"{what}, change of the time per sample", 100 * change, 10, "%"),
             ]
     lines = [
         "## A stream in bounded memory",
         "",
         *text.prose(
-            f'`Accumulator(…, long="strided")`, one channel, pushed in chunks of {text.number(CHUNK)} samples; making them',
-            "is not counted. Memory is what the process grew by, files apart. `make bench PARTS=stream`, with 10⁹ samples",
+            f'`Accumulator(…, long="strided")`, one channel, pushed in chunks of {text.number(CHUNK)} samples. The time to',
+            "simulate them is not included. Memory is the growth of the process without mapped files. `make",
+            "bench PARTS=stream`, with 10⁹ samples",
             "`BILLION=1`.",
         ),
-        *text.table(["samples", "averaging times", "CPU time a sample", "change", "memory"], rows),
+        *text.table(["samples", "averaging times", "CPU time per sample", "change", "memory"], rows),
         *text.gates(reached),
     ]
     return lines, reached

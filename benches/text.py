@@ -74,7 +74,10 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 def gates(found: Sequence[Gate]) -> list[str]:
     """Lines of the gates of a section, and an empty one."""
     return [
-        *(f"- {g.what}: {g.aim} wanted, {g.got}: **{'reached' if g.passed else 'not reached'}**" for g in found),
+        *(
+            f"- {g.what}: target {g.aim}, measured {g.got}: **{'reached' if g.passed else 'not reached'}**"
+            for g in found
+        ),
         "",
     ]
 

@@ -41,7 +41,7 @@ def main() -> None:
                 else f" | {value} {interval}"
             )
         lines.append(row + " |")
-    lines += ["", "What was said of each:", ""]
+    lines += ["", "Findings:", ""]
     lines += [f"- {finding}" for finding in analysis.findings]
     lines += [f"- {channel}: {note}" for channel, fitted in analysis.fits.items() for note in fitted.notes()]
     Path("docs/study/adis16405.md").write_text("\n".join([*lines, "", _TAIL]) + "\n", encoding="utf-8")
@@ -50,16 +50,16 @@ def main() -> None:
 _HEAD = """# A real unit: ADIS16405
 
 Made by `make study` (studies/adis16405.py) from imu1 of the [imudata](https://github.com/SMAC-Group/imudata) collection,
-2.78 h at 100 Hz, at rest, all as `sigmatau analyze` does it. Beside the random walk and the bias instability stand the
-typical values of the manufacturer's data sheet.
+2.78 h at 100 Hz, at rest, analysed with the defaults of `sigmatau analyze`. The columns "sheet" are the typical values of
+the manufacturer's datasheet.
 
 | axis | verdict | τ_min [s] | p | random walk | sheet | bias instability | sheet | rate random walk |
 |---|---|---|---|---|---|---|---|---|"""
 
-_TAIL = """The gyros have an internal low-pass filter, so that the shortest times do not fit. From spectra of six such units
-others found N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h. Gyro X has something near 250 s that no sum of the terms makes.
-The accelerometers carry a line at 0.53 … 0.57 Hz that is not quite steady: one is described once a sinusoid is taken up,
-two are not, and none is called adequate without it."""
+_TAIL = """The gyros have an internal low-pass filter, so the shortest times do not fit. Published values from spectra of six
+such units are N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h. The curve of gyro X deviates from every sum of the terms
+near 250 s. The accelerometers have a spectral line at 0.53 … 0.57 Hz that is not steady. With a sinusoid, one axis
+has an adequate model and two axes do not. Without it, no axis has one."""
 
 if __name__ == "__main__":
     main()

@@ -106,22 +106,22 @@ def main() -> None:
 
 _HEAD = f"""# Bandwidth and sampling rate
 
-Made by `make study` (studies/bandwidth.py): Fig. 12 of the paper. White noise of random walk N behind a low-pass filter of
-{BANDWIDTH:g} Hz, sampled without an anti-alias filter; {RECORDS} records a cell of {DURATION:g} s, exact sampled
-processes, seeds from the cells' names. N_eff/N is the random walk that `sigmatau.fit` finds from τ = {TAU_MIN:g} s on, as
-the mean of the records with its standard error; the law is the folded spectrum at frequency 0,
-`sigmatau.noise.terms.aliasing_inflation`; z is the distance from the stated value (3.070, 1.405, 1.131, 1.006 and 2.58,
-1.118, 1.009; beyond these the law) in standard errors.
+Made by `make study` (studies/bandwidth.py). This study repeats Fig. 12 of the paper: white noise with random walk N,
+low-pass filtered at {BANDWIDTH:g} Hz and sampled without an anti-alias filter. Each cell has {RECORDS} records of
+{DURATION:g} s. The sampled processes are exact, and the seeds are derived from the names of the cells. N_eff/N is the
+random walk that `sigmatau.fit` finds from τ = {TAU_MIN:g} s on, relative to the true one: mean of the records and its
+standard error. "Law" is the folded spectrum at frequency 0, `sigmatau.noise.terms.aliasing_inflation`. z is the deviation
+from the stated value (3.070, 1.405, 1.131, 1.006 and 2.58, 1.118, 1.009; the law for the other rates) in standard errors.
 
 | rate [Hz] | over bandwidth | first order | law | z | second-order Butterworth | law | z |
 |---|---|---|---|---|---|---|---|"""
 
 _TAIL = """![Allan deviation at six sampling rates](../figures/bandwidth.svg)
 
-The paper chooses 100 Hz for such a sensor, by the rule of 3 to 5 times the bandwidth: with a first-order filter that still
-adds 13 % to the random walk, with a second-order one 0.9 %. The curves of 10 and 50 Hz in its Fig. 12 lie higher because of
-this, not because the averaging times are long. At short times a filter takes away what it lets pass at long ones: σ(τ)
-follows the -1/2 line only from some ten time constants of the filter on."""
+The paper chooses 100 Hz for such a sensor, by the rule of 3 to 5 times the bandwidth. This sampling rate increases the
+random walk by 13 % with a first-order filter and by 0.9 % with a second-order filter. The curves of 10 and 50 Hz in Fig.
+12 are higher because of this aliasing, not because of long averaging times. At short times the filter removes noise: σ(τ)
+follows the line of slope -1/2 only from about ten time constants of the filter on."""
 
 if __name__ == "__main__":
     main()

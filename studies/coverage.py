@@ -95,7 +95,7 @@ def main() -> None:
     lines += [_ABSENT.format(records=ABSENT_RECORDS), *_false_alarms(results, failures)]
     lines += [_GOODNESS, *_goodness(results, failures), _VALLEY, *_valley(results, failures)]
     lines += [_LIMITS.format(records=LIMIT_RECORDS), *_limits(results)]
-    lines += ["", "## Gates", "", *(failures or ["All hold."])]
+    lines += ["", "## Gates", "", *(failures or ["All gates are met."])]
     Path("docs/study/coverage.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -134,7 +134,7 @@ def _coverage(results: dict[str, Any], failures: list[str]) -> list[str]:
                         failures.append(f"- {name}, {times:g} times, {which}: {100 * cover.mean():.1f} % covered")
     together = np.concatenate(pooled)
     error = math.sqrt(0.95 * 0.05 / len(together))
-    lines += ["", f"From 1.5 times on, all cells together: {100 * together.mean():.2f} % (limits 94 and 98.5 %)."]
+    lines += ["", f"Coverage of all cells from 1.5 times on: {100 * together.mean():.2f} % (limits 94 and 98.5 %)."]
     if not 0.94 - 3 * error <= together.mean() <= 0.985 + 3 * error:
         failures.append(f"- pooled coverage {100 * together.mean():.2f} %")
     return lines
@@ -206,52 +206,58 @@ def _limits(results: dict[str, Any]) -> list[str]:
     return lines
 
 
-_HEAD = """# Do the intervals hold?
+_HEAD = """# Coverage of the intervals
 
-Made by `make study` (studies/coverage.py): {records} simulated records of {n} samples a cell, seeds from the cells'
-names, all five terms and the averaging times found by `sigmatau.fit` each time. "Times" is the true coefficient over
-the one that is found in half of the records, as `sigmatau.fitting.planning.smallest_detectable` gives it
-beforehand from the other terms alone; "found" says how often it was. An interval is [low, high] if the term was
-observed and [0, limit] if not: "covered" counts all records, "covered, found" those that showed it. "Half width" is
-the median of (high − low)/2 in per cent of the coefficient. "Others covered": the intervals of the terms beside it.
+Made by `make study` (studies/coverage.py). Each cell has {records} simulated records of {n} samples, with seeds derived
+from the names of the cells. `sigmatau.fit` chooses the terms and the averaging times for each record. The columns are:
+
+- times: true coefficient, divided by the coefficient that is observed in half of the records. The latter is computed in
+  advance from the other terms by `sigmatau.fitting.planning.smallest_detectable`.
+- found: share of records in which the term is observed.
+- covered: share of records whose interval contains the true value. The interval is [low, high] if the term is observed, and
+  [0, limit] otherwise. "Covered, found" counts only records in which the term is observed.
+- half width: median of (high − low)/2 in per cent of the coefficient.
+- others covered: coverage of the intervals of the other terms of the mixture.
 
 | term | times | found [%] | covered [%] | covered, found [%] | half width [%] | others covered [%] |
 |---|---|---|---|---|---|---|"""
 
 _ABSENT = """
-## Terms that are not there
+## Absent terms
 
-{records} records a mixture; how often an absent term is said to be there, nominally 5 %, limit 6.5 % [%]. Letters are
+{records} records of each mixture: share in which an absent term is observed; nominal value 5 %, limit 6.5 % [%]. Letters are
 those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp.
 
 | record of | Q | N | B | K | R |
 |---|---|---|---|---|---|"""
 
 _GOODNESS = """
-## Is a good model called good?
+## Goodness of fit with the right model
 
-The same records. Size of the goodness of fit with all averaging times; how often the shortest were left out, a sixth
-term was taken, no model was adequate [%].
+The same records. The columns give the share of records [%] with a p-value of the goodness of fit below 0.05 and 0.01 for
+all averaging times, with the shortest times left out, with a sixth term, and without an adequate model.
 
 | record of | p < 0.05 | p < 0.01 | τ_min moved | sixth term | refused |
 |---|---|---|---|---|---|"""
 
 _VALLEY = """
-## Bias instability is not read from the valley
+## Bias instability and the minimum of the curve
 
-Records without bias instability: how often the fit states it, how often the rule "lowest point of the curve over
-0.664" does (always), and the median of what that rule invents, for a random walk of 1 a sample.
+Records without bias instability. "Fit" and "lowest point" are the shares of records in which the fit, and the rule
+"minimum of the curve divided by 0.664", report a bias instability; the rule always does. "Invented" is the median value
+of the rule for a random walk of 1 at one sample.
 
 | record of | fit [%] | lowest point [%] | invented |
 |---|---|---|---|"""
 
 _LIMITS = """
-## Upper ends beside those of a profile likelihood
+## Comparison of upper limits with a profile likelihood
 
-A rate random walk beside a random walk of 1 and a bias instability of 0.1, {records} records a row, its coefficient
-in units of the one whose square is the standard error of an absent one (1.1595e-3). "Profile": the median one-sided
-95 % limit of the profile likelihood of block means and a Whittle likelihood, 250 records, which covers 100 % to 1,
-then 92 to 94 %. Ours is the upper end of the 95 % interval, which has 2.5 % beyond it where the term is well seen.
+A rate random walk in addition to a random walk of 1 and a bias instability of 0.1, {records} records per row. The
+coefficient is in units of the one whose square is the standard error of an absent one (1.1595e-3). "Profile" is the
+median one-sided 95 % limit of the profile likelihood of block means with a Whittle likelihood, from 250 records. Its
+coverage is 100 % up to 1, and 92 to 94 % above. "Upper end" is the upper end of our 95 % interval, which is exceeded in
+2.5 % of records if the term is well observed.
 
 | coefficient | found [%] | interval covers [%] | upper end covers [%] | median upper end | profile |
 |---|---|---|---|---|---|"""

@@ -101,36 +101,37 @@ def main() -> None:
             lines.append(f"| {name} | {status} | " + " | ".join(f"{100 * s:.1f}" for s in shares) + " |")
             if status == "out":
                 failures += [
-                    f"- {name}: {100 * s:.1f} % are called out at {r:g} times the limit"
+                    f"- {name}: {100 * s:.1f} % have the status out at {r:g} times the limit"
                     for r, s in zip(RATIOS, shares, strict=True)
                     if r <= 1 and s > allowed
                 ]
         shares = (rows[:, len(RATIOS) :] == "out").mean(axis=0)
         at_limit.append(f"| {name} | " + " | ".join(f"{100 * s:.1f}" for s in shares) + " |")
         failures += [
-            f"- {name}: {100 * s:.1f} % are called out at the limit with a level of {level:g}"
+            f"- {name}: {100 * s:.1f} % have the status out at the limit with a level of {level:g}"
             for level, s in zip(LEVELS, shares, strict=True)
             if s > _allowed(level)
         ]
     gates = ", ".join(f"{100 * (1 - level):.2g} % ({100 * _allowed(level):.1f} %)" for level in LEVELS)
     lines += ["", *at_limit, ""]
     lines.append(
-        f"Gates: up to the limit no more than 1 - level are called out, with three standard errors of {AXES} axes: {gates}."
+        f"Gates: up to the limit, at most 1 - level of the units get the status out, plus three standard errors of {AXES}"
+        f" axes: {gates}."
     )
-    lines += ["Not met:", *failures] if failures else ["Met by all."]
+    lines += ["Not met:", *failures] if failures else ["All gates are met."]
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-_HEAD = """# How often a datasheet calls a unit out
+_HEAD = """# False failures of the datasheet comparison
 
-Made by `make study` (studies/datasheets.py). {axes} simulated axes of {minutes:.0f} min at {rate:g} Hz, fitted and compared
-with a maximum by `compare_with` at 95 %; percent of axes, by the true value over the maximum. N = 0.005, B = 0.0028 (the
-small one 1e-4), K = 1e-4 in SI.
+Made by `make study` (studies/datasheets.py). {axes} simulated axes of {minutes:.0f} min at {rate:g} Hz are fitted and
+compared with a maximum by `compare_with` at 95 %. The table gives the percentage of axes by status, for several ratios
+of the true value to the maximum. N = 0.005, B = 0.0028 (the small one 1e-4), K = 1e-4 in SI.
 
 | compared | percent | {ratios} |"""
 
-_AT_LIMIT = f"""Of units exactly at the limit, the percentage that is called out, by `level`. It is at most 1 - level, and
-mostly less, since the intervals allow for terms that the record does not show.
+_AT_LIMIT = f"""Percentage of units exactly at the limit that get the status out, by `level`. It is at most 1 - level. It
+is usually less, because the intervals include the effect of terms that the record does not show.
 
 | compared | {" | ".join(f"{level:g}" for level in LEVELS)} |"""
 

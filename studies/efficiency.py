@@ -71,7 +71,7 @@ def main() -> None:
                 row, failed = _row(name, term, method, values, bound[k], theory[k])
                 lines.append(row)
                 failures += failed
-    lines += ["", "## Gates", "", *(failures or ["All hold."])]
+    lines += ["", "## Gates", "", *(failures or ["All gates are met."])]
     Path("docs/study/efficiency.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -166,18 +166,21 @@ def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, flo
 
 _HEAD = """# Bias, spread and efficiency of the coefficients
 
-Made by `make study` (studies/efficiency.py): {records} simulated records a mixture, seeds from the cases' names. Bias
-and standard deviation in per cent of the true coefficient. Efficiency is the squared ratio of the Cramér-Rao bound to
-the root mean square error or, in the last column, to the standard deviation that the estimator's theory gives: the
-covariance of the Allan variances and the weights, no simulation. A term with a theoretical standard deviation below
-{well:.0f} % is called well determined: there, theory and simulation must agree to 3 standard errors, the bias must be
-below a tenth of the standard deviation (and 3 standard errors), and the efficiency at least 70 %.
+Made by `make study` (studies/efficiency.py) with {records} simulated records of each mixture; the seeds are derived from
+the names of the cases. Bias and standard deviation are in per cent of the true coefficient. Efficiency is the squared
+ratio of the Cramér-Rao bound to the root mean square error. In the last column it is the squared ratio of the bound to
+the standard deviation by the theory of the estimator, which follows from the covariance of the Allan variances and the
+weights without simulation. A term is well determined if its theoretical standard deviation is below {well:.0f} %. For
+such terms, theory and simulation must agree within 3 standard errors, the bias must be below a tenth of the standard
+deviation (plus 3 standard errors), and the efficiency must be at least 70 %.
 
-- "GLS, terms known": all terms of the mixture, whether seen or not, and all averaging times. "As analyze does it": both
-  are found, and a term counts only in the records that show it ("found"), which makes weak ones look large.
-- The gates hold the rows "GLS, terms known". An efficiency above 100 % is the chance of 400 records or, of terms found in a
-  part of them, of the choice.
-- The bound of navigation-grade random walk is 1.71 %, of independent modes, which is exact for this mixture.
+- "GLS, terms known": the fit has all terms of the mixture, observed or not, and all averaging times.
+- "GLS, as analyze does it": the fit chooses terms and averaging times. A term counts only in the records in which it is
+  observed ("found"), so the mean of weak terms is too large.
+- The gates apply to the rows "GLS, terms known". Efficiencies above 100 % are due to the scatter of 400 records or, for
+  terms observed in a part of them, to the selection of records.
+- The bound of the navigation-grade random walk is 1.71 %. It is computed from independent modes, which is exact for this
+  mixture.
 
 | mixture | term | method | found [%] | bias [%] | sd [%] | sd, theory [%] | efficiency [%] | in theory [%] |
 |---|---|---|---|---|---|---|---|---|"""

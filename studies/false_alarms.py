@@ -104,13 +104,13 @@ def main() -> None:
     Path("docs/study/false-alarms.md").write_text("\n".join(lines), encoding="utf-8")
 
 
-_HEAD = """# What is said of clean records
+_HEAD = """# False alarms in clean records
 
-Made by `make study` (studies/false_alarms.py): {total} simulated records of six axes, half of them with gravity on the
-third accelerometer, seeds from the cells' names, each through `sigmatau.analyze`. **{warned} of them
-({share:.1f} ± {error:.1f} %) had a warning or an error among their findings**; 5 % are allowed.
+Made by `make study` (studies/false_alarms.py): {total} simulated records of six axes were analysed with
+`sigmatau.analyze`. Half of them have gravity on the third accelerometer. The seeds are derived from the names of the
+cells. **{warned} of them ({share:.1f} ± {error:.1f} %) have a finding with severity warning or error**; the limit is 5 %.
 
-Records with a warning, and which, by how often:
+Number of records with such a finding, and their codes:
 
 | grade | 20 min at 50 Hz | 1 h at 100 Hz | 2 h at 25 Hz |
 |---|---|---|---|"""

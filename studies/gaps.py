@@ -130,31 +130,31 @@ def page(results: dict[str, Any]) -> str:
                     failures.append(
                         f"- {name}, {kind}: {what} in {100 * share:.1f} % of the records, {100 * without:.1f} % without gaps"
                     )
-    lines += [*refused, "", "## Gates", "", *(failures or ["All hold."])]
+    lines += [*refused, "", "## Gates", "", *(failures or ["All gates are met."])]
     return "\n".join(lines) + "\n"
 
 
 _HEAD = """# Records with missing samples
 
-Made by `make study` (studies/gaps.py): simulated records of {n} samples at 100 Hz, seeds from the cells' names.
-Taken away: nothing; each sample with a probability of 5 %; 60 s, beginning anywhere; both. Nothing is filled in: clusters at
-least half full count, and the fit knows what each term is expected to show in them (`sigmatau.estimators.gaps`).
-Letters are those of
-IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk. A cell of fewer than 320 records was stopped
-before its end.
+Made by `make study` (studies/gaps.py): simulated records of {n} samples at 100 Hz; the seeds are derived from the names
+of the cells. The removed samples are: none; each sample with a probability of 5 %; an outage of 60 s at a random time; or
+both. Missing samples are not filled in. Clusters that are at least half full are used, and the fit uses the expected
+effect of the missing samples on each term (`sigmatau.estimators.gaps`). Letters are those of IEEE 952: Q quantization, N
+random walk, B bias instability, K rate random walk. Cells with fewer than 320 records were stopped early.
 
-"Bias" is the mean of the squared coefficient over the true one, less 1, with its standard error, of fits that are told
-which terms there are; "covered" is how often the 95 % interval (or the limit, of a term that was not found) of a fit that is
-told nothing holds the true value. Gates: a bias within three standard errors; 92 to 98 % covered, ± three standard errors.
+"Bias" is the relative error of the mean squared coefficient, with its standard error, for fits with known terms.
+"Covered" is the share of records in which the 95 % interval (or the limit, if the term is not observed) contains the true
+value, for fits that choose the terms. Gates: bias within three standard errors; coverage of 92 to 98 %, plus or minus
+three standard errors.
 
 | record of | missing | records | term | bias of the square [%] | covered [%] |
 |---|---|---|---|---|---|"""
 
 _VERDICTS = """
-## Is a good model called good?
+## Goodness of fit with the right model
 
-How often no model was adequate, and how often the shortest averaging times were left out, of fits that are told nothing [%].
-Gate: not more than without gaps, by three standard errors.
+Share of records without an adequate model, and with the shortest averaging times left out, for fits that choose the terms
+[%]. Gate: not larger than without missing samples by more than three standard errors.
 
 | record of | missing | refused | τ_min moved |
 |---|---|---|---|"""

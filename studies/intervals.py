@@ -67,7 +67,7 @@ def main() -> None:
             if not 0.935 - 3 * error <= c <= 0.985 + 3 * error
         ]
     lines += ["", "## Gates", "", "χ² with the exact degrees of freedom covers 93.5 to 98.5 %.", ""]
-    lines += failures or ["All hold."]
+    lines += failures or ["All gates are met."]
     Path("docs/study/intervals.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -83,10 +83,11 @@ def _row(name: str, values: Floats, *, digits: int | None = None) -> str:
 
 _HEAD = """# Error bars of an Allan deviation
 
-Made by `make study` (studies/intervals.py): {records} simulated records of {n} samples for each type of noise, seeds
-from the cells' names; overlapped deviations. The true standard deviation of the deviation over the paper's eq. (26),
-how often its interval covers the true deviation (68.3 and 95 % if it were one), and the same for the interval by χ²
-with the exact equivalent degrees of freedom that sigmatau prints and draws."""
+Made by `make study` (studies/intervals.py): {records} simulated records of {n} samples for each type of noise; the seeds
+are derived from the names of the cells. All deviations are overlapped. The rows give the true standard deviation of the
+deviation, divided by eq. (26) of the paper; the coverage of the intervals by eq. (26), which would be 68.3 and 95 % for
+exact intervals; and the coverage of the intervals by χ² with the exact equivalent degrees of freedom, which sigmatau
+prints and draws."""
 
 if __name__ == "__main__":
     main()

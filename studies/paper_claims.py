@@ -113,28 +113,29 @@ def page() -> str:
 
 _TEXT = """# "Close to the manufacturers' claim"
 
-The paper concludes that "most of the results from the Allan-variance analysis are close to the manufacturers' claim, which
-prove that the method performed in this paper is valid". Its section III has the claims, Tables II, IV and V the results.
-This page holds one against the other with `compare_with`, the paper's ± taken as one standard deviation
-(`python -m studies.paper_claims` writes it, `tests/datasheet/test_paper_claims.py` holds it).
+The paper concludes that "most of the results from the Allan-variance analysis are close to the manufacturers' claim,
+which prove that the method performed in this paper is valid". Section III of the paper states the claims; Tables II, IV
+and V state the results. This page compares them with `compare_with`, with the paper's ± as one standard deviation.
+`python -m studies.paper_claims` writes this page, and `tests/datasheets/test_paper_claims.py` tests it.
 
 {blocks}
 
-What the sentence rests on:
+Evidence for the conclusion:
 
-- Of the {total} coefficients in the three tables, {judged} have a claim to be compared with: the angle random walks of two
-  of the three units. Of the MotionPak II, section III states biases and bandwidths, nothing about noise.
-- {typical} of them have a typical value ("about"), from which none differs by more than {farthest:.1f} σ. But with errors
-  of a third, a walk would have to be below 0.6 or above 1.9 times the claim to differ.
-- {maximum} have a maximum ("less than"): {proven} are shown with 95 % to keep to it, {unproven} is below it by too little to
-  show it, {out} are out.
-- The CIMU's claims of bias instability and of the accelerometers' noise were not measured; two hours are too short, as the
-  paper says. Bias repeatability, scale factors and residual bias, which are most of section III, are not noise, and no
-  record at rest shows them.
+- The three tables have {total} coefficients. For {judged} of them there is a claim: the angle random walks of two of the
+  three units. For the MotionPak II, section III states biases and bandwidths, but not noise.
+- {typical} claims are typical values ("about"). The measured values differ from them by at most {farthest:.1f} σ. The
+  errors are a third of the values, so only a random walk below 0.6 or above 1.9 times the claim would differ
+  significantly.
+- {maximum} claims are maxima ("less than"). With 95 % confidence, {proven} of the coefficients meet them, {unproven} is
+  below the maximum but not significantly, and {out} exceed it.
+- The claims for the bias instability of the CIMU and for the noise of its accelerometers were not tested, because two
+  hours are too short, as the paper says. Most of section III is about bias repeatability, scale factors and residual
+  bias. These are not noise, and a record at rest does not show them.
 
-So nothing contradicts the claims, {proven} of {judged} comparisons confirm one, and a method that read the random walk 30 %
-too small or too large would have had no unit out either: the agreement is no proof of the method. What reading off a slope
-is worth is measured on known noise in [read-off](read-off.md).
+The results do not contradict the claims, and {proven} of {judged} comparisons confirm one. However, a method with an
+error of 30 % in the random walk would not have contradicted them either. The agreement is therefore not a proof of the
+method. The accuracy of reading off a slope is measured with known noise in [read-off](read-off.md).
 """
 
 

@@ -244,39 +244,41 @@ def main() -> None:
                 if inside < 0.95 - 3 * math.sqrt(0.95 * 0.05 / len(found)):
                     failures.append(f"- {name}, {error} after {after:g} s, {kind} model: {100 * inside:.1f} %")
             lines.append(f"| {name} | {error.replace('_', ' ')} | {after:g} s | {len(found)} | {' | '.join(texts)} |")
-    lines += ["", _GATES, "", *(failures or ["All hold."])]
+    lines += ["", _GATES, "", *(failures or ["All gates are met."])]
     rows = field()
     lines += ["", _FIELD, *rows] if rows else []
     lines += ["", _TAIL] if rows else []
     Path("docs/study/prediction.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-_HEAD = """# Predicted errors against held-out data
+_HEAD = """# Predicted errors compared with held-out data
 
-Made by `make study` (studies/prediction.py). Simulated records of twice 10 000 s at 10 Hz: the first half is fitted, what
-`sigmatau.predict` makes of the fit is held against the second half, cut into segments of 60 s of calibration and the
-time after it, one after another. "Inside": in how many records the root mean square over the segments lies in the 95 %
-range of the prediction, which is that of χ² with as many degrees of freedom as the correlated segments are worth, and for
-fitted models of the prediction's own interval (F). "rms": measured over predicted. {records} records a row, on a flat Earth.
+Made by `make study` (studies/prediction.py). Simulated records have two halves of 10 000 s at 10 Hz, on a flat Earth,
+with {records} records per row. The first half is fitted, and `sigmatau.predict` predicts errors from the fit. The second
+half is divided into consecutive segments of 60 s of calibration and the time after it. "Inside" is the share of records
+in which the root mean square over the segments is in the 95 % range of the prediction. The range is that of χ² with the
+equivalent degrees of freedom of the correlated segments; for fitted models it includes the interval of the prediction (F
+distribution). "rms" is the measured error divided by the predicted one.
 
 | noise | error | after | records | inside, fitted | rms | inside, true model | rms |
 |---|---|---|---|---|---|---|---|"""
 
 _GATES = """## Gates
 
-Inside in 95 % of the records less three standard errors, for the fitted and for the true model."""
+At least 95 % of records, minus three standard errors, are inside the range, for the fitted and for the true model."""
 
 _FIELD = """## A real unit: the gyros of an ADIS16405
 
-One unit, 2.78 h at 100 Hz; the fit of one half against the other, as above.
+One unit, 2.78 h at 100 Hz. Each half is fitted and compared with the other half, as above.
 
 | axis | fitted half | verdict | after | segments | measured/predicted | 95 % range | inside |
 |---|---|---|---|---|---|---|---|"""
 
-_TAIL = """At 1 s and 10 s all are inside. At 100 s fits of the first half say 20 to 45 % too much for the second, and those
-of the second 18 to 26 % too little for the first, on every axis, and one axis each way is outside its range: the errors at
-100 s are smaller in the second half, as if the slow noise of this unit were not stationary. Why was not looked into. With
-31 segments and the errors of the fits, the range is ± 25 to 30 %."""
+_TAIL = """At 1 s and 10 s all values are inside the range. At 100 s, on every axis, fits of the first half overestimate the
+errors of the second by 20 to 45 %, and fits of the second half underestimate those of the first by 18 to 26 %. One
+axis in each direction is outside its range. The errors at 100 s are smaller in the second half, so the slow noise of
+this unit may not be stationary. The cause was not investigated. With 31 segments and the errors of the fits, the
+range is ± 25 to 30 %."""
 
 if __name__ == "__main__":
     main()

@@ -159,24 +159,27 @@ def _row(case: str, term: str, readings: list[list[float]], ruled: dict[str, flo
     return f"| {case} | {term} | {ruled[term]:.1f} | {share} | {bias:+.1f} | {spread} | {stated:.1f} |"
 
 
-_HEAD = """# Reading coefficients off the curve: how often right
+_HEAD = """# Accuracy of coefficients read off the curve
 
-Made by `make study` (studies/read_off.py): {cases} cases, {records} simulated records each, half octaves, seeds from the
-cases' names. A rule's three numbers are those of `sigmatau.fitting.read_off.Rule`; the rule in bold is the package's.
+Made by `make study` (studies/read_off.py): {cases} cases with {records} simulated records each, at half octaves; the
+seeds are derived from the names of the cases. The three parameters of a rule are those of
+`sigmatau.fitting.read_off.Rule`. The rule in bold is the one in use.
 
-- false: share of records in which the term is reported though the record does not contain it, in the worst case, and which.
-- found: mean share of records in which the term is reported, over the cases where it makes 90 % of the variance over a
-  decade of τ or more (up to a fifth of the record).
+- false: share of records in which the term is reported although the record does not contain it, for the worst case; "in"
+  names this case.
+- found: mean share of records in which the term is reported, over the cases in which it is 90 % of the variance over at
+  least one decade of τ (up to a fifth of the record).
 
 | term | tolerance | slope error | span | false [%] | in | found [%] |
 |---|---|---|---|---|---|---|"""
 
 _SECOND = """
-## Every case by the package's rules
+## All cases with the rules in use
 
-"decades" is how much of the curve the term makes 90 % of; "stated" is the mean error that eq. (26) gives. Bias and
-standard deviation of what was reported, both in per cent of the true value. The bias is the method's own: a line laid where
-two terms meet reads both. The stated errors have little to do with the true ones, in either direction.
+"Decades" is the range of τ in which the term is 90 % of the variance. "Stated" is the mean error by eq. (26). Bias and
+standard deviation of the reported values are in per cent of the true value. The bias is a property of the method, because
+a line fitted where two terms overlap contains both. The stated errors are not close to the true errors: some are larger,
+some are smaller.
 
 | case | term | decades | reported [%] | bias [%] | sd [%] | stated [%] |
 |---|---|---|---|---|---|---|"""

@@ -129,24 +129,25 @@ def main() -> None:
         lines.append(row + " |")
         if case == "ideal" and refused > 0.05 + 3 * math.sqrt(0.05 * 0.95 / len(records)):
             failures.append(f"- {100 * refused:.1f} % of the ideal records refused")
-    lines += ["", _TAIL, "", "## Gates", "", *(failures or ["All hold."])]
+    lines += ["", _TAIL, "", "## Gates", "", *(failures or ["All gates are met."])]
     Path("docs/study/robustness.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-_HEAD = """# Records that are not ideal
+_HEAD = """# Robustness against filters, lines, drifts and spikes
 
-Made by `make study` (studies/robustness.py): {records} simulated records a case, a MEMS gyro of 0.3 deg/√h, 10.08
-deg/h and 21.6 deg/h/√h, 44 min at 100 Hz, seeds from the cases' names, fitted by `sigmatau.fit` as it stands.
-Refused: no adequate model [%]. Then, of the others: the median of the shortest averaging time used [s], how often a
-sixth term was taken [%], and bias ± standard deviation [%] and coverage of the 95 % intervals [%] of each term. A
-bias counts only the records that show the term.
+Made by `make study` (studies/robustness.py): {records} simulated records per case of a MEMS gyro with 0.3 deg/√h, 10.08
+deg/h and 21.6 deg/h/√h, 44 min at 100 Hz. The seeds are derived from the names of the cases, and `sigmatau.fit` is used
+with its defaults. "Refused" is the share of records without an adequate model [%]. The other columns are for the
+remaining records: median of the shortest averaging time of the fit [s], share with a sixth term [%], and bias ± standard
+deviation [%] and coverage of the 95 % intervals [%] of each term. The bias is that of the records in which the term is
+observed.
 
 | case | refused | τ_min | sixth term | N | covers | B | covers | K | covers |
 |---|---|---|---|---|---|---|---|---|---|"""
 
-_TAIL = """Spikes are white noise to an Allan variance: 30 of 10 σ in 2^18 samples make 0.57 % more random walk, and
-the interval holds for that sum, not for the sensor alone. They have to be found in the samples before the curve is
-made. A warm-up looks like a rate random walk or a ramp."""
+_TAIL = """In the Allan variance, spikes look like white noise: 30 spikes of 10 σ in 2^18 samples increase the random walk by
+0.57 %, and the interval is that of the sum. Spikes must be removed from the samples before the curve is computed. A
+warm-up looks like a rate random walk or a ramp."""
 
 if __name__ == "__main__":
     main()

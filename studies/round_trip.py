@@ -101,7 +101,7 @@ def main() -> None:
                 off = float(np.median([v for v, _, _ in stated])) / value - 1
                 lines.append(_row(name, f"Gauss-Markov {label}", len(good), len(seen), off, held))
                 failures += _gate(f"{name}, Gauss-Markov {label}", held)
-    lines += [_GATES, *(failures or ["All hold."])]
+    lines += [_GATES, *(failures or ["All gates are met."])]
     Path("docs/study/round-trip.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -124,15 +124,16 @@ def _gate(name: str, held: list[bool]) -> list[str]:
         limit + sign * 3 * math.sqrt(limit * (1 - limit) / len(held))
         for limit, sign in zip(LIMITS, (-1, 1), strict=True)
     )
-    return [] if low <= share <= high else [f"- {name}: {100 * share:.1f} % of the intervals hold the truth"]
+    return [] if low <= share <= high else [f"- {name}: {100 * share:.1f} % of the intervals contain the true value"]
 
 
-_HEAD = """# From a model to a record and back
+_HEAD = """# Round trip: model, record, fit
 
-Made by `make study` (studies/round_trip.py). {records} simulated records a case, each fitted; of the paper's three units
-two hours of a gyro and an accelerometer at the rate they were recorded with, else 131 072 samples at 100 Hz. *Seen*: in how
-many of the records with an adequate model the term was observed; *off*: median of what was found over what was put in;
-*holds*: in how many the 95 % interval, or the limit of a term that was not seen, holds what was put in.
+Made by `make study` (studies/round_trip.py). Each case has {records} simulated records, which are fitted. The records of
+the paper's three units are two hours of a gyro and an accelerometer at the original rate; the others have 131 072 samples
+at 100 Hz. *Seen* is the share of records with an adequate model in which the term is observed. *Off* is the median error
+of the coefficient. *Holds* is the share in which the 95 % interval, or the limit of a term that is not observed, contains
+the true value.
 
 | case | term | seen [%] | off [%] | holds [%] |
 |---|---|---|---|---|"""
@@ -140,12 +141,13 @@ many of the records with an adequate model the term was observed; *off*: median 
 _GATES = """
 ## Gates
 
-Intervals hold in 92 to 98.5 % of records, and 98 % of records have an adequate model, within three standard errors.
+Intervals cover 92 to 98.5 % of records, and 98 % of records have an adequate model, within three standard errors.
 
-What holds more often is wider than it need be by the truth, which the fit does not know: an interval allows for every
-term that the record cannot exclude. A rate random walk alone scatters by 0.23 %, its interval is ± 1.8 %, because white
-and flicker noise below their limits would move it by that much; a ramp beside white noise scatters by 7 %, its interval
-is ± 44 %, because a rate random walk below its limit makes slopes of that size by chance.
+A coverage above this range means that the intervals are wider than necessary for these records. The fit does not know
+which terms are absent, so the interval includes the effect of every term that the record cannot exclude. Example: a rate
+random walk alone scatters by 0.23 % and its interval is ± 1.8 %, because white and flicker noise below their limits could
+change it by that much. A ramp with white noise scatters by 7 % and its interval is ± 44 %, because a rate random walk
+below its limit could cause slopes of that size.
 """
 
 if __name__ == "__main__":

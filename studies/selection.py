@@ -90,33 +90,43 @@ def main() -> None:
             found, scatter = mean[len(known) + k], error[len(known) + k]
             stated = bias.factors[term]
             factors.append(f"| {name} | {term} | {stated:.3f} | {math.sqrt(max(found, 0)):.3f} ± {scatter / 2:.3f} |")
-    lines += [_FACTORS.format(records=RECORDS), *factors, "", "## Gates", "", _GATES, "", *(failures or ["All hold."])]
+    lines += [
+        _FACTORS.format(records=RECORDS),
+        *factors,
+        "",
+        "## Gates",
+        "",
+        _GATES,
+        "",
+        *(failures or ["All gates are met."]),
+    ]
     Path("docs/study/selection.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-_HEAD = """# The best two hours of four
+_HEAD = """# Bias of the most stable two hours of four
 
-Made by `make study` (studies/selection.py). Stationary noise, four hours; the two hours whose 60 s means have the least
-standard deviation; the Allan variance of that window over the expected one. By
-`sigmatau.quality.selection.selection_bias.selection_bias` from
-{draws} simulated sets of block means, by {records} records of samples at 0.2 Hz cut by `most_stable`, and as stated
-before (two digits, number of draws unknown, taken as a hundred). N = 0.005, B = 0.0028, K = 1e-4 (the weaker 5e-5; beside
-N alone 4e-5).
+Made by `make study` (studies/selection.py). The records are four hours of stationary noise. The window is the two hours
+whose 60 s means have the smallest standard deviation. The table gives the mean Allan variance of this window divided by
+the expected one, from three sources: `sigmatau.quality.selection.selection_bias.selection_bias` with {draws} simulated
+sets of block means; {records} records of samples at 0.2 Hz with windows by `most_stable`; and the values stated before
+(two digits, unknown number of draws, taken as a hundred). N = 0.005, B = 0.0028, K = 1e-4 (the weaker one 5e-5; with N
+alone 4e-5).
 
 | noise | by | {taus} |"""
 
 _FACTORS = """
 ## Coefficients
 
-What a fit to the mean curve of chosen windows finds over what is there, as `selection_bias` states it, and the root of the
-mean K², N² … of least-squares fits to {records} windows (negative values are not possible, so that a mean over many weak
-fits is larger than the fit to the mean).
+"Stated" is the coefficient that a fit to the mean curve of chosen windows finds, divided by the true one, as
+`selection_bias` states it. "Fitted" is the root of the mean K², N² … of least-squares fits to {records} windows. Negative
+values are not possible in these fits, so their mean for weak terms is larger than the fit to the mean curve.
 
 | noise | term | stated | fitted |
 |---|---|---|---|"""
 
 _GATES = (
-    """Block means and samples agree within three standard errors; with what was stated before within three of both."""
+    "Block means and samples agree within three standard errors, and both agree with the values stated before within three"
+    " standard errors."
 )
 
 if __name__ == "__main__":

@@ -225,20 +225,20 @@ def main() -> None:
         lines.append(f"| {name} | {100 * share:.0f} | {size:.3g} |")
         if share < 0.5:
             failures.append(f"- {name} is found in {100 * share:.0f} %")
-    lines += ["", "## Gates", "", _GATES, "", *(failures or ["All hold."])]
+    lines += ["", "## Gates", "", _GATES, "", *(failures or ["All gates are met."])]
     Path("docs/study/stability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-_HEAD = """# Drift, stationarity, correlation
+_HEAD = """# Tests of drift, stationarity and correlation
 
 Made by `make study` (studies/stability.py).
 
-## The laws of the tests
+## False alarm rates of the tests
 
-{records} clean records of each mixture, seeds from the cells' names. How often the p-value of a test is below 5, 1 and
-0.1 % [% of records]; and how often a warm-up or late drift, and a temperature drift, are found that are not there. The
-noise of the segments' test is the true one here; the temperatures are walks, cycles and coolings that have nothing to
-do with the sensor.
+{records} clean records of each mixture; the seeds are derived from the names of the cells. The columns give the share of
+records [%] in which the p-value of a test is below 5, 1 and 0.1 %, and in which a warm-up or late drift, or a temperature
+drift, is reported. The test of segments uses the true noise. The simulated temperatures are random walks, cycles and
+cooling curves that are independent of the sensor.
 
 | mixture | segments 5 | 1 | 0.1 | cusum 5 | 1 | 0.1 | temperature 5 | 1 | 0.1 | warm_up found | temperature_drift found |
 |---|---|---|---|---|---|---|---|---|---|---|---|"""
@@ -246,25 +246,26 @@ do with the sensor.
 _CLEAN = """
 ## Clean records
 
-{records} records of three axes, each axis N with any of Q, B, K and R that cross it between three samples and the length
-of the record; 10 min at 10 and 100 Hz, 1 h and 4 h at 10 Hz; fitted, then checked. Findings in {channels} channels:
+{records} records of three axes. Each axis has N and any of Q, B, K and R, which cross N between three samples and the
+length of the record. The records are 10 min at 10 and 100 Hz, and 1 h and 4 h at 10 Hz. They are fitted and checked.
+Findings in {channels} channels:
 
 | finding | severity | number |
 |---|---|---|"""
 
 _FAULTS = """
-## Planted faults
+## Simulated faults
 
-{records} records each of 2 h at 20 Hz, N 0.005, B 0.001, K 3e-5 (per second, as degrees). Warm-up: 0.03 with a time
-constant of 400 s; temperature: 0.01 per kelvin, cycles of ± 2 K in 40 min; the second half of the record with other
-noise: N × 1.25, K × 20.
+{records} records per fault, of 2 h at 20 Hz with N 0.005, B 0.001, K 3e-5 (seconds and degrees). Warm-up: 0.03 with a
+time constant of 400 s. Temperature: 0.01 per kelvin, cycles of ± 2 K in 40 min. Change of noise in the second half of
+the record: N × 1.25, K × 20.
 
 | fault | found [%] | size stated, mean |
 |---|---|---|"""
 
-_GATES = """Segments and cusum reject at most 1.3 times as often as they say, at 5, 1, 0.1 and 0.01 %; no finding that is not
-there in more than 0.1 % of channels; each fault is found in more than half of the records. All within three standard
-errors."""
+_GATES = """The tests of segments and cusum reject at most 1.3 times as often as their nominal rates of 5, 1, 0.1 and
+0.01 %. At most 0.1 % of clean channels have a finding. Each fault is found in more than half of the records. All gates are
+within three standard errors."""
 
 if __name__ == "__main__":
     main()

@@ -33,7 +33,7 @@ def test_gates_are_honest():
     assert text.at_least("a", 15.0, 15).passed
     assert not text.at_least("a", 14.99, 15).passed
     assert not text.at_most("a", 8.01, 8, "ns").passed
-    assert text.gates([text.at_most("a", 8.04, 8, "ns")])[0] == "- a: ≤ 8 ns wanted, 8.04 ns: **not reached**"
+    assert text.gates([text.at_most("a", 8.04, 8, "ns")])[0] == "- a: target ≤ 8 ns, measured 8.04 ns: **not reached**"
 
 
 @pytest.mark.parametrize(

@@ -286,7 +286,7 @@ def test_a_log_that_is_cut_off_is_analysed_and_said_so(tmp_path, capsys):
     code, out, err = run("analyze", path, "--rate", "100", capsys=capsys)
     assert code == 4
     assert "gyro_x" in out
-    assert "error: the gzip stream breaks off in line" in err
+    assert "error: the gzip stream is truncated in line" in err
 
 
 def test_the_log_is_never_overwritten(log, tmp_path, capsys):

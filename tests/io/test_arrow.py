@@ -106,7 +106,7 @@ class TestKinds:
         save(path, kind, table())
         path.write_bytes(cut(path.read_bytes(), share))
         if kind == "parquet" or share == 0.1:
-            with pytest.raises(DataError, match=r"cut off|breaks off"):
+            with pytest.raises(DataError, match="is truncated"):
                 read(path)
             return
         record = read(path)

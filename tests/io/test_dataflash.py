@@ -183,7 +183,7 @@ def test_a_flipped_page(file):
 def test_refused(file):
     whole = definitions("IMU") + imu(0)
     for log, words in (
-        (whole[:60], "without data: the file breaks off at byte 0 of 60, inside a message"),
+        (whole[:60], "without data: the file is truncated at byte 0 of 60, inside a message"),
         (definitions("IMU", units=False)[:89], "without data"),
         (b"\xa3\x95\x52" + bytes(300), "without data: .*kind 82, which is not defined"),
         (whole[:90].replace(b"BBnNZ", b"BBnN\xff"), "a definition that is no text"),

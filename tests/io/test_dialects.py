@@ -188,7 +188,7 @@ def test_zip_cut_and_damaged(tmp_path, part):
     path = phyphox_zip(tmp_path / "log.zip")
     whole = path.read_bytes()
     path.write_bytes(whole[: int(part * len(whole))])
-    with pytest.raises(DataError, match=r"log\.zip: is a damaged or cut off zip archive"):
+    with pytest.raises(DataError, match=r"log\.zip: is a damaged or truncated zip archive"):
         read(path)
     raw = bytearray(whole)
     raw[int(part * len(whole) * 0.5)] ^= 0xFF

@@ -122,7 +122,7 @@ def test_cut_off(tmp_path, share):
     save(tmp_path / "log")
     raw = (tmp_path / "log").read_bytes()
     (tmp_path / "log").write_bytes(cut(raw, share))
-    with pytest.raises(DataError, match=rf"cut off: it has {len(cut(raw, share))} of {len(raw)} bytes"):
+    with pytest.raises(DataError, match=rf"truncated: it has {len(cut(raw, share))} of {len(raw)} bytes"):
         read(tmp_path / "log")
 
 

@@ -80,11 +80,11 @@ DATA = {
     "PDF": (b"%PDF-1.7\n1 2 3\n", ["a PDF", "not a format that is read: text tables"]),
     "PNG": (b"\x89PNG\r\n\x1a\n\0\0", ["a PNG"]),
     "zip": (b"PK\x03\x04" + bytes(50), ["zip archive"]),
-    "bag": (b"#ROSBAG V2.0\n" + bytes(50), ["the head of the bag makes no sense", "get or make the file again"]),
+    "bag": (b"#ROSBAG V2.0\n" + bytes(50), ["the head of the bag makes no sense", "copy or record the file again"]),
     "xz": (b"\xfd7zXZ\0" + bytes(50), ["xz"]),
     "gzip of nothing": (gzip.compress(b""), ["is empty after decompression"]),
     "gzip twice": (gzip.compress(gzip.compress(GOOD.encode())), ["compressed twice"]),
-    "gzip magic alone": (b"\x1f\x8b", ["cut off"]),
+    "gzip magic alone": (b"\x1f\x8b", ["truncated"]),
     "gzip of rubbish": (b"\x1f\x8b\x08" + b"\xff" * 50, ["damaged"]),
 }
 

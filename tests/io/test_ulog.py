@@ -218,7 +218,7 @@ def test_a_flipped_page(file):
         (HEADER, "without data"),
         (HEADER[:12], "header is not that of a ULog"),
         (b"ULog\0\0\0\0" + bytes(20), "header is not that of a ULog"),
-        (HEADER + FLAGS + COMBINED[:40], "breaks off at byte 59 of 99, inside a message"),
+        (HEADER + FLAGS + COMBINED[:40], "is truncated at byte 59 of 99, inside a message"),
         (HEADER + message(b"B", bytes(8) + b"\x02" + bytes(31)), "incompatible flags 0x2"),
         (HEADER + subscription("imu", 0) + data(0, b"12345678") * 9, "'imu' is not defined"),
         (HEADER + definition("imu", "imu a;") + subscription("imu", 0) + data(0, b"12") * 9, "nested"),

@@ -75,20 +75,20 @@ def analyze_command(
     counting
         Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
     tau_min
-        Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: by the misfit.
+        Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
     long
-        Clusters of more than 4096 samples: all pairs (exact), or every 64th pair or fewer, in bounded memory (strided).
-        Default: auto, which is strided if the record does not fit in memory; a finding reports it.
+        Pairs of clusters longer than 4096 samples: all (exact), or every 64th or fewer, in bounded memory (strided). auto is
+        strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
     window
         Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
     leave_out
-        Stretches to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or the findings dropouts, stuck
-        or copies.
+        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or samples of the findings dropouts,
+        stuck or copies.
     spikes
         Treat outliers of single samples as missing (mask), or use them (keep).
     bandwidth
-        Bandwidth of the sensor by its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then reports
-        the random walk that aliasing adds.
+        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
+        reports the random walk that aliasing adds.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
     stability

@@ -106,7 +106,7 @@ EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
 
 app = App(
     name="sigmatau",
-    help="Noise of inertial sensors at rest: the random errors that a record shows, their size and uncertainty.",
+    help="Characterise the noise of inertial sensors at rest: noise coefficients with confidence intervals from a log.",
     help_epilogue=_EXIT_CODES,
     version=f"sigmatau {__version__}",
     version_flags=["--version"],

@@ -37,7 +37,7 @@ def compare_command(
     json: bool = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Check whether units meet their datasheet, term by term; exit code 3 if one does not.
+    """Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.
 
     Several results print one line each. A file that cannot be used is named on standard error, the others are compared, and
     the exit code is 1.
@@ -51,13 +51,13 @@ def compare_command(
     level
         Confidence level of the status out: the probability of out for a unit exactly at its limit is at most 1 - level.
     factor
-        Use FACTOR times the typical value as maximum if there is none (default: typical values fail no unit).
+        If the datasheet states no maximum, use FACTOR times the typical value. Default: a typical value cannot fail a unit.
     sided
         Convention of noise densities if the datasheet does not state it (default: try both).
     bias
         Convention of bias instabilities if not stated: minimum of the Allan deviation, or coefficient B (default: try both).
     undecided
-        Whether a unit passes if it is not shown to meet a maximum (default: pass).
+        Result for a unit if the data cannot decide whether it meets a maximum (default: pass).
     json
         Print JSON.
     quiet

@@ -37,7 +37,7 @@ def datasheet_command(
     model
         Print a model file, for simulate and plan.
     use
-        Values for the model; the other if the datasheet has only one (default: typical).
+        Values for the model (default: typical). If the datasheet states only the other kind, that is used.
     sided
         For the model: convention of noise densities if the datasheet does not state it.
     bias

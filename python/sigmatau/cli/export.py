@@ -88,7 +88,7 @@ def _about(target: Target) -> str:
     one = "worst, mean, each" if target.per_axis else "worst, mean"
     rows = {
         "file": ", ".join([target.ending, *(e for e in target.binary if e != target.ending)]),
-        "--rate": "required; a result contains it" if target.needs_rate else "not needed",
+        "--rate": "required, unless the source is a result" if target.needs_rate else "not needed",
         "--step": "step of the filter" if target.has_step else "none",
         "--horizon": ("supported, also " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
         "--axes": "none: every axis separately" if target.every_axis else one,

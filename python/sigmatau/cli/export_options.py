@@ -26,7 +26,7 @@ class Choosing:
     Parameters
     ----------
     axes
-        One number for three axes: the worst, or mean, the root mean square; each for targets with a field per axis.
+        How to combine three axes: worst (the largest), mean (root mean square), or each, for targets with a field per axis.
     rate_random_walk
         Rate random walk to write if none was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which
         matches the Allan variance of the model at --horizon, observed or not.

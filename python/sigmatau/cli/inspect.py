@@ -36,9 +36,10 @@ def inspect_command(
     log
         A log of any supported format.
     bandwidth
-        Bandwidth of the sensor by its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter.
+        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter.
     leave_out
-        Stretches to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or dropouts, stuck or copies.
+        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or samples of the findings dropouts,
+        stuck or copies.
     json
         Write JSON; - writes it to standard output instead of the list.
     quiet

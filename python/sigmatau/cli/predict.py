@@ -51,15 +51,15 @@ def predict_command(
     after
         Times from the start, with units: 60s,10min.
     calibration
-        Time at rest before the start, with its unit. The mean of each rate over it is subtracted, which levels the unit and
-        removes the bias. Default: none; then the state at the start is known, and random walks and flicker noise begin at
-        0. A simulated record begins at 0 with its first sample only and shows larger errors; the result says by how much.
+        Time at rest before the start, with its unit. The mean rate over this time is subtracted, which levels the unit and
+        removes the bias. Default: none: the initial state is known, and random walks and flicker noise start at 0. In
+        simulated records only the first sample is 0, so that their errors are larger; the result states by how much.
     rate
         Steps per second in Hz. Default: the sampling rate of the result, or 100.
     turn_on
         Standard deviation of a constant bias, without --calibration: gyro="10 deg/h" or accel_x="1 mg".
     earth
-        round, with Schuler feedback, or flat.
+        Shape of the Earth: round, with Schuler feedback, or flat.
     channels
         Channels to use. Default: all.
     plot

@@ -65,7 +65,7 @@ def psd_command(
     axes
         Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all but temperatures.
     model
-        A model file (.toml) or the JSON of analyze, to compare: its density, and the ratio to it by band.
+        Model file (.toml) or JSON of analyze to compare with: adds its density, and the ratio of both by frequency band.
     plot
         Draw all axes: .png, .svg or .pdf.
     json

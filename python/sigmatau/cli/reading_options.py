@@ -23,15 +23,15 @@ class Reading:
     Parameters
     ----------
     rate
-        Sampling rate in Hz. Default: by the time column of the log.
+        Sampling rate in Hz. Default: computed from the time stamps of the log.
     unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Needed where the log does not state it.
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
     topic
-        Topic, message or variable of a log that contains several: one, or one for each sensor.
+        Topic, message or variable to read if the log contains several: one, or one for each sensor.
     layout
         Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
     channels
-        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names are further signals.
+        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
         time=none ignores the time stamps.
     input
         Content of the columns: rates, increments per sample, or accumulated angle and velocity.

@@ -68,13 +68,13 @@ def simulate_command(
     saturation
         Largest rate of the output: gyro=250deg/s.
     lsb
-        Resolution: gyro=0.01deg/s; for increments and accumulated values that of the sum, gyro=0.1arcsec.
+        Resolution: gyro=0.01deg/s. For increments and accumulated values: resolution of the sum, gyro=0.1arcsec.
     gaps
         Missing rows: a random share, 0.1%, and outages as start:length, 600s:2s.
     jitter
         Standard deviation of the time stamps: 20us.
     flicker
-        Generator of bias instability: poles, with an Allan deviation within 0.002 %, or exact, which needs memory.
+        Generator of bias instability: poles (error of the Allan deviation 0.002 %), or exact (record held in memory).
     quiet
         Print only errors on standard error.
     """

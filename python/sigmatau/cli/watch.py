@@ -60,9 +60,9 @@ def watch_command(
     source
         A growing text file; - for standard input.
     rate
-        Sampling rate in Hz. Default: by the time stamps of the first lines.
+        Sampling rate in Hz. Default: computed from the time stamps of the first lines.
     unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Needed where the input does not state it.
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the input does not state it.
     channels
         Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4.
     input

@@ -63,7 +63,7 @@ def words(finding: Finding) -> Words:
     if finding.cause is not None:
         what, spans = _CAUSES[finding.cause.code], finding.cause.spans
         message += f"; may be due to the {what}" + (f" at {clock(spans[0][0])}" if spans and spans[0][0] else "")
-        action = f"Leave out the {what}, then run again"
+        action = f"Exclude the {what}, then run again"
     return Words(message, action)
 
 

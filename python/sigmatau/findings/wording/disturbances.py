@@ -46,8 +46,8 @@ def _not_static(finding: Finding, details: NotStatic) -> Words:
     if details.rotation is not None:
         rate = number(math.degrees(details.rotation.rate))
         return Words(
-            f"mean rate of {rate} deg/s, more than a bias can be: the sensor rotates or the unit is wrong",
-            f"Record at rest; for values in deg/s give --unit {details.rotation.stream}=deg/s, for counts --scale",
+            f"mean rate of {rate} deg/s, larger than any bias: the sensor rotates or the unit is wrong",
+            f"Record the sensor at rest; use --unit {details.rotation.stream}=deg/s for values in deg/s, --scale for counts",
         )
     effects = []
     if details.bursts and details.tau is not None:
@@ -57,7 +57,7 @@ def _not_static(finding: Finding, details: NotStatic) -> Words:
         effects.append(_walk_text(details.walk))
         effects.append(_tilt(details))
     said = [_bursts(details.bursts), _steps(details)]
-    message = ("beside the drift, " if details.beside_drift else "") + " and ".join(filter(None, said))
+    message = " and ".join(filter(None, said)) + (", in addition to a drift" if details.beside_drift else "")
     return Words(while_short(message, effects), _left_or_kept(details))
 
 
@@ -78,7 +78,7 @@ def _bursts(bursts: Sequence[MotionBurst]) -> str:
         lasting = duration_text(strongest.stop - strongest.start)
         return f"{'shock' if shocks else 'motion'} at {clock(strongest.start)} for {lasting}"
     total = duration_text(sum(burst.stop - burst.start for burst in bursts))
-    what = f"{len(bursts)} shocks" if shocks else f"motion at {len(bursts)} times"
+    what = f"{len(bursts)} shocks" if shocks else f"{len(bursts)} periods of motion"
     return f"{what}, {total} in total, the strongest at {clock(strongest.start)}"
 
 
@@ -89,8 +89,7 @@ def _steps(details: NotStatic) -> str:
     size = f"{number(largest.size, sign='+')} {details.unit}"
     if len(steps) > 1:
         return f"{len(steps)} steps of the mean, the largest {size} {_about(largest)}"
-    of_mean = "" if details.bursts else " of the mean"
-    return f"{'drift' if largest.gradual else 'step'}{of_mean} by {size} {_about(largest)}"
+    return f"{'drift' if largest.gradual else 'step'} of the mean by {size} {_about(largest)}"
 
 
 def _tilt(details: NotStatic) -> str:
@@ -101,15 +100,15 @@ def _tilt(details: NotStatic) -> str:
 
 
 def _about(step: LevelStep) -> str:
-    return f"{'about' if step.gradual else 'at'} {clock(step.time)}"
+    return f"{'around' if step.gradual else 'at'} {clock(step.time)}"
 
 
 def _walk_text(walk: AddedWalk) -> str:
-    """What steps of the mean do to the rate random walk: ``"rate random walk at least 5.4 times as large"``."""
+    """What steps of the mean do to the rate random walk: ``"rate random walk at least 5.4 times too large"``."""
     if walk.factor is not None:
         return _effect(_WALK, walk.factor, quantity=walk.quantity, at_least=not walk.resolved)
     text, scale = display_units(_WALK, walk.quantity, walk.unit)[0]
-    return f"{TERMS[_WALK].label(walk.quantity)} of {number(walk.coefficient / scale)} {text} added"
+    return f"adds {number(walk.coefficient / scale)} {text} of {TERMS[_WALK].label(walk.quantity)}"
 
 
 def _effect(term: str, factor: float, *, quantity: str = "", at_least: bool = False) -> str:
@@ -126,11 +125,11 @@ def _spikes(finding: Finding, details: Spikes) -> Words:
     if details.count > 1:
         found = f"{details.count} spikes, the largest {height} at {clock(details.time)}"
     effects = [_effect(term, factor, at_least=details.more_below) for term, factor in finding.factors]
-    return Words(while_short(found, effects), "Run with --spikes mask to leave them out, and find out what makes them")
+    return Words(while_short(found, effects), "Find the cause, or run with --spikes mask to exclude the spikes")
 
 
 def _spikes_masked(finding: Finding, details: SpikesMasked) -> Words:
-    return Words(f"{details.count} spike{'s' if details.count > 1 else ''} of {details.samples} samples masked")
+    return Words(f"{details.count} of {details.samples} samples masked as spikes")
 
 
 def _start_transient(finding: Finding, details: StartTransient) -> Words:
@@ -138,48 +137,48 @@ def _start_transient(finding: Finding, details: StartTransient) -> Words:
     return Words(
         f"the record starts near zero and settles within {duration_text(details.settled)};"
         f" {_effect('random_walk', details.random_walk)}{on}",
-        f"Run with {keep_option(details.keep)} to leave it out",
+        f"Run with {keep_option(details.keep)} to exclude the transient",
     )
 
 
 def _left_out(finding: Finding, details: LeftOut) -> Words:
     streams = details.streams
     if not streams:
-        return Words("no samples left out: none matches the option")
+        return Words("no samples excluded: the option matches no samples")
     first = streams[0]
     if len({(one.count, one.samples) for one in streams}) == 1:
         lasting = f"{percent(first.count / first.samples)}, {duration_text(first.duration)}"
         names = axes_text([one.stream for one in streams])
-        return Words(f"{first.count} of {first.samples} samples of {names} left out as asked ({lasting})")
+        return Words(f"{first.count} of {first.samples} samples of {names} excluded as requested ({lasting})")
     said = [f"{one.count} samples of {one.stream} ({duration_text(one.duration)})" for one in streams]
-    return Words(while_short(f"left out as asked: {said[0]}", said[1:], between=", "))
+    return Words(while_short(f"excluded as requested: {said[0]}", said[1:], between=", "))
 
 
 def _window_chosen(finding: Finding, details: WindowChosen) -> Words:
     said = [_window(one) for one in details.windows]
-    message = while_short(f"most stable {duration_text(details.length)}: {said[0]}", said[1:], between=", ")
+    message = while_short(f"most stable window of {duration_text(details.length)}: {said[0]}", said[1:], between=", ")
     if not any(one.criterion == "own" for one in details.windows):
         return Words(message)
     return Words(
-        message, "Analyse the whole record: a window chosen by its own noise shows less noise than the sensor has"
+        message, "Analyse the whole record: a window chosen by its noise underestimates the noise of the sensor"
     )
 
 
 def _window(window: ChosenWindow) -> str:
-    by = "its own scatter" if window.criterion == "own" else window.by
-    return f"{window.stream} from {seconds(window.start)} s on, chosen by {by}"
+    by = "its scatter" if window.criterion == "own" else window.by
+    return f"{window.stream} from {seconds(window.start)} s (chosen by {by})"
 
 
 def _selection_bias(finding: Finding, details: SelectionBias) -> Words:
     effects = [factor_text(term, factor, quantity=details.quantity) for term, factor in finding.factors]
     if details.hidden_walk is not None:
         label = TERMS[_WALK].label(details.quantity)
-        effects.append(f"limit of the {label} {number(1 / details.hidden_walk.factor)} times too low")
+        effects.append(f"upper limit of the {label} {number(1 / details.hidden_walk.factor)} times too small")
     if details.ratios:
         tau, ratio = min(details.ratios, key=lambda one: one[1])
         effects.append(f"Allan variance at τ = {duration_text(tau)} is {percent(ratio)} of the sensor's")
-    message = while_short("window chosen by its own noise", effects)
-    return Words(message, "Analyse the whole record, or choose a window by time, --window 600s:7800s")
+    message = while_short("window chosen by its noise", effects)
+    return Words(message, "Analyse the whole record, or choose a window by time: --window 600s:7800s")
 
 
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {

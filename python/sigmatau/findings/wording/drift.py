@@ -25,7 +25,7 @@ def _effect(finding: Finding, details: Drift) -> str:
             text = f"{label} at least {text.removeprefix(label).strip()}"
         return text
     if details.undetermined:
-        return f"all of the {TERMS[details.undetermined[0]].label(details.quantity)} may be this drift"
+        return f"the whole {TERMS[details.undetermined[0]].label(details.quantity)} may be due to the drift"
     return "no coefficient changes by more than 5 %"
 
 
@@ -38,37 +38,37 @@ def _exponential(finding: Finding, details: WarmUp | LateDrift, motion: str) -> 
     return (
         f"{motion.format(_size(finding, details))}, time constant {duration_text(details.time_constant)};"
         f" {_effect(finding, details)}"
-        f"{' (with the steps)' if details.with_steps else ''}"
+        f"{', steps included' if details.with_steps else ''}"
     )
 
 
 def _warm_up(finding: Finding, details: WarmUp) -> Words:
     window = f"--window {_rounded_up(details.settled)}s:"
-    again = f"Record again from {duration_text(details.settled)} after power-on"
+    again = f"Record again, starting {duration_text(details.settled)} after power-on"
     if details.settled > details.duration:
         action = f"{again}; the drift lasts for the whole record"
     elif details.settled > details.duration / 2:
-        action = f"{again}; {window} would leave less than half of this record"
+        action = f"{again}; {window} keeps less than half of this record"
     else:
-        action = f"Run with {window} to leave the warm-up out"
-    return Words(_exponential(finding, details, "settles by {}"), action)
+        action = f"Run with {window} to exclude the warm-up"
+    return Words(_exponential(finding, details, "warm-up of {}"), action)
 
 
 def _late_drift(finding: Finding, details: LateDrift) -> Words:
     begins = finding.spans[0][0]
-    action = "Find what changed, and record again"
+    action = "Find the cause, then record again"
     if begins > details.duration / 2:
-        action = f"Find what changed, or run with --window :{begins:.0f}s to leave the drift out"
-    return Words(_exponential(finding, details, "moves by {} at the end"), action)
+        action = f"Find the cause, or run with --window :{begins:.0f}s to exclude the drift"
+    return Words(_exponential(finding, details, "drift of {} at the end"), action)
 
 
 def _temperature(finding: Finding, details: TemperatureDrift) -> Words:
     unit, factor = display_units("bias_instability", details.quantity, details.rate_unit)[-1]
     value, low, high = ((one or 0.0) / factor for one in (finding.size, details.low, details.high))
     return Words(
-        f"follows the temperature by {value:.3g} [{low:.3g}, {high:.3g}] {unit}/K over"
+        f"temperature drift of {value:.3g} [{low:.3g}, {high:.3g}] {unit}/K over"
         f" {two_digits(details.temperature_range)} K; {_effect(finding, details)}",
-        "Compensate the temperature, keep it constant while recording, or select a calm part with --window",
+        "Compensate for temperature, record at constant temperature, or select a stable part with --window",
     )
 
 
@@ -78,13 +78,13 @@ def _non_stationary(finding: Finding, details: NonStationary) -> Words:
     if one is not None:
         texts.append(
             f"Allan deviations of segments differ by a factor of {one.ratio:.3g}"
-            + ("" if change else f" at τ = {seconds(one.tau)} s, largest from {clock(one.largest_at)} on")
+            + ("" if change else f" at τ = {seconds(one.tau)} s, largest from {clock(one.largest_at)}")
         )
     if change is not None:
-        texts.append(f"short-time noise changes at {clock(change.time)}, by a factor of {change.ratio:.3g}")
+        texts.append(f"short-time noise changes by a factor of {change.ratio:.3g} at {clock(change.time)}")
     return Words(
         "; ".join(texts),
-        "Find what changed (--stability MAP.png shows it), or select an even part with --window",
+        "Find the cause (--stability MAP.png shows the change), or select a stationary part with --window",
     )
 
 

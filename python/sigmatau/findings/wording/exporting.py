@@ -33,7 +33,7 @@ def _choice_not_used(_: Finding, of: kinds.ChoiceNotUsed) -> Words:
         return Words(f"{option} not used: the model has no such sensor", "Remove the option")
     factor = "--noise-factor" if of.term == "random_walk" else "--walk-factor"
     return Words(
-        f"{option} not used: the coefficient was observed, and the observed value is written",
+        f"{option} not used: the coefficient was observed, so the observed value is written",
         f"Set another value in a model file, or scale the observed one with {factor}",
     )
 
@@ -42,8 +42,8 @@ def _slow_noise_left_out(_: Finding, of: kinds.SlowNoiseLeftOut) -> Words:
     action = f"Use --rate-random-walk {of.sensor}=horizon --horizon 10s to approximate all slow noise by a random walk"
     if of.ratio is not None and of.tau is not None:
         return Words(
-            f"all slow noise has {of.ratio:.3g} times the Allan deviation of the written bias process at"
-            f" {seconds(of.tau)} s",
+            f"the Allan deviation of all slow noise is {of.ratio:.3g} times that of the written bias process at"
+            f" τ = {seconds(of.tau)} s",
             action,
         )
     unique = dict.fromkeys(one.term for one in of.omitted)
@@ -54,8 +54,8 @@ def _slow_noise_left_out(_: Finding, of: kinds.SlowNoiseLeftOut) -> Words:
 
 def _not_adequate(_: Finding, __: kinds.NotAdequate) -> Words:
     return Words(
-        "the fit is not adequate: the error of these coefficients is unknown",
-        "Look at the curve (sigmatau analyze --plot), use another part of the record (--window), or omit the channel",
+        "the fit is not adequate, so the error of these coefficients is unknown",
+        "Inspect the curve (sigmatau analyze --plot), use another part of the record (--window), or omit the channel",
     )
 
 
@@ -68,10 +68,10 @@ def _correlated_samples(_: Finding, of: kinds.CorrelatedSamples) -> Words:
     if of.ratio is None:
         return Words(
             f"samples are correlated{filtered}; the written N^2*rate is the variance without the filter",
-            "For the variance of the samples set the bandwidth of the channel in a model file",
+            "Set the bandwidth of the channel in a model file to write the variance of the samples",
         )
     return Words(
-        f"samples are correlated{filtered}: their variance is {of.ratio:.3g} of N^2*rate",
+        f"samples are correlated{filtered}: their variance is {of.ratio:.3g} times N^2*rate",
         f"Use N^2*rate = {of.independent_variance:.4g} in a filter that assumes independent samples",
     )
 
@@ -83,13 +83,13 @@ def _keys_not_read(_: Finding, of: kinds.KeysNotRead) -> Words:
 
 
 def _imported_without_intervals(_: Finding, __: kinds.ImportedWithoutIntervals) -> Words:
-    return Words("one value for all axes, without interval; such files often contain inflated values")
+    return Words("one value for all axes, without an interval; such files often contain inflated values")
 
 
 def _deviation_as_density(finding: Finding, of: kinds.DeviationAsDensity) -> Words:
     return Words(
-        f"gyr_n and acc_n are standard deviations of a sample: divided by sqrt({of.rate:.4g} Hz)",
-        f"Do not copy them as densities: they are {finding.size:.3g} times too large",
+        f"gyr_n and acc_n are standard deviations of a sample; they are divided by sqrt({of.rate:.4g} Hz)",
+        f"Do not use them as densities: they are {finding.size:.3g} times too large",
     )
 
 

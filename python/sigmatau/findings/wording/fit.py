@@ -18,25 +18,25 @@ _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 
 _REASONS: dict[type, Callable[[Any], str]] = {
     kinds.TooFewTimes: lambda r: (
-        f"{r.times} averaging times up to a third of {r.samples} samples, at least {r.needed} are needed"
+        f"{r.times} averaging times up to a third of {r.samples} samples, a fit needs {r.needed}"
     ),
-    kinds.ZeroVariance: lambda r: "an Allan variance is 0, which noise cannot make",
+    kinds.ZeroVariance: lambda r: "an Allan variance is 0, which noise cannot cause",
     kinds.Misfit: lambda r: f"σ({seconds(r.tau)} s) is {_off(r.ratio)} the best fit{_p_text(r)}",
-    kinds.NoCovariance: lambda r: "the covariance of the coefficients cannot be computed from so few averaging times",
+    kinds.NoCovariance: lambda r: "too few averaging times to compute the covariance of the coefficients",
     kinds.ShortTimesDeviate: lambda r: (
         f"σ at {r.cluster_size} sample{'s' if r.cluster_size > 1 else ''} is {_off(r.ratio)} the model,"
-        f" {'as behind a low-pass filter' if r.ratio < 1 else 'because of another noise or a disturbance'}"
+        f" {'as after a low-pass filter' if r.ratio < 1 else 'because of other noise or a disturbance'}"
     ),
-    kinds.IsolatedSamples: lambda r: "no two consecutive samples, the random walk includes quantization noise",
-    kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, the rounding error is unknown",
+    kinds.IsolatedSamples: lambda r: "without consecutive samples the random walk includes quantization noise",
+    kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, so the rounding error is unknown",
     kinds.FilterTakenForProcess: lambda r: (
-        f"a fit from τ = {seconds(r.tau_min)} s on takes the filter at {r.corner:.3g} Hz for a Gauss-Markov process"
+        f"a fit from τ = {seconds(r.tau_min)} s mistakes the filter at {r.corner:.3g} Hz for a Gauss-Markov process"
     ),
 }
 
 
 def reason_text(reason: kinds.Reason) -> str:
-    """A reason of a fit in words: ``"an Allan variance is 0, which noise cannot make"``."""
+    """A reason of a fit in words: ``"an Allan variance is 0, which noise cannot cause"``."""
     return _REASONS[type(reason)](reason)
 
 
@@ -75,13 +75,13 @@ def _no_adequate_model(finding: Finding, details: kinds.NoAdequateModel) -> Word
 
 def _short_times_left_out(finding: Finding, details: kinds.ShortTimesLeftOut) -> Words:
     why = f": {reason_text(details.reasons[0])}" if details.reasons else ""
-    return Words(f"fitted from τ = {seconds(details.tau_min)} s on{why}")
+    return Words(f"the fit starts at τ = {seconds(details.tau_min)} s{why}")
 
 
 def _sinusoid_fitted(finding: Finding, details: kinds.SinusoidFitted) -> Words:
     return Words(
-        f"the five terms do not fit; a sinusoid of {finding.size:.3g} {finding.unit} at {details.frequency:.4g} Hz was"
-        " fitted beside them",
+        f"the five terms alone do not fit; a sinusoid of {finding.size:.3g} {finding.unit} at"
+        f" {details.frequency:.4g} Hz was added to the fit",
         "Look for a cause at this frequency, such as temperature control or vibration",
     )
 
@@ -89,7 +89,7 @@ def _sinusoid_fitted(finding: Finding, details: kinds.SinusoidFitted) -> Words:
 def _out_of_range(finding: Finding, details: kinds.OutOfRange) -> Words:
     size = "large" if details.largest > 1 else "small"
     return Words(
-        f"deviations up to {details.largest:.3g} {details.rate_unit} are too {size}; not analysed",
+        f"Allan deviations up to {details.largest:.3g} {details.rate_unit} are too {size}; not analysed",
         "Check unit and scale",
     )
 
@@ -107,7 +107,7 @@ def _too_few_samples(finding: Finding, details: kinds.TooFewSamples) -> Words:
 
 def _strided(finding: Finding, details: kinds.Strided) -> Words:
     why = f"{details.samples} samples do not fit in memory: " if details.out_of_memory else ""
-    return Words(f"{why}from τ = {seconds(details.tau)} s on, clusters begin at every 64th sample or less often")
+    return Words(f"{why}from τ = {seconds(details.tau)} s, clusters start only at every 64th sample or fewer")
 
 
 def _no_map(finding: Finding, details: kinds.NoMap) -> Words:
@@ -117,7 +117,7 @@ def _no_map(finding: Finding, details: kinds.NoMap) -> Words:
 def _white_angle_noise(finding: Finding, details: kinds.WhiteAngleNoise) -> Words:
     return Words(
         f"{percent(details.share)} of the variance at τ = {seconds(details.tau)} s is white {_summed(details)}, as"
-        " quantization makes (modified deviation)"
+        " expected from quantization (modified deviation)"
     )
 
 
@@ -133,8 +133,9 @@ def _flicker_angle_noise(finding: Finding, details: kinds.FlickerAngleNoise) -> 
 
 def _angle_noise_undetermined(finding: Finding, details: kinds.AngleNoiseUndetermined) -> Words:
     return Words(
-        f"short averaging times show quantization or flicker {_summed(details)}; the curve cannot tell which",
-        "Run sigmatau analyze on the log: the modified deviation tells which",
+        f"short averaging times show quantization or flicker {_summed(details)}; the Allan deviation cannot"
+        " distinguish them",
+        "Run sigmatau analyze on the log: the modified deviation distinguishes them",
     )
 
 

@@ -17,7 +17,7 @@ _LONGEST = 20  # characters of a line that are shown
 def _lines_lost(finding: Finding, details: LinesLost) -> Words:
     lines = "1 unreadable line" if details.lines == 1 else f"{details.lines} unreadable lines"
     return Words(
-        f"{lines} left out, the last {details.last[:_LONGEST]!r}; the samples around them are taken as consecutive",
+        f"{lines} skipped, the last {details.last[:_LONGEST]!r}; the samples before and after are treated as consecutive",
         "Check the connection and the logger",
     )
 

@@ -81,16 +81,16 @@ def percent(share: float) -> str:
 
 
 def factor_text(term: str, factor: float, *, quantity: str = "") -> str:
-    """A factor on a coefficient: ``"random walk 3.8 % larger"``, ``"random walk 4.1 times larger"``."""
+    """A factor on a coefficient: ``"random walk 3.8 % too large"``, ``"random walk 4.1 times too large"``."""
     label = TERMS[term].label(quantity) if term in TERMS else term
     off = abs(factor - 1)
     if not math.isfinite(factor):
         return f"{label} unknown"
     if off < 0.2:
-        return f"{label} {100 * off:.2g} % {'larger' if factor > 1 else 'smaller'}"
+        return f"{label} {100 * off:.2g} % too {'large' if factor > 1 else 'small'}"
     if factor > 1:
-        return f"{label} {number(factor)} times as large"
-    return f"{label} {number(1 / factor)} times smaller" if factor > 0 else f"{label} hidden"
+        return f"{label} {number(factor)} times too large"
+    return f"{label} {number(1 / factor)} times too small" if factor > 0 else f"{label} hidden"
 
 
 def factors_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", tau: float | None = None) -> str:

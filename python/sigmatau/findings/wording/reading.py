@@ -11,7 +11,7 @@ from sigmatau.findings.wording.phrases import Words
 
 __all__ = ["WORDS"]
 
-_AGAIN = "Get or make the file again"
+_AGAIN = "Copy or record the file again"
 _LONGEST = 120  # of a sentence, STYLE 10 [characters]
 _REASON = 60  # longest reason of a missing part [characters]
 _SHOWN = 4  # columns listed
@@ -48,7 +48,9 @@ def _damage(verb: str, finding: Finding, it: kinds.Damage) -> Words:
     if it.got is not None and it.expected is not None:
         fits = it.got <= it.expected
         share = (
-            f"{it.got} of {it.expected} {it.measured}" if fits else f"{it.got} {it.measured} where {it.expected} fit"
+            f"{it.got} of {it.expected} {it.measured}"
+            if fits
+            else f"{it.got} {it.measured} where at most {it.expected} fit"
         )
     complete = finding.severity == "warning" and it.declared in (None, it.kept)
     kept = _kept(it.kept, None if complete else it.declared, it.counted, it.topic, every=complete)
@@ -59,7 +61,7 @@ def _damage(verb: str, finding: Finding, it: kinds.Damage) -> Words:
     if complete:
         action = ""
     elif it.inside == "row":
-        action = "Get the whole file, or correct --layout"
+        action = "Copy the whole file, or correct --layout"
     else:
         action = _AGAIN
     return Words("; ".join(filter(None, (message, kept))), action)
@@ -70,7 +72,7 @@ def _damaged(finding: Finding, it: kinds.Damaged) -> Words:
 
 
 def _broken_off(finding: Finding, it: kinds.BrokenOff) -> Words:
-    return _damage("breaks off", finding, it)
+    return _damage("is truncated", finding, it)
 
 
 def _no_end_mark(finding: Finding, it: kinds.NoEndMark) -> Words:
@@ -83,70 +85,73 @@ def _part_missing(finding: Finding, it: kinds.PartMissing) -> Words:
 
 
 def _part_of_several(finding: Finding, it: kinds.PartOfSeveral) -> Words:
-    return Words(f"the file is part {it.number} of {it.of} of a recording", "Give the folder to read all parts")
+    return Words(
+        f"the file is part {it.number} of {it.of} of a recording",
+        "Give the folder instead of the file to read all parts",
+    )
 
 
 def _broken_messages(finding: Finding, it: kinds.BrokenMessages) -> Words:
     where = f"{'the first ' if it.count > 1 else ''}at byte {it.places[0]}"
     return Words(
-        f"{_number(it.count, 'messages')} with a wrong checksum left out, {where}; {it.kept} read",
-        "Get the log again: rows are missing, and times after each are too early",
+        f"{_number(it.count, 'messages')} with a wrong checksum skipped, {where}; {it.kept} read",
+        "Copy the log again: rows are missing, and the times after a missing row are too early",
     )
 
 
 def _bytes_between(finding: Finding, it: kinds.BytesBetween) -> Words:
     return Words(
-        f"{_number(it.bytes, 'bytes')} in {_number(it.count, 'places')} belong to no whole message, the first"
+        f"{_number(it.bytes, 'bytes')} in {_number(it.count, 'places')} are not part of a complete message, the first"
         f"{_at(it.place)}; {it.kept} messages read",
-        "Get the log again: messages may be missing there, and times after them too early",
+        "Copy the log again: messages may be missing there, and later times may be too early",
     )
 
 
 def _broken_lines(finding: Finding, it: kinds.BrokenLines) -> Words:
     line, what = it.examples[0] if it.examples else (0, "")
-    first = f": line {line} {_short(what, 40)}" if it.examples else ""
+    first = f" (line {line} {_short(what, 40)})" if it.examples else ""
     missing = (
-        f"up to {it.inner} of {it.kept + it.inner} rows of ${it.topic} missing" if it.inner else "no row is missing"
+        f"up to {it.inner} of {it.kept + it.inner} rows of ${it.topic} are missing"
+        if it.inner
+        else "no rows are missing"
     )
     return Words(
-        f"{_number(it.count, 'broken lines')} left out{first}; {missing}",
-        "Get the log again: times after a missing row are too early" if it.inner else "",
+        f"{_number(it.count, 'damaged lines')} skipped{first}; {missing}",
+        "Copy the log again: the times after a missing row are too early" if it.inner else "",
     )
 
 
 def _other_sentences(finding: Finding, it: kinds.OtherSentences) -> Words:
-    message = f"{it.count} sentences of other names, such as ${it.example}, not read"
+    message = f"{it.count} sentences of other types, such as ${it.example}, not read"
     if it.line is None:
         return Words(message)
     return Words(
-        f"{message}; from line {it.line} on {it.run} come without a ${it.topic}",
-        f"Cut the log where the sensor was switched: rows of ${it.topic} are missing there",
+        f"{message}; {it.run} in a row from line {it.line}, without a ${it.topic} between them",
+        f"Split the log where the sensor was switched: rows of ${it.topic} are missing there",
     )
 
 
 def _bytes_not_read(finding: Finding, it: kinds.BytesNotRead) -> Words:
     where = f"after {it.after}{_at(it.place)}" if it.after else "before the data"
-    return Words(
-        f"{_number(it.bytes, 'bytes')} {where} not read", "Cut the file in two there if another log was appended"
-    )
+    return Words(f"{_number(it.bytes, 'bytes')} {where} not read", "Split the file there if another log was appended")
 
 
 def _filler(finding: Finding, it: kinds.Filler) -> Words:
-    return Words(f"{_number(it.bytes, 'bytes')} of {it.value:#04x} after {it.after}{_at(it.place)} hold no data")
+    return Words(f"{_number(it.bytes, 'bytes')} of {it.value:#04x} after {it.after}{_at(it.place)} are padding")
 
 
 def _hidden_rows(finding: Finding, it: kinds.HiddenRows) -> Words:
     what = (
-        f"line {it.line} looks like a row"
+        f"line {it.line} is a comment that looks like a data row"
         if it.count == 1
-        else f"{it.count} lines, the first line {it.line}, look like rows"
+        else f"{it.count} comment lines look like data rows, the first line {it.line}"
     )
-    return Words(f"{what} behind a comment mark; left out", "Correct the file, or delete the lines that are not rows")
+    return Words(f"{what}; skipped", "Remove the comment marks if these lines are data; otherwise delete the lines")
 
 
 def _comments(finding: Finding, it: kinds.Comments) -> Words:
     where = f"on line {it.line}" if it.count == 1 else f"the first on line {it.line}"
-    return Words(f"{_number(it.count, 'comments')} among the rows skipped, {where}")
+    return Words(f"{_number(it.count, 'comments')} between data rows skipped, {where}")
 
 
 def _header_again(finding: Finding, it: kinds.HeaderAgain) -> Words:
@@ -155,19 +160,21 @@ def _header_again(finding: Finding, it: kinds.HeaderAgain) -> Words:
 
 def _second_header(finding: Finding, it: kinds.SecondHeader) -> Words:
     return Words(
-        f"line {it.line} is a header of other columns; {_number(it.kept, 'rows')} before it read, none after it",
+        f"line {it.line} is a header with other columns; {_number(it.kept, 'rows')} before it are read, rows after it"
+        " are not",
         "Split the file there: it holds several logs",
     )
 
 
 def _no_line_end(finding: Finding, it: kinds.NoLineEnd) -> Words:
-    return Words("the last line has no line end, so its last number may be cut off; left out")
+    return Words("the last line has no line end, so its last number may be truncated; line skipped")
 
 
 def _never_written(finding: Finding, it: kinds.NeverWritten) -> Words:
     what = f"{'time stamp' if it.is_time else 'column'} {it.column} is" if it.column else "all columns are"
     return Words(
-        f"in the last {it.zeros} of {it.rows} rows {what} exactly 0: never written; {it.kept} rows read", _AGAIN
+        f"{what} exactly 0 in the last {it.zeros} of {it.rows} rows, which were never written; {it.kept} rows read",
+        _AGAIN,
     )
 
 
@@ -193,7 +200,7 @@ def _columns_not_read(finding: Finding, it: kinds.ColumnsNotRead) -> Words:
     rate = "--input rate " if it.as_rates else ""
     topic = f" --topic {it.topic}" if it.topic else ""
     return Words(
-        f"{'column' if len(it.columns) == 1 else 'columns'} {shown}{more} not read, not named as a gyro or accelerometer",
+        f"{'column' if len(it.columns) == 1 else 'columns'} {shown}{more} not read: not a gyro or accelerometer",
         f"Run with {rate}{_listed(it.channels)}{topic} to read {'it' if len(it.columns) == 1 else 'them'}",
     )
 
@@ -202,7 +209,8 @@ def _columns_by_gravity(finding: Finding, it: kinds.ColumnsByGravity) -> Words:
     time = "" if it.time is None else f"time={it.time},"
     gyro, accel = f"{it.gyro[0]}:{it.gyro[1]}", f"{it.accel[0]}:{it.accel[1]}"
     return Words(
-        f"columns have no names; the mean of {accel} is gravity ({it.gravity:.3g}), that of {gyro} is {it.other:.2g}",
+        f"columns have no names: {accel} read as accel (mean {it.gravity:.3g}, gravity), {gyro} as gyro"
+        f" (mean {it.other:.2g})",
         f"Run with --channels {time}gyro={gyro},accel={accel} to confirm, or name other columns",
     )
 
@@ -213,30 +221,30 @@ def _unusable(finding: Finding, it: kinds.Unusable) -> Words:
 
 def _unknown_messages(finding: Finding, it: kinds.UnknownMessages) -> Words:
     return Words(
-        f"{_number(it.count, 'messages')} of unknown kinds skipped",
-        "No action needed if a newer PX4 wrote them; else the file is damaged there",
+        f"{_number(it.count, 'messages')} of unknown types skipped",
+        "No action needed if a newer PX4 version wrote them; otherwise the file is damaged there",
     )
 
 
 def _unfinished_message(finding: Finding, it: kinds.UnfinishedMessage) -> Words:
     return Words(
-        f"{_number(it.bytes, 'bytes')}{_at(it.place)} are an unfinished message, after which data were appended",
-        "No action needed if a crash ended the log; that message is missing",
+        f"{_number(it.bytes, 'bytes')}{_at(it.place)} are an incomplete message, followed by appended data",
+        "No action needed if the logger crashed there: only this message is lost",
     )
 
 
 def _deleted_messages(finding: Finding, it: kinds.DeletedMessages) -> Words:
     return Words(
         f"{_number(it.count, 'messages')} of all topics were deleted from the bag",
-        f"See the time stamps for gaps: some of {it.topic} may be among them",
+        f"Check the time stamps for gaps: messages of {it.topic} may be among the deleted ones",
     )
 
 
 def _property_changed(finding: Finding, it: kinds.PropertyChanged) -> Words:
     old, new = (_short(repr(value), 20) for value in (it.old, it.new))
     return Words(
-        f"{it.name} of {it.topic!r} changes from {old} to {new} after {_number(it.kept, 'rows')}, and only these are read",
-        "Save the rest as another file",
+        f"{it.name} of {it.topic!r} changes from {old} to {new} after {_number(it.kept, 'rows')}; only these are read",
+        "Save the remaining rows as a separate file",
     )
 
 
@@ -247,22 +255,22 @@ def _unequal_lengths(finding: Finding, it: kinds.UnequalLengths) -> Words:
 
 def _missing_samples(finding: Finding, it: kinds.MissingSamples) -> Words:
     return Words(
-        f"{_number(it.count, 'samples')} of {_short(it.column, 30)} have the fill value {it.fill:g}; left out as missing"
+        f"{_number(it.count, 'samples')} of {_short(it.column, 30)} have the fill value {it.fill:g}; treated as missing"
     )
 
 
 def _dropouts(finding: Finding, it: kinds.LoggerDropouts) -> Words:
     return Words(
-        f"the logger lost data {_number(it.count, 'times')}, {it.total:.3g} s in all, {it.longest:.3g} s at the longest",
-        "Log to a faster card or fewer topics, or cut the record between the dropouts",
+        f"the logger lost data {_number(it.count, 'times')}, {it.total:.3g} s in total, the longest loss {it.longest:.3g} s",
+        "Log to a faster card, log fewer topics, or select a part without dropouts with --window",
     )
 
 
 def _unit_overruled(finding: Finding, it: kinds.UnitOverruled) -> Words:
-    stated = it.stated if it.known else f"{_short(it.stated, 20)!r}, not a unit of it"
+    stated = it.stated if it.known else f"{_short(it.stated, 20)!r}, which is not a unit of this quantity"
     return Words(
-        f"the unit given is {it.given}, the file says {stated}; the given unit is used",
-        "" if it.known or it.scaled else "Give --scale if the numbers are volts or counts",
+        f"the file states {stated}; the given unit {it.given} is used",
+        "" if it.known or it.scaled else "Give --scale if the values are volts or counts",
     )
 
 

@@ -18,16 +18,16 @@ _SHAPES = {
     "butterworth3": "third-order Butterworth",
     "butterworth4": "fourth-order Butterworth",
     "mean": "running mean",
-    "bartlett": "two running means in a row",
+    "bartlett": "two cascaded running means",
     "digital1": "first order, digital",
     "digital2": "second-order digital Butterworth",
     "digital4": "fourth-order digital Butterworth",
 }
 _INTERPOLATION = {
-    "held": ", each repeated until the next",
-    "linear": " by straight lines",
-    "smooth": " by smooth curves",
-    "empty": ", nothing above half that rate",
+    "held": " by repeating each sample",
+    "linear": " by linear interpolation",
+    "smooth": " by smooth interpolation",
+    "empty": ", no noise above half that rate",
 }
 
 
@@ -40,7 +40,7 @@ def _largest(finding: Finding) -> str:
 def _on_walk(finding: Finding, share: float, tau0: float) -> str:
     """The effect on the printed fit if there is one, else on a random walk read off at one sample."""
     if finding.fit_effect is None:
-        return f"; random walk reads {share:.2f} of its value at {seconds(tau0)} s"
+        return f"; {factor_text(f'σ({seconds(tau0)} s)', share)}"
     if finding.factors:
         return f"; {_largest(finding)}"
     if "adequate" == finding.fit_effect.verdict == finding.fit_effect.verdict_without:
@@ -52,7 +52,7 @@ def _mains(line: Line) -> str:
     if line.mains is None:
         return ""
     multiple = f"{line.mains.multiple} × " if line.mains.multiple > 1 else ""
-    return f", perhaps {multiple}{line.mains.frequency:g} Hz mains{' folded' if line.mains.folded else ''}"
+    return f", possibly {'aliased ' if line.mains.folded else ''}{multiple}{line.mains.frequency:g} Hz mains"
 
 
 def _spectral_lines(finding: Finding, details: SpectralLines) -> Words:
@@ -67,9 +67,9 @@ def _spectral_lines(finding: Finding, details: SpectralLines) -> Words:
         effect = ""
     action = "Record without the vibration or interference"
     if details.clear_from is None:
-        action += "; no fit of this record can begin beyond it"
+        action += "; the line affects all averaging times of this record"
     elif details.tau_min:
-        action += f", or fit beyond it: analyze --tau-min {option_seconds(details.tau_min)}"
+        action += f", or run analyze with --tau-min {option_seconds(details.tau_min)}"
     message = f"{what} of {strongest.amplitude:.3g} {finding.unit} at {strongest.frequency:.4g} Hz"
     return Words(message + (_mains(strongest) or width) + effect, action)
 
@@ -79,7 +79,7 @@ def _low_pass_filter(finding: Finding, details: LowPassFilter) -> Words:
     return Words(
         f"low-pass filter at {details.corner:.3g} ± {two_digits(details.error)} Hz ({_SHAPES[details.shape]})"
         + _on_walk(finding, details.sigma_one_sample, details.tau0),
-        f"Fit or read off the random walk from τ = {seconds(tau_min)} s on: analyze --tau-min {option_seconds(tau_min)}",
+        f"Use only averaging times from {seconds(tau_min)} s: run analyze with --tau-min {option_seconds(tau_min)}",
     )
 
 
@@ -90,7 +90,7 @@ def _aliasing(finding: Finding, details: Aliasing) -> Words:
     if details.stated:
         message = f"{times} stated bandwidth of {details.bandwidth:.4g} Hz{order}; {effect}"
         if details.second_order is not None:
-            message += f", or {factor_text('', details.second_order).strip()} if of order 2"
+            message += f", or {factor_text('', details.second_order).strip()} for order 2"
     else:
         message = f"{times} bandwidth of {details.bandwidth:.3g} Hz in the spectrum; {effect} if the filter is analog"
     action = f"Sample at {details.rate_needed:.3g} Hz or faster, or filter before sampling"
@@ -99,21 +99,20 @@ def _aliasing(finding: Finding, details: Aliasing) -> Words:
 
 def _resampled(finding: Finding, details: Resampled) -> Words:
     return Words(
-        f"resampled from samples at about {details.rate:.4g} Hz{_INTERPOLATION[details.kind]}"
+        f"resampled from about {details.rate:.4g} Hz{_INTERPOLATION[details.kind]}"
         + _on_walk(finding, details.sigma_one_sample, 1 / details.log_rate),
-        f"Record the sensor's own samples; use averaging times from {seconds(details.right_from)} s on",
+        f"Record the samples of the sensor, or use only averaging times from {seconds(details.right_from)} s",
     )
 
 
 def _correlated_axes(finding: Finding, details: CorrelatedAxes) -> Words:
     strongest = details.pairs[0]
-    between = f"means over {duration_text(strongest.mean_length)}" if strongest.mean_length else "neighbouring samples"
+    of = f"means over {duration_text(strongest.mean_length)}" if strongest.mean_length else "sample-to-sample changes"
     several = f", the largest of {len(details.pairs)} pairs" if len(details.pairs) > 1 else ""
     shared = "a shared supply, temperature or motion" if strongest.mean_length else "a shared vibration or converter"
     return Words(
-        f"{strongest.first} and {strongest.second} change together, r = {strongest.coefficient:.2f} between"
-        f" {between}{several}",
-        f"Look for {shared}; a filter that takes the axes as independent needs a covariance",
+        f"{strongest.first} and {strongest.second} are correlated, r = {strongest.coefficient:.2f} for {of}{several}",
+        f"Look for {shared}; a Kalman filter needs the covariance of the axes",
     )
 
 

@@ -22,28 +22,28 @@ def _count(finding: Finding) -> int:
 
 def _implausible_rate(_: Finding, found: kinds.ImplausibleRate) -> Words:
     return Words(
-        f"the stamps give {found.rate:.6g} Hz, which is not a plausible rate of a sensor; every time would be wrong",
-        "State the unit with --unit time=s|ms|us|ns, or the rate with --rate HZ",
+        f"the time stamps give {found.rate:.6g} Hz, which is not a plausible sensor rate; all times would be wrong",
+        "Give the unit with --unit time=s|ms|us|ns, or the rate with --rate HZ",
     )
 
 
 def _rate_not_nominal(_: Finding, found: kinds.RateNotNominal) -> Words:
     off = found.rate / found.nominal - 1
     return Words(
-        f"the stamps give {found.rate:.6g} Hz, {100 * abs(off):.2g} % {'less' if off < 0 else 'more'} than"
-        f" {found.nominal:g} Hz; the rate by the stamps is used",
-        f"Give --rate {found.nominal:g} only if the sensor's clock is better than that of the stamps",
+        f"the time stamps give {found.rate:.6g} Hz, {100 * abs(off):.2g} % {'less' if off < 0 else 'more'} than"
+        f" {found.nominal:g} Hz; the rate of the time stamps is used",
+        f"Give --rate {found.nominal:g} only if the sensor's clock is more accurate than the time stamps",
     )
 
 
 def _rate_mismatch(finding: Finding, found: kinds.RateMismatch) -> Words:
-    message = f"{found.used:.6g} Hz is used, but the stamps give {found.by_stamps:.6g} Hz"
+    message = f"{found.used:.6g} Hz is used, but the time stamps give {found.by_stamps:.6g} Hz"
     factor = dict(finding.factors).get("random_walk")
     if factor is None:
-        return Words(f"{message}; every time and every coefficient is off accordingly")
+        return Words(f"{message}; all times and coefficients are affected")
     return Words(
-        f"{message}: {factor_text('random_walk', factor)} if the stamps are right",
-        "Omit --rate unless it is more accurate than the stamps",
+        f"{message}: {factor_text('random_walk', factor)} if the time stamps are right",
+        "Omit --rate unless it is more accurate than the time stamps",
     )
 
 
@@ -53,9 +53,9 @@ def _rate_overruled(_: Finding, found: kinds.RateOverruled) -> Words:
 
 def _rate_drift(finding: Finding, found: kinds.RateDrift) -> Words:
     return Words(
-        f"the sampling rate drifts by {two_digits(100 * (finding.size or 0.0))} %, from {found.lowest:.6g} to"
-        f" {found.highest:.6g} Hz, and deviates most from t = {clock(finding.spans[0][0])} on",
-        "Look for lost samples if the rate jumps",
+        f"the sampling rate varies by {two_digits(100 * (finding.size or 0.0))} %, from {found.lowest:.6g} to"
+        f" {found.highest:.6g} Hz; largest deviation from t = {clock(finding.spans[0][0])}",
+        "Look for lost samples if the rate changes abruptly",
     )
 
 
@@ -63,8 +63,8 @@ def _gaps(finding: Finding, found: kinds.Gaps) -> Words:
     lost = _count(finding)
     if found.even_rate is not None:
         return Words(
-            f"samples at {found.rate:.6g} Hz are missing in a pattern of {found.period} rows; even samples at"
-            f" {found.even_rate:.6g} Hz would have the same stamps",
+            f"samples at {found.rate:.6g} Hz are missing in a pattern of {found.period} rows; evenly spaced"
+            f" samples at {found.even_rate:.6g} Hz have the same time stamps",
             f"Give the rate of the sensor: --rate {found.even_rate:.6g} or --rate {found.rate:.6g}",
         )
     if (part := found.subsampled) is not None:
@@ -73,14 +73,14 @@ def _gaps(finding: Finding, found: kinds.Gaps) -> Words:
         return Words(
             f"only every {nth} sample is present from {since} s to {until} s: {part.rate:.6g} Hz instead of"
             f" {found.rate:.6g} Hz",
-            f"If the sensor itself was slower there, analyse that part alone with --window {since}s:{until}s",
+            f"If the sensor itself was slower there, analyse that part separately with --window {since}s:{until}s",
         )
     longest = found.longest[0]
     many = found.gaps > 1
     return Words(
         f"{'about ' if found.estimated else ''}{lost} of {found.samples} samples ({100 * lost / found.samples:.2g} %)"
         f" missing in {found.gaps} gap{'s' if many else ''}{', the longest' if many else ''} of {seconds(longest.length)} s"
-        f" at t = {clock(longest.start)}; left empty",
+        f" at t = {clock(longest.start)}; not filled in",
         "Look for lost packets or a full buffer" if finding.severity == "warning" else "",
     )
 
@@ -90,18 +90,19 @@ def _long_pauses(_: Finding, found: kinds.LongPauses) -> Words:
     return Words(
         f"{found.pauses} long pause{several} or clock step{several}, the longest {seconds(found.longest)} s before"
         f" {found.place}; {found.used} of {found.total} samples used",
-        f"Analyse each piece alone; if only the clock was set, use {_WITHOUT_STAMPS}",
+        f"Analyse each piece separately; if only the clock was set, use {_WITHOUT_STAMPS}",
     )
 
 
 def _irregular_stamps(_: Finding, found: kinds.IrregularStamps) -> Words:
     if found.longest is None:
         return Words(
-            f"{found.leaps} intervals between stamps are negative or exceed 20 samples; samples taken as consecutive"
+            f"{found.leaps} intervals between time stamps are negative or exceed 20 samples; samples treated as consecutive"
         )
     return Words(
-        f"the stamps fit no grid (longest interval {seconds(found.longest)} s, before {found.place}); samples taken as even",
-        "Give --rate HZ if the sensor did not pause; otherwise cut out a piece without pauses",
+        f"the time stamps are irregular (longest interval {seconds(found.longest)} s, before {found.place});"
+        " samples treated as evenly spaced",
+        "Give --rate HZ if the sensor did not pause; otherwise select a part without pauses with --window",
     )
 
 
@@ -110,13 +111,13 @@ def _coarse_stamps(_: Finding, found: kinds.CoarseStamps) -> Words:
     if found.period:
         faster = f"{1 / found.step:.6g}"
         return Words(
-            f"{resolution}; even samples at {found.rate:.6g} Hz fit them, as would {faster} Hz with {found.lost} of"
-            f" {found.period} lost",
-            f"Give --rate {faster} if that is the rate of the sensor",
+            f"{resolution}; they fit {found.rate:.6g} Hz without losses and {faster} Hz with {found.lost} of"
+            f" {found.period} samples lost",
+            f"Give --rate {faster} if that is the sensor's rate",
         )
     single = " (single precision)" if found.single_precision else ""
     unsure = found.rate_error is None or found.rate_error > _SURE
-    action = "Write the stamps with all their digits, or give --rate HZ" if single or unsure else ""
+    action = "Log the time stamps with more digits, or give --rate HZ" if single or unsure else ""
     if found.rate_error is None:
         return Words(f"{resolution}{single}, too coarse to confirm the given {found.rate:.6g} Hz", action)
     if unsure:
@@ -124,32 +125,33 @@ def _coarse_stamps(_: Finding, found: kinds.CoarseStamps) -> Words:
             f"{resolution}{single}; the rate is {found.rate:.6g} Hz ± {two_digits(100 * found.rate_error)} %", action
         )
     return Words(
-        f"{resolution}{single} at {found.rate:.6g} Hz; fewer than {found.hidden} consecutive losses are not visible",
+        f"{resolution}{single} at {found.rate:.6g} Hz; fewer than {found.hidden} consecutive lost samples cannot"
+        " be detected",
         action,
     )
 
 
 def _host_stamps(finding: Finding, found: kinds.HostStamps) -> Words:
     return Words(
-        f"the stamps come in bunches ({two_digits(100 * (finding.size or 0.0))} % of the intervals too short);"
-        f" samples taken as even at {found.rate:.6g} Hz",
-        "Compare this with the sensor's rate, or log the sensor's own time stamps or counter",
+        f"the time stamps are bunched ({two_digits(100 * (finding.size or 0.0))} % of the intervals too short);"
+        f" samples treated as evenly spaced at {found.rate:.6g} Hz",
+        "Compare this rate with the sensor's, or log the time stamps or the counter of the sensor",
     )
 
 
 def _jitter(finding: Finding, found: kinds.Jitter) -> Words:
-    scatter = f"stamps scatter by {_short_time(found.sigma)}"
+    scatter = f"time stamps scatter by {_short_time(found.sigma)}"
     if found.seen is None:
         share = two_digits(100 * found.sigma / found.interval)
-        return Words(f"{scatter}, {share} % of the interval; rates of a sensor at rest are not affected")
+        return Words(f"{scatter}, {share} % of the interval; no effect on rates of a sensor at rest")
     if finding.severity == "info":
         return Words(
-            f"{scatter}, sampling instants do not: quantization noise is at most {found.seen:.2g} {found.unit}"
+            f"{scatter}, but sampling instants do not: quantization noise is at most {found.seen:.2g} {found.unit}"
         )
     return Words(
-        f"sampling instants scatter by {_short_time(found.sigma)}, which is {two_digits(100 * min(found.share, 1.0))} %"
-        " of the squared quantization noise",
-        "Let the sensor's own clock trigger the sampling",
+        f"sampling instants scatter by {_short_time(found.sigma)}, which explains"
+        f" {two_digits(100 * min(found.share, 1.0))} % of the squared quantization noise",
+        "Trigger the sampling with the sensor's clock",
     )
 
 
@@ -162,29 +164,30 @@ def _short_time(value: float) -> str:
 
 def _missing_stamps(finding: Finding, found: kinds.MissingStamps) -> Words:
     return Words(
-        f"{_count(finding)} of {found.rows} rows have no time stamp, the first at {found.place}; these rows are left out",
+        f"{_count(finding)} of {found.rows} rows have no time stamp, the first at {found.place}; rows skipped",
         f"If their samples are good, run again with {_WITHOUT_STAMPS}",
     )
 
 
 def _rows_out_of_order(finding: Finding, found: kinds.RowsOutOfOrder) -> Words:
     return Words(
-        f"{_count(finding)} of {found.rows} rows are out of time order, the first at {found.place}; they are sorted by time",
+        f"{_count(finding)} of {found.rows} rows are out of time order, the first at {found.place}; sorted by time",
         "Check the link and the logging program: samples are delivered late",
     )
 
 
 def _wrong_stamps(finding: Finding, found: kinds.WrongStamps) -> Words:
     return Words(
-        f"{_count(finding)} of {found.rows} stamps are far from their neighbours, the first at {found.place}; rows left out",
-        "Look for the cause if there are more than a few",
+        f"{_count(finding)} of {found.rows} time stamps are far from their neighbours, the first at {found.place};"
+        " rows skipped",
+        "Find the cause if many rows are affected",
     )
 
 
 def _duplicate_samples(finding: Finding, found: kinds.DuplicateSamples) -> Words:
-    what = "stamp and samples" if found.same_samples else "the stamp"
+    what = "time stamp and samples" if found.same_samples else "the time stamp"
     return Words(
-        f"{_count(finding)} of {found.rows} rows repeat {what} of the row before, the first at {found.place}; left out",
+        f"{_count(finding)} of {found.rows} rows repeat {what} of the row before, the first at {found.place}; skipped",
         "Check the logging program: it writes rows twice",
     )
 
@@ -199,7 +202,7 @@ def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
     run = f", the longest run {found.longest} from {found.longest_place}" if found.longest > 1 else ""
     first = "" if found.longest > 1 and found.longest_place == found.place else f", the first at {found.place}"
     return Words(
-        f"{count} {found.unit} have no number{first}{run}; left empty",
+        f"{count} {found.unit} have no number{first}{run}; treated as missing",
         "Check the link or the converter" if finding.severity == "warning" else "",
     )
 

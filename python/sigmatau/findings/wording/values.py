@@ -56,19 +56,19 @@ def _effect(finding: Finding, strongest: str, walk: AddedWalk | None = None) -> 
         unit, size = display_units("rate_random_walk", walk.quantity, walk.unit)[0]
         return f"adds {walk.coefficient / size:.3g} {unit} of {label}"
     if all(abs(math.log(factor)) < math.log(walk.factor) for _, factor in finding.factors if 0 < factor < math.inf):
-        return f"{label} {two_digits(walk.factor)} times as large or more" + (f" on {on}" if on else "")
+        return f"{label} at least {two_digits(walk.factor)} times too large" + (f" on {on}" if on else "")
     return largest_factor_text(finding.factors, channel=on)
 
 
 def _held(finding: Finding, details: HeldRuns, what: str) -> str:
     share = percent(details.share)
     if details.runs == 1:
-        said = f"a run of {what} from {clock(details.start)} on, {duration_text(details.longest)} long ({share})"
+        said = f"a run of {what} at {clock(details.start)}, {duration_text(details.longest)} long ({share})"
     elif details.samples == details.runs:
         said = f"{details.samples} single {what} ({share}), the first at {clock(details.start)}"
     else:
         longest = duration_text(details.longest)
-        said = f"{details.runs} runs of {what} ({share}), the longest {longest} from {clock(details.start)} on"
+        said = f"{details.runs} runs of {what} ({share}), the longest {longest} at {clock(details.start)}"
     return _joined(said, _effect(finding, details.strongest, details.walk))
 
 
@@ -82,20 +82,21 @@ def _stuck_samples(finding: Finding, details: StuckSamples) -> Words:
 
 def _saturation(finding: Finding, details: Saturation) -> Words:
     ends = " and ".join(f"{end:.3g}" for end in (details.low, details.high) if end is not None)
-    said = f"{percent(details.share)} of the samples at the end of the range, {ends} {details.unit}"
+    said = f"{percent(details.share)} of the samples at {'a limit' if None in (details.low, details.high) else 'the limits'}"
+    said += f" of the range, {ends} {details.unit}"
     effect = _effect(finding, details.strongest) if details.spread else ""
-    message = _joined(said, effect or f"the first at {clock(details.start)}, noise and level unknown there")
-    return Words(message, "Record again with a wider range, or analyse a window without these samples")
+    message = _joined(said, effect or f"the first at {clock(details.start)}; noise and mean unknown there")
+    return Words(message, "Record again with a larger range, or select a part without these samples with --window")
 
 
 def _repeated_samples(finding: Finding, details: RepeatedSamples) -> Words:
     effect = largest_factor_text([one for one in finding.factors if one[0] == "random_walk"])
     if details.pattern == "rows":
-        said = f"{details.copies} rows ({percent(details.share)}) equal the one before"
+        said = f"{details.copies} rows ({percent(details.share)}) equal the previous row"
         return Words(_joined(said, effect), "Run with --leave-out copies to treat them as missing")
     if details.pattern == "irregular":
-        said = f"{percent(details.share)} of the samples equal the one before, at irregular places"
-        return Words(_joined(said, effect), "Leave lost samples out of the log instead of repeating the last one")
+        said = f"{percent(details.share)} of the samples equal the previous sample, at irregular intervals"
+        return Words(_joined(said, effect), "Omit lost samples from the log instead of repeating the previous sample")
     rates = f"the sensor gives {details.sensor_rate:.4g} Hz, the log has {details.log_rate:.4g} Hz"
     effect = effect or f"σ at one sample {_number(1 / details.sigma_one_sample)} times too small"
     if details.shortest == details.longest > 1:
@@ -105,7 +106,7 @@ def _repeated_samples(finding: Finding, details: RepeatedSamples) -> Words:
         )
     return Words(
         f"samples occur {details.times:.3g} times on average: {rates}; {effect}",
-        "Log at the sensor's rate, on its data-ready signal, or use long averaging times only",
+        "Log at the sensor's rate, triggered by its data-ready signal, or use only long averaging times",
     )
 
 
@@ -114,29 +115,32 @@ def _interpolated(finding: Finding, details: Interpolated) -> Words:
         made = details.upsampled
         said = f"interpolated from {made.sensor_rate:.4g} to {made.log_rate:.4g} Hz"
         times, right_from = _number(1 / made.sigma_one_sample), seconds(made.right_from)
-        effect = f"σ at one sample {times} times too small, right from {right_from} s on"
-        return Words(_joined(said, effect), "Log the sensor's own samples with their own time stamps")
+        effect = f"σ at one sample {times} times too small, correct from τ = {right_from} s"
+        return Words(_joined(said, effect), "Log the samples of the sensor with their time stamps")
     outages, walk, said = details.outages, None, ""
     if outages is not None:
         walk = outages.walk
         longest = duration_text(outages.longest)
-        said = f"a straight line over {longest} from {clock(outages.start)} on"
+        said = f"a gap of {longest} at {clock(outages.start)} was filled with a straight line"
         if outages.count > 1:
-            said = f"{outages.count} straight lines, the longest {longest} from {clock(outages.start)} on"
+            said = (
+                f"{outages.count} gaps were filled with straight lines, the longest {longest} at {clock(outages.start)}"
+            )
     elif details.singles is not None:
-        said = f"{percent(details.share)} of the samples lie on straight lines, in place of lost ones"
+        said = f"{percent(details.share)} of the samples are linear interpolations of lost samples"
     effect = _effect(finding, walk.channel if walk is not None else details.strongest, walk)
-    return Words(_joined(said, effect), "Leave lost samples empty in the log, or leave out their rows")
+    return Words(_joined(said, effect), "Leave lost samples empty in the log, or omit their rows")
 
 
 def _coarse_resolution(finding: Finding, details: CoarseResolution) -> Words:
-    said = f"the step is {details.step:.3g} {details.unit}, the noise {two_digits(details.noise / details.step)} steps"
-    finer = "Choose a finer range or more bits for the log, and record again"
+    noise = two_digits(details.noise / details.step)
+    said = f"the noise is {noise} times the resolution of {details.step:.3g} {details.unit}"
+    finer = "Record again with a smaller range or more bits"
     if details.rounding == "unknown":
-        return Words(_joined(said, "random walk and bias instability cannot be trusted"), finer)
+        return Words(_joined(said, "random walk and bias instability are unreliable"), finer)
     if details.rounding == "quantization":
         added = f"{details.added:.3g} {_integrated(details.unit)}"
-        return Words(_joined(said, f"quantization noise up to {added}"))
+        return Words(_joined(said, f"adds up to {added} of quantization noise"))
     return Words(_joined(said, largest_factor_text(finding.factors)), finer if finding.severity == "warning" else "")
 
 
@@ -149,8 +153,9 @@ def _quantization_mismatch(finding: Finding, details: QuantizationMismatch) -> W
     unit, times = _integrated(details.unit), details.quantization / details.limit
     limit = f"S/√12 = {details.limit:.3g} {unit}"
     return Words(
-        f"Q = {details.quantization:.3g} {unit} is {times:.3g} times the limit of the step, {limit}",
-        "Look for other noise of slope -1, such as white noise of the angle or velocity",
+        f"fitted Q = {details.quantization:.3g} {unit} is {times:.3g} times the quantization noise of the log's step,"
+        f" {limit}",
+        "Look for other noise with slope -1, such as white noise of the angle or velocity",
     )
 
 
@@ -161,23 +166,23 @@ def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
     if details.evidence == "gravity":
         said = f"mean acceleration of {details.mean:.4g} m/s^2"
     elif details.evidence == "step":
-        said = f"the step is {details.step:.3g} rad/s ({details.sensitivity:.6g} LSB per deg/s is known)"
+        said = f"the resolution is {details.step:.3g} rad/s (1 LSB of sensors with {details.sensitivity:.6g} LSB per deg/s)"
     elif details.evidence == "axes":
         ratio = f"{_number(times)} times" if times > 1 else f"1/{_number(1 / times)} of"
-        said = f"white noise {ratio} that of {axes_text(details.others)}"
+        said = f"white noise is {ratio} that of {axes_text(details.others)}"
     elif details.evidence == "bias":
-        said = f"noise as of optical gyros with a mean of {_degrees_per_hour(details.mean or 0)} deg/h"
+        said = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(details.mean or 0)} deg/h"
     else:
         said = f"white noise of {noise}, {two_digits(times)} times that of the noisiest sensors"
         if times < 1:
-            said = f"white noise of {noise}, {two_digits(1 / times)} times less than that of the quietest sensors"
-    looks = f"looks like {details.likely}, not {details.stated}" if details.likely else "may be raw counts"
+            said = f"white noise of {noise}, 1/{two_digits(1 / times)} of that of the quietest sensors"
+    looks = f"the unit is probably {details.likely}" if details.likely else "the values may be raw counts"
     if not details.likely:
-        return Words(f"{said}; {looks}", "Read again with --scale for counts")
+        return Words(f"{said}; {looks}", "Run with --scale for raw counts")
     factor = finding.factors[0][1] if finding.factors else 1.0
     wrong = f"{_number(factor)} times too large" if factor > 1 else f"{_number(1 / factor)} times too small"
-    counts = ", or with --scale if these are counts" if details.counts else ""
-    return Words(f"{said}; {looks}", f"Read again with {details.option}{counts}; all coefficients are now {wrong}")
+    counts = ", or with --scale for raw counts" if details.counts else ""
+    return Words(f"{said}; {looks}", f"Run with {details.option}{counts}; all coefficients are now {wrong}")
 
 
 def _gravity(finding: Finding, details: Gravity) -> Words:
@@ -185,16 +190,16 @@ def _gravity(finding: Finding, details: Gravity) -> Words:
     if details.cause == "bias_or_scale":
         off = f"{percent(abs(details.deviation))} {'more' if details.deviation > 0 else 'less'} than gravity"
         return Words(
-            f"{mean}, {off}: biases and scale errors; a scale error changes all coefficients",
+            f"{mean} is {off}: bias or scale error; a scale error changes all coefficients",
             "Calibrate in six positions if the scale matters",
         )
     if details.cause == "removed":
         return Words(
-            f"{mean}: gravity was removed, and the noise of the attitude that this took may remain",
-            "Record the sensor's own output if possible",
+            f"{mean}: gravity was subtracted, which may add noise of the estimated attitude",
+            "Record the raw output of the sensor if possible",
         )
-    times = f"{1 + details.deviation:.3g} times the sensor's own"
-    said = f"{mean}, gravity is {details.low:g} to {details.high:g}; coefficients may be {times}"
+    times = f"{1 + details.deviation:.3g} times the true values"
+    said = f"{mean}, gravity is {details.low:g} to {details.high:g}; all coefficients may be {times}"
     return Words(said, "Check --unit, --scale and --channels")
 
 
@@ -203,14 +208,15 @@ def _earth_rate(finding: Finding, details: EarthRate) -> Words:
     mean = f"mean rate of {_degrees_per_hour(details.mean)} {allowed} deg/h"
     earth = f"{math.degrees(details.earth_rate) * 3600:.4g} deg/h"
     if details.agrees:
-        return Words(f"{mean} agrees with the Earth's, {earth}: unit and scale are plausible")
+        return Words(f"{mean} agrees with the Earth rate, {earth}: unit and scale are plausible")
     if details.bias is None:
         return Words(
-            f"{mean}: the mean or the Earth's rate, {earth}, was removed; no coefficient changed",
-            "Find out what removed it: a high-pass filter also removes slow noise",
+            f"{mean}: the mean or the Earth rate, {earth}, was subtracted; coefficients unchanged",
+            "Find the cause: a high-pass filter also removes slow noise",
         )
     return Words(
-        f"{mean} is not the Earth's, {earth}: wrong unit or scale, a larger bias, or motion", "Check --unit and --scale"
+        f"{mean} differs from the Earth rate, {earth}: wrong unit or scale, a larger bias, or motion",
+        "Check --unit and --scale",
     )
 
 

@@ -177,7 +177,7 @@ def _head(file: Path) -> Head:
                 data = data or stream.read(HEAD)
         except zlib.error:
             if not unpacked:
-                raise DataError("the compressed data are damaged; get or make the file again") from None
+                raise DataError("the compressed data are damaged; copy or record the file again") from None
     if not unpacked:
-        raise DataError("is empty after decompression, or is cut off; get or make the file again")
+        raise DataError("is empty after decompression, or is truncated; copy or record the file again")
     return Head(data=unpacked[:HEAD], whole=len(unpacked) <= HEAD, gzip=True)

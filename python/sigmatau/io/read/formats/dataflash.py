@@ -1,7 +1,7 @@
 """ArduPilot logs (DataFlash, .bin): each kind of message is a table, by instance.
 
 ``FMT`` defines the messages; ``FMTU``, ``UNIT`` and ``MULT`` define their units. Compiled code follows the chain of messages
-and reports where it breaks off. This module interprets the fields.
+and reports where it is truncated. This module interprets the fields.
 https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html
 """
 

@@ -109,8 +109,8 @@ def damaged(error: Exception) -> DataError:
     """A `DataError` from an error of h5py."""
     if match := _CUT.search(first_line(error)):
         return DataError(
-            f"is cut off: it has {match[1]} of {match[2]} bytes, and HDF5 files are only readable whole; get or make the"
-            " file again"
+            f"is truncated: it has {match[1]} of {match[2]} bytes, and an HDF5 file is only readable whole; copy or record"
+            " the file again"
         )
     return library_errors.damaged(error)
 
@@ -190,18 +190,18 @@ def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN
     stored = int(dataset.id.get_storage_size())
     name = "/".join(names)
     if stored == 0:
-        raise DataError(f"dataset {name} was never written; get or make the file again")
+        raise DataError(f"dataset {name} was never written; copy or record the file again")
     if stored > size or declared > max(_ALWAYS_READ, stored * _MAX_RATIO):
         raise DataError(f"dataset {name} declares {declared} bytes but the file stores {stored}; it is damaged")
     if dataset.chunks is None:
         if stored < declared and dataset.external is None:
-            raise DataError(f"dataset {name} has {stored} of {declared} bytes; get or make the file again")
+            raise DataError(f"dataset {name} has {stored} of {declared} bytes; copy or record the file again")
         return
     want = 1
     for n, chunk in zip(dataset.shape, dataset.chunks, strict=True):
         want *= -(-n // chunk)
     if (got := dataset.id.get_num_chunks()) < want:
-        raise DataError(f"dataset {name} has {got} of {want} chunks; get or make the file again")
+        raise DataError(f"dataset {name} has {got} of {want} chunks; copy or record the file again")
 
 
 def loader(
@@ -275,7 +275,7 @@ def check_heaps(path: Path) -> None:
     """Raise `DataError` if a damaged heap would make the library search for a string without end."""
     status = path.stat()
     if not _heaps_are_sound(str(path), status.st_size, status.st_mtime_ns):
-        raise DataError("is damaged: the sizes of a global heap are wrong; get or make the file again")
+        raise DataError("is damaged: the sizes of a global heap are wrong; copy or record the file again")
 
 
 @lru_cache(maxsize=4)

@@ -16,9 +16,9 @@ def first_line(error: Exception) -> str:
     return str(error).split("\n")[0].strip("'\"") or type(error).__name__
 
 
-def damaged(error: Exception, what: str = "damaged or cut off") -> DataError:
+def damaged(error: Exception, what: str = "damaged or truncated") -> DataError:
     """A `DataError` from the error of a library."""
-    return DataError(f"is {what} ({first_line(error)}); get or make the file again")
+    return DataError(f"is {what} ({first_line(error)}); copy or record the file again")
 
 
 @contextmanager

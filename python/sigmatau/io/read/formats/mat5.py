@@ -137,7 +137,7 @@ def walk(path: Path, head: bytes, found: Found) -> None:
     order = "<" if head[126:128] == b"IM" else ">"
     size = path.stat().st_size
     if size <= _HEADER:
-        raise DataError("ends after its header; get or make the file again")
+        raise DataError("ends after its header; copy or record the file again")
     data = np.memmap(path, dtype=np.uint8, mode="r")
     file = _Bytes(data, order)
     at = _HEADER
@@ -185,7 +185,7 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) ->
             try:
                 return _array(_matrix(_unpacked(element, size)))
             except (_BrokenError, zlib.error) as error:
-                raise DataError(f"variable {head.name} is damaged: {error}; get or make the file again") from None
+                raise DataError(f"variable {head.name} is damaged: {error}; copy or record the file again") from None
 
         found.add((head.name,), head.dims, load)
     elif head.kind == _STRUCT:

@@ -12,7 +12,7 @@ __all__ = ["broken"]
 
 
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
-    """A finding of where the chain of messages breaks off; nothing if it reaches the end of the file.
+    """A finding of where the chain of messages is truncated; nothing if it reaches the end of the file.
 
     Parameters
     ----------

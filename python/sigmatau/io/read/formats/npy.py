@@ -115,7 +115,7 @@ def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
 
 
 def _rows_left(path: Path) -> tuple[NDArray[Any], Finding] | None:
-    """The whole rows of an array that is cut off; None if there are none, or the array is stored by columns."""
+    """The whole rows of an array that is truncated; None if there are none, or the array is stored by columns."""
     with contextlib.suppress(Exception), path.open("rb") as stream:
         shape, order, dtype = _header(stream)
         start = stream.tell()

@@ -28,7 +28,9 @@ def parquet(path: Path) -> Table:
     with path.open("rb") as stream:
         stream.seek(-min(8, size), 2)
         if not stream.read().endswith(MARK):
-            raise DataError("is cut off: the directory at the end of the Parquet file is missing; get or make it again")
+            raise DataError(
+                "is truncated: the directory at the end of the Parquet file is missing; copy or record it again"
+            )
     findings: tuple[Finding, ...] = ()
     groups: list[tuple[tuple[int, int], int, int]] = []  # bounds of the file, number and rows of the group
     bounds = _files_in(path)

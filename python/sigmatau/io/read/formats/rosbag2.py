@@ -53,7 +53,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             topics, definitions = _topics(base)
             compressed = {topic.id for topic in topics if _is_compressed(base, topic.id)}
     except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
-        raise DataError(f"is damaged or cut off, and no topic could be read ({error}); get or make it again") from None
+        raise DataError(
+            f"is damaged or truncated, and no topic could be read ({error}); copy or record it again"
+        ) from None
     if not topics:
         raise DataError("is a ROS 2 bag without topics")
     declared = _declared(path)
@@ -222,7 +224,7 @@ class _Reader:
             fault = f"the database cannot be read ({error})"
         rows = max(0, rows - doubt)
         if not rows and fault:
-            raise DataError(f"{fault}: no message of {self.topic.name} could be read; get or make the file again")
+            raise DataError(f"{fault}: no message of {self.topic.name} could be read; copy or record the file again")
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
         decoded = logs.Decoded(joined, rows)
         return Loaded(

@@ -58,7 +58,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
         if end.kind:
-            raise DataError(f"{where}: no topic could be read; get or make the file again")
+            raise DataError(f"{where}: no topic could be read; copy or record the file again")
         raise DataError("has no topics")
     groups: dict[tuple[str, str, str, str, bytes], list[logs.LogChannel]] = {}
     for channel in contents.channels:
@@ -199,7 +199,7 @@ class _Reader:
         )
         if not decoded.rows and end.kind:
             raise DataError(
-                f"{end.what} (byte {end.offset}): no message of {self.topic} could be read; get or make the file again"
+                f"{end.what} (byte {end.offset}): no message of {self.topic} could be read; copy or record the file again"
             )
         return Loaded(
             columns=finite_columns(decoded, self.layout, self.topic),

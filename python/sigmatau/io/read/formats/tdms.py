@@ -59,7 +59,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                 if channel.dtype.kind not in "iufM":
                     others.append(f"{group.name}/{channel.name}")
                     continue
-                # Where the file breaks off some channels are shorter: all are cut to the same length.
+                # Where the file is truncated some channels are shorter: all are cut to the same length.
                 whole = len(channel) + cut.get(channel.path, 0)
                 rows = min(upto, *(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole))
                 stamps = channel.dtype.kind == "M"

@@ -239,7 +239,7 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     if layout.decimal_comma:
         error.text = error.text.translate(str.maketrans(",.", ".,"))  # as in the file
     if error.kind == "ragged":
-        last = " (the file was cut off, if it is the last)" if error.got < error.expected else ""
+        last = " (the file was truncated, if it is the last)" if error.got < error.expected else ""
         return DataError(
             f"{place}: {error.got} field{'s' if error.got != 1 else ''}, {error.expected} expected;"
             f" correct or delete the line{last}"
@@ -259,11 +259,11 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     if error.kind == "too_long":
         return DataError(f"{place}: longer than 1 MiB, so it is not a row; delete it")
     if error.kind == "truncated":
-        return DataError(f"the gzip stream breaks off after line {error.line}; get or make the file again")
+        return DataError(f"the gzip stream is truncated after line {error.line}; copy or record the file again")
     if error.kind == "damaged":
         return DataError(
             f"the compressed data are damaged after line {error.line}, and the lines before may be wrong too;"
-            " get or make the file again"
+            " copy or record the file again"
         )
     if error.kind == "empty":
         return DataError("has no row of data")

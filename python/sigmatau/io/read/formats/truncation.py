@@ -1,4 +1,4 @@
-"""Detection of where a text table breaks off: an incomplete last line, or bytes that are not text.
+"""Detection of where a text table is truncated: an incomplete last line, or bytes that are not text.
 
 A crash, a full disk or a bad transfer leave such an end, and the rows before it are intact. A line with too few fields among
 good rows is a different fault: it is an error that the user must correct.

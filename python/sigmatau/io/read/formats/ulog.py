@@ -1,6 +1,6 @@
 """PX4 flight logs (ULog): each instance of a message is a table.
 
-Compiled code follows the chain of messages and reports where it breaks off. This module interprets the messages.
+Compiled code follows the chain of messages and reports where it is truncated. This module interprets the messages.
 https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 """
 
@@ -85,7 +85,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     try:
         scan = logs.scan_ulog(str(path))
     except ValueError as error:
-        raise DataError(f"is a PX4 flight log that cannot be read: {error}; get or make the file again") from None
+        raise DataError(f"is a PX4 flight log that cannot be read: {error}; copy or record the file again") from None
     size = path.stat().st_size
     formats = _defined(scan["formats"])
     topics = [

@@ -90,7 +90,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
             found = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
         except formats.TextReadError as error:
             if error.kind == "damaged":
-                raise DataError("the compressed data are damaged; get or make the file again") from None
+                raise DataError("the compressed data are damaged; copy or record the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
         for index, column in zip(wanted, found.columns, strict=True):
             refuse_infinite(column, columns[index].name, f"row {{row}} (counted from 0) of ${name}")

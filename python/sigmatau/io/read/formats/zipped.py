@@ -38,7 +38,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     Raises
     ------
     DataError
-        If the archive is damaged, cut off or encrypted, or has no text table; by ``load`` as for a text file, and if the
+        If the archive is damaged, truncated or encrypted, or has no text table; by ``load`` as for a text file, and if the
         checksum of a member is wrong.
     """
     import zipfile  # in the call, to keep the reading of text fast
@@ -131,4 +131,4 @@ def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
 
 
 def _damaged(error: Exception) -> DataError:
-    return damaged(error, "a damaged or cut off zip archive")
+    return damaged(error, "a damaged or truncated zip archive")

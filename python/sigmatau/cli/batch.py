@@ -31,25 +31,13 @@ _HEAD = 1 << 16  # bytes that decide whether a file is a log
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """The outcome of one log.
-
-    Attributes
-    ----------
-    log : Path
-    error : str
-        Why there is no result; empty if there is one.
-    findings : tuple of Finding
-    rows : tuple of tuple of str
-        Rows of the table: channel, length, rate, coefficients, verdict.
-    usage : bool
-        Whether the error is about an option.
-    """
+    """The outcome of one log."""
 
     log: Path
-    error: str = ""
+    error: str = ""  # Why there is no result; empty if there is one
     findings: tuple[Finding, ...] = ()
-    rows: tuple[tuple[str, ...], ...] = ()
-    usage: bool = False
+    rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, verdict
+    usage: bool = False  # Whether the error is about an option
 
     @property
     def code(self) -> int:
@@ -61,13 +49,6 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped.
 
     A log that is named, and is in a named folder too, is read once.
-
-    Raises
-    ------
-    DataError
-        If a folder contains no log.
-    OptionError
-        If a log is named twice.
     """
     named = [place for place in places if _is_log(place)]
     logs: dict[Path, Path] = {}  # by resolved path
@@ -140,13 +121,8 @@ def _mostly_digits(line: bytes) -> bool:
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
     """Outcomes of logs in the order of completion, `jobs` of them in parallel.
 
-    Parameters
-    ----------
-    logs : sequence of Path
-    work : callable
-        Analyses one log and writes its outputs. It is sent to another process, so it is a function of a module or a
-        `functools.partial` of one.
-    jobs : int
+    `work`: analyses one log and writes its outputs. It is sent to another process, so it is a function of a module or
+    a `functools.partial` of one.
     """
     context = multiprocessing.get_context("spawn")  # a forked process would lack the threads of this one
     waiting = list(logs)

@@ -43,21 +43,11 @@ _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meaning:
-    """An interpretation of a claim.
+    """An interpretation of a claim."""
 
-    Attributes
-    ----------
-    of : str
-        A term, or `MINIMUM`: the quantity of the result to compare with.
-    factor : float
-        Multiplies the number of the datasheet for the comparison.
-    words : str
-        ``"one-sided"``; empty if there is only one interpretation.
-    """
-
-    of: str
-    factor: float
-    words: str
+    of: str  # A term, or `MINIMUM`: the quantity of the result to compare with
+    factor: float  # Multiplies the number of the datasheet for the comparison
+    words: str  # ``"one-sided"``; empty if there is only one interpretation
 
 
 _ONE = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
@@ -85,33 +75,18 @@ def check_meanings(sided: str | None, bias: str | None) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """Specification of one term of one sensor.
+    """Specification of one term of one sensor."""
 
-    Attributes
-    ----------
-    sensor : str
-        ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``.
-    key : str
-        One of `KEYS`.
-    typical, maximum : float or None
-        Numbers of the datasheet in SI; at least one of them. [unit]
-    typical_text, maximum_text : str
-        The same in the unit of the datasheet.
-    convention : str
-        Noise density: ``"one"``, ``"two"`` (sided) or ``"unknown"``; bias instability: ``"minimum"`` (of the Allan
-        deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty.
-    note : str
-        Conditions, or the reason for the convention.
-    """
-
-    sensor: str
-    key: str
-    typical: float | None = None
+    sensor: str  # ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``
+    key: str  # One of `KEYS`
+    typical: float | None = None  # Numbers of the datasheet in SI; at least one of them. [unit]
     maximum: float | None = None
-    typical_text: str = ""
+    typical_text: str = ""  # The same in the unit of the datasheet
     maximum_text: str = ""
+    # Noise density: ``"one"``, ``"two"`` (sided) or ``"unknown"``; bias instability: ``"minimum"`` (of the Allan
+    # deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty
     convention: str = ""
-    note: str = ""
+    note: str = ""  # Conditions, or the reason for the convention
 
     @property
     def term(self) -> str:

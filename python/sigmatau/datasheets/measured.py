@@ -29,31 +29,15 @@ _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """A measured quantity. [unit of the claim]
+    """A measured quantity. [unit of the claim]"""
 
-    Attributes
-    ----------
-    value : float or None
-        None if not observed.
-    low, high : float or None
-        Interval, if known.
-    upper_limit : float or None
-        Upper limit, if not observed.
-    lower_limit : float or None
-        Lower bound, if only a part is known.
-    level : float
-        Confidence level of interval or limits; 1 for a limit from a model without intervals.
-    words : str
-        Why nothing is known, or terms that were not observed and may contribute.
-    """
-
-    value: float | None = None
-    low: float | None = None
+    value: float | None = None  # None if not observed
+    low: float | None = None  # Interval, if known
     high: float | None = None
-    upper_limit: float | None = None
-    lower_limit: float | None = None
-    level: float = 0.95
-    words: str = ""
+    upper_limit: float | None = None  # Upper limit, if not observed
+    lower_limit: float | None = None  # Lower bound, if only a part is known
+    level: float = 0.95  # Confidence level of interval or limits; 1 for a limit from a model without intervals
+    words: str = ""  # Why nothing is known, or terms that were not observed and may contribute
 
     @property
     def anything(self) -> bool:

@@ -23,19 +23,11 @@ _MOST_PRINTED_SIGMAS = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A measured value against one limit.
+    """A measured value against one limit."""
 
-    Attributes
-    ----------
-    limit : float
-        In the convention of the comparison. [SI]
-    side : {"below", "undecided", "above"}
-    sigmas : float or None
-        Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed.
-    """
-
-    limit: float
+    limit: float  # In the convention of the comparison. [SI]
     side: Side
+    # Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed
     sigmas: float | None = None
 
     def words(self) -> str:
@@ -73,25 +65,13 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """The status of one claim for one channel.
-
-    Attributes
-    ----------
-    channel : str
-    claim : Claim
-    readings : tuple of Reading
-        One for each possible meaning.
-    status : {"within", "above typical", "undecided", "out"}
-        ``"above typical"``: not above the maximum, if there is one.
-    reason : str
-        Reason for ``"undecided"``.
-    """
+    """The status of one claim for one channel."""
 
     channel: str
     claim: Claim
-    readings: tuple[Reading, ...]
-    status: Status
-    reason: str = ""
+    readings: tuple[Reading, ...]  # One for each possible meaning
+    status: Status  # ``"above typical"``: not above the maximum, if there is one
+    reason: str = ""  # Reason for ``"undecided"``
 
     @property
     def may_be_out(self) -> bool:

@@ -244,13 +244,7 @@ class Accumulator(Printed):
 
 
 def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strided") -> Curves:
-    """Curves of a stream that is read in pieces; see `Accumulator`.
-
-    Raises
-    ------
-    NonFiniteError
-        If a sample is missing.
-    """
+    """Curves of a stream that is read in pieces; see `Accumulator`."""
     refuse_missing(stream, "a sum in bounded memory")
     if isinstance(taus, str) and taus == "all":
         raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")

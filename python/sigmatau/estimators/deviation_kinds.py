@@ -27,24 +27,12 @@ Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimator:
-    """An entry of `KINDS`.
+    """An entry of `KINDS`."""
 
-    Attributes
-    ----------
-    label : str
-        As it is printed.
-    kernel : str
-        The estimator of the core that it is made of.
-    of_phase : bool
-        Whether it is in the unit of the phase (rad, m/s), not of the rate.
-    tau_per_m : float
-        Averaging time over the cluster size in samples.
-    """
-
-    label: str
-    kernel: str
-    of_phase: bool = False
-    tau_per_m: float = 1.0
+    label: str  # As it is printed
+    kernel: str  # The estimator of the core that it is made of
+    of_phase: bool = False  # Whether it is in the unit of the phase (rad, m/s), not of the rate
+    tau_per_m: float = 1.0  # Averaging time over the cluster size in samples
 
 
 KINDS: Mapping[str, Estimator] = {

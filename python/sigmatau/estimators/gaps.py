@@ -38,33 +38,19 @@ _known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Expected:
-    """Expected Allan variances for unit coefficients, one sample interval being 1.
+    """Expected Allan variances for unit coefficients, one sample interval being 1."""
 
-    Attributes
-    ----------
-    m : ndarray of int, shape (n_tau,)
-        Cluster sizes.
-    n_pairs : ndarray of int, shape (n_tau,)
-        Pairs of clusters that are both at least half full. Of a size without one, all else is NaN.
-    avar : ndarray, shape (n_tau, 4)
-        Of each of `TERMS`.
-    telescoping : ndarray, shape (n_tau,)
-        The part of quantization noise that is as without gaps, over 3/m²; what else there is of it is white.
-    square_distance : ndarray, shape (n_tau,)
-        Mean square of the distance of the mean times of the two clusters; m² without gaps. [samples²]
-    times : ndarray, shape (n_times,)
-        Correlation times of Gauss-Markov processes. [samples]
-    ratios : ndarray, shape (n_tau, n_times)
-        Variance of each such process over that without gaps.
-    """
-
-    m: NDArray[np.int64]
+    m: NDArray[np.int64]  # shape (n_tau,); cluster sizes
+    # shape (n_tau,); pairs of clusters that are both at least half full. Of a size without one, all else is NaN.
     n_pairs: NDArray[np.int64]
-    avar: Floats
+    avar: Floats  # shape (n_tau, 4); of each of `TERMS`
+    # shape (n_tau,); the part of quantization noise that is as without gaps, over 3/m²; what else there is of it is
+    # white
     telescoping: Floats
+    # shape (n_tau,); mean square of the distance of the mean times of the two clusters; m² without gaps. [samples²]
     square_distance: Floats
-    times: Floats
-    ratios: Floats
+    times: Floats  # shape (n_times,); correlation times of Gauss-Markov processes. [samples]
+    ratios: Floats  # shape (n_tau, n_times); variance of each such process over that without gaps
 
 
 class Gaps:
@@ -93,10 +79,7 @@ class Gaps:
     def of(cls, missing: NDArray[np.bool_]) -> Self:
         """The gaps of a channel.
 
-        Parameters
-        ----------
-        missing : ndarray of bool, shape (n,)
-            True where a sample is missing, as in `sigmatau.record.streams.Stream.mask`.
+        `missing`: true where a sample is missing, as in `sigmatau.record.streams.Stream.mask`.
         """
         return cls._shared(np.packbits(~missing), len(missing))
 
@@ -159,15 +142,7 @@ class Gaps:
     def gauss_markov_ratio(self, time: float, m: ArrayLike) -> Floats:
         """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation time.
 
-        Parameters
-        ----------
-        time : float
-            Correlation time. [samples]
-        m : array_like of int, shape (n_tau,)
-
-        Returns
-        -------
-        ndarray, shape (n_tau,)
+        `time`: correlation time [samples].
         """
         from scipy.interpolate import PchipInterpolator
 

@@ -41,34 +41,18 @@ _MOST_MISSING = 0.1  # of the samples of a window
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DynamicAllan(Printed):
-    """Allan deviation of one channel over time and averaging time.
-
-    Attributes
-    ----------
-    channel : str
-    quantity, unit : str
-        Of the rate; SI.
-    times : ndarray, shape (n_times,)
-        Middle of each window, from the first sample of the stream. [s]
-    tau : ndarray, shape (n_tau,)
-        Averaging times. [s]
-    adev : ndarray, shape (n_times, n_tau)
-        Overlapped Allan deviation of each window; NaN where a window misses more than a
-        tenth of its samples. [unit]
-    n : int
-        Samples in a window.
-    window, step : float
-        Length of a window, and from the beginning of one to that of the next. [s]
-    """
+    """Allan deviation of one channel over time and averaging time."""
 
     channel: str
-    quantity: str
+    quantity: str  # Of the rate; SI
     unit: str
-    times: NDArray[np.float64]
-    tau: NDArray[np.float64]
+    times: NDArray[np.float64]  # shape (n_times,); middle of each window, from the first sample of the stream. [s]
+    tau: NDArray[np.float64]  # shape (n_tau,); averaging times. [s]
+    # shape (n_times, n_tau); overlapped Allan deviation of each window; NaN where a window misses more than a tenth of
+    # its samples. [unit]
     adev: NDArray[np.float64]
-    n: int
-    window: float
+    n: int  # Samples in a window
+    window: float  # Length of a window, and from the beginning of one to that of the next. [s]
     step: float
 
     def __post_init__(self) -> None:

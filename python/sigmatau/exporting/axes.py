@@ -20,13 +20,7 @@ def of_channel(numbers: Numbers, channel: str) -> Numbers:
 
 
 def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
-    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``.
-
-    Raises
-    ------
-    DataError
-        For ``axes="each"`` if the model has not all three axes.
-    """
+    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
     channels = numbers.channels(sensor)
     if numbers.choices.axes != "each":
         one = of(numbers)

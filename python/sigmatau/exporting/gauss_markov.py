@@ -55,36 +55,16 @@ _MOST_SLOW_NOISE = 1.1  # Allan deviation of all slow noise over that of the pro
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
-    """A first-order Gauss-Markov process in SI, before the conversion of a target.
+    """A first-order Gauss-Markov process in SI, before the conversion of a target."""
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation, including the factor. [rad/s or m/s²]
-    time : float
-        Correlation time. [s]
-    origin : str
-        What it approximates, for a comment.
-    fit : str
-        Averaging time at which it is exact, and errors elsewhere, for a comment.
-    place : str
-        Name of this averaging time.
-    omitted : str
-        What it does not include, for a comment.
-    walk : bool
-        Whether it approximates a random walk, up to a tenth of its correlation time.
-    own : bool
-        Whether it is a process of the model, which no horizon affects.
-    """
-
-    sigma: float
-    time: float
-    origin: str
-    fit: str
-    place: str
-    omitted: str = ""
-    walk: bool = False
-    own: bool = False
+    sigma: float  # Standard deviation, including the factor. [rad/s or m/s²]
+    time: float  # Correlation time. [s]
+    origin: str  # What it approximates, for a comment
+    fit: str  # Averaging time at which it is exact, and errors elsewhere, for a comment
+    place: str  # Name of this averaging time
+    omitted: str = ""  # What it does not include, for a comment
+    walk: bool = False  # Whether it approximates a random walk, up to a tenth of its correlation time
+    own: bool = False  # Whether it is a process of the model, which no horizon affects
 
     @property
     def words(self) -> str:
@@ -130,13 +110,7 @@ def relative_avar(x: float) -> float:
 
 
 def process(numbers: Numbers, sensor: str) -> Process:
-    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time.
-
-    Raises
-    ------
-    OptionError
-        If the model has no slow noise, or no averaging time to match it at; the message lists the choices.
-    """
+    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time."""
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
         return _of_walk(numbers, sensor)

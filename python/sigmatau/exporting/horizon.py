@@ -19,18 +19,8 @@ def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) ->
     quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there, and the bias
     state of a filter does not follow it.
 
-    Parameters
-    ----------
-    model : ChannelModel
-    horizon : float
-        Averaging time; rounded to whole samples, see `sampled`. [s]
-    rate : float or None
-        Sampling rate; without one the horizon is not rounded. [Hz]
-
-    Returns
-    -------
-    float
-        [rad/s²/√Hz or m/s³/√Hz]
+    `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
+    horizon is not rounded [Hz]; Returns [rad/s²/√Hz or m/s³/√Hz].
     """
     return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
 

@@ -32,23 +32,12 @@ _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet",
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prepared(Printed):
-    """The content of a file for another program.
+    """The content of a file for another program."""
 
-    Attributes
-    ----------
-    to : str
-        The target.
-    path : Path or None
-        File that `write` writes.
-    content : str or bytes
-    findings : tuple of Finding
-        Findings about the file; comments in the file state them too.
-    """
-
-    to: str
-    path: Path | None
+    to: str  # The target
+    path: Path | None  # File that `write` writes
     content: str | bytes
-    findings: tuple[Finding, ...]
+    findings: tuple[Finding, ...]  # Findings about the file; comments in the file state them too
 
     def write(self) -> None:
         """Write the file atomically; raises `DataError` if it cannot be written."""
@@ -79,21 +68,7 @@ def prepare_all(
 ) -> list[Prepared]:
     """The same for several targets. A choice that does not apply to one of them is ignored there, with a finding.
 
-    Parameters
-    ----------
-    model : NoiseModel, Analysis or Source
-    files : mapping of str to (Path or None)
-        File by target.
-    choices : Choices, optional
-    named : bool
-        Whether errors begin with the name of the target.
-
-    Raises
-    ------
-    OptionError
-        As `export`; also for a choice that applies to none of the targets.
-    DataError
-        As `export`.
+    `named`: whether errors begin with the name of the target.
     """
     source, chosen = source_of(model), _chosen(choices)
 

@@ -43,24 +43,12 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadBack(Printed):
-    """A model from another program's file.
+    """A model from another program's file."""
 
-    Attributes
-    ----------
-    model : NoiseModel
-        Channels ``gyro`` and ``accel`` if the file has one number for all axes.
-    rate : float or None
-        Sampling rate of the file or the caller. [Hz]
-    findings : tuple of Finding
-        Numbers that the file misnames, and numbers that were omitted.
-    names : mapping of str to str
-        The topic, if the file has one.
-    """
-
-    model: NoiseModel
-    rate: float | None
-    findings: tuple[Finding, ...]
-    names: Mapping[str, str] = field(default_factory=dict)
+    model: NoiseModel  # Channels ``gyro`` and ``accel`` if the file has one number for all axes
+    rate: float | None  # Sampling rate of the file or the caller. [Hz]
+    findings: tuple[Finding, ...]  # Numbers that the file misnames, and numbers that were omitted
+    names: Mapping[str, str] = field(default_factory=dict)  # The topic, if the file has one
 
     def __repr__(self) -> str:
         return "\n".join([repr(self.model), *map(str, self.findings)])
@@ -69,20 +57,7 @@ class ReadBack(Printed):
 def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
     """The model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; detected from the keys.
 
-    Parameters
-    ----------
-    text : str
-        Content of the file.
-    rate : float, optional
-        Sampling rate of the record; required for imu_utils, whose file does not contain it. [Hz]
-
-    Raises
-    ------
-    DataError
-        If the format is unknown, several IMUs are described, one of the four densities is missing, a key is misspelled, or
-        a value is not a positive number.
-    OptionError
-        If the file is from imu_utils and there is no `rate`.
+    `rate`: sampling rate of the record; required for imu_utils, whose file does not contain it [Hz].
     """
     values = _values(text)
     other = "; anchors and {…} are not supported: write each key on a separate line" if _OTHER.search(text) else ""

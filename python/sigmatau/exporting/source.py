@@ -25,44 +25,23 @@ _SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """Measured variance of a sample.
+    """Measured variance of a sample."""
 
-    Attributes
-    ----------
-    variance : float
-        About the mean over `time`. [(rate unit)²]
-    time : float
-        Length of this mean. [s]
-    """
-
-    variance: float
-    time: float
+    variance: float  # About the mean over `time`. [(rate unit)²]
+    time: float  # Length of this mean. [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source(Printed):
-    """A noise model and the data about its record that an export needs.
-
-    Attributes
-    ----------
-    model : NoiseModel
-    rates : mapping of str to float
-        Sampling rate by channel, if known. [Hz]
-    findings : tuple of Finding
-        Findings about the file that was read.
-    corners : mapping of str to float
-        Corner of the low-pass filter that the analysis found, by channel. [Hz]
-    samples : mapping of str to Sample
-        Measured variance of a sample, by channel.
-    names : mapping of str to str
-        Fields of the file beside the noise parameters, such as a topic.
-    """
+    """A noise model and the data about its record that an export needs."""
 
     model: NoiseModel
-    rates: Mapping[str, float]
-    findings: tuple[Finding, ...] = ()
+    rates: Mapping[str, float]  # Sampling rate by channel, if known. [Hz]
+    findings: tuple[Finding, ...] = ()  # Findings about the file that was read
+    # Corner of the low-pass filter that the analysis found, by channel. [Hz]
     corners: Mapping[str, float] = field(default_factory=dict)
-    samples: Mapping[str, Sample] = field(default_factory=dict)
+    samples: Mapping[str, Sample] = field(default_factory=dict)  # Measured variance of a sample, by channel
+    # Fields of the file beside the noise parameters, such as a topic
     names: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -120,18 +99,7 @@ def source_of(given: object) -> Source:
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
 
-    Parameters
-    ----------
-    path : str or Path
-    rate : float, optional
-        Sampling rate; replaces that of a YAML file. [Hz]
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read or understood.
-    OptionError
-        If the file needs a rate and none is given.
+    `rate`: sampling rate; replaces that of a YAML file [Hz].
     """
     path = Path(path)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -184,13 +152,7 @@ def _check_rate(value: object) -> None:
 
 
 def one_rate(rates: Mapping[str, float]) -> float | None:
-    """The sampling rate of gyros and accelerometers; None if not known.
-
-    Raises
-    ------
-    OptionError
-        If the rates differ.
-    """
+    """The sampling rate of gyros and accelerometers; None if not known."""
     found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
     if not found:
         return None

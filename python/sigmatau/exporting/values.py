@@ -32,18 +32,10 @@ _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Number:
-    """A number in SI, before the conversion of a target.
+    """A number in SI, before the conversion of a target."""
 
-    Attributes
-    ----------
-    value : float
-        Estimate times factor.
-    words : str
-        Origin, for a comment; one line.
-    """
-
-    value: float
-    words: str
+    value: float  # Estimate times factor
+    words: str  # Origin, for a comment; one line
 
 
 class Numbers:

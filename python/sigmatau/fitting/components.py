@@ -50,47 +50,27 @@ def power_of_interval(name: str) -> int:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Components:
-    """Terms at the cluster sizes `m` of a record of `n` samples.
+    """Terms at the cluster sizes `m` of a record of `n` samples."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if one is fitted.
-    n : int
-    m : ndarray of int, shape (n_tau,)
-    design : ndarray, shape (n_tau, n_terms)
-        Expected Allan variance for θ = 1.
-    noise : ndarray, shape (n_terms·(n_terms+1)/2, n_tau, n_tau)
-        Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together.
-    slopes : ndarray, shape (n_terms, n_tau, n_tau)
-        Covariance, for θ = 1, of the ramps estimated from the mean second differences.
-    spectra : ndarray, shape (n_terms, n_modes)
-        Power of a mode for θ = 1, over n.
-    gains : ndarray, shape (n_tau, n_modes)
-    modes : ndarray, shape (n_modes,)
-        Number of modes that each represents.
-    squares : ndarray, shape (n_tau,)
-        Mean square of the distance of the two clusters of a pair, m² without gaps: twice the variance of a ramp of 1.
-    ramp_weights : ndarray or None, shape (n_tau,)
-        Weights of the ramp that was removed, if any.
-    gaps : Gaps or None
-        Missing samples.
-    powers : ndarray or None, shape (n_terms, n_tau, n_modes)
-        With gaps, gain times power for θ = 1: the share of a mode then depends on the averaging time.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if one is fitted
     n: int
-    m: NDArray[np.int64]
-    design: Floats
-    noise: Floats
+    m: NDArray[np.int64]  # shape (n_tau,)
+    design: Floats  # shape (n_tau, n_terms); expected Allan variance for θ = 1
+    noise: (
+        Floats  # shape (n_terms·(n_terms+1)/2, …); Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together
+    )
+    # shape (n_terms, n_tau, n_tau); covariance, for θ = 1, of the ramps estimated from the mean second differences
     slopes: Floats
-    spectra: Floats
-    gains: Floats
-    modes: Floats
+    spectra: Floats  # shape (n_terms, n_modes); power of a mode for θ = 1, over n
+    gains: Floats  # shape (n_tau, n_modes)
+    modes: Floats  # shape (n_modes,); number of modes that each represents
+    # shape (n_tau,); mean square of the distance of the two clusters of a pair, m² without gaps: twice the variance of
+    # a ramp of 1
     squares: Floats
-    ramp_weights: Floats | None = None
-    gaps: Gaps | None = None
+    ramp_weights: Floats | None = None  # shape (n_tau,); weights of the ramp that was removed, if any
+    gaps: Gaps | None = None  # Missing samples
+    # shape (n_terms, n_tau, n_modes); with gaps, gain times power for θ = 1: the share of a mode then depends on the
+    # averaging time
     powers: Floats | None = None
 
     def from_index(self, first: int) -> Self:

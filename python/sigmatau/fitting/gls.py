@@ -30,39 +30,20 @@ _LEAST_EIGENVALUE = 1e-9  # of correlations
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value.
+    """Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value."""
 
-    Attributes
-    ----------
-    z : float
-        (estimate − trial) / sigma; the estimate is unconstrained and may be negative.
-    sigma, skewness : float
-        Of the estimate, if the trial value is true.
-    theta : ndarray
-        The trial value, and the other coefficients fitted.
-    weights : ndarray
-        Of the Allan variances in the estimate.
-    """
-
-    z: float
-    sigma: float
+    z: float  # (estimate − trial) / sigma; the estimate is unconstrained and may be negative
+    sigma: float  # Of the estimate, if the trial value is true
     skewness: float
-    theta: Floats
-    weights: Floats
+    theta: Floats  # The trial value, and the other coefficients fitted
+    weights: Floats  # Of the Allan variances in the estimate
 
 
 class Gls:
     """Generalised least squares problem: Allan variances and their components; squared coefficients θ in samples.
 
-    Parameters
-    ----------
-    parts : Components
-    avar : ndarray, shape (n_tau,)
-    candidates : sequence of int, optional
-        Indices of the terms that are fitted. Default: all.
-    tangent : ndarray, shape (n_tau,), optional
-        Derivative of the variances by the shape of a term that was found by a search. Errors of the shape are then not
-        evidence of any term.
+    `candidates`: indices of the terms that are fitted. Default: all; `tangent`: derivative of the variances by the
+    shape of a term that was found by a search. Errors of the shape are then not evidence of any term.
     """
 
     __slots__ = ("avar", "candidates", "parts", "tangent")

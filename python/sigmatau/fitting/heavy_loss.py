@@ -28,16 +28,7 @@ _PER_OCTAVE = 12  # ranges of longer distances
 def white_covariance(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
     """Covariance of the Allan variances of white noise of variance 1, for the pairs of clusters at least half full.
 
-    Parameters
-    ----------
-    there : ndarray of bool, shape (n,)
-    m : ndarray of int, shape (n_tau,)
-        Cluster sizes, each with a pair.
-
-    Returns
-    -------
-    ndarray, shape (n_tau, n_tau)
-        Positive semidefinite; good to about 3 %.
+    `m`: cluster sizes, each with a pair; Returns positive semidefinite; good to about 3 %.
     """
     n = len(there)
     edges = _edges(min(2 * int(m.max()), n))

@@ -34,22 +34,12 @@ _TOLERANCE = 1e-4  # relative error of a coefficient, below the printed digits
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Test and interval of one squared coefficient.
+    """Test and interval of one squared coefficient."""
 
-    Attributes
-    ----------
-    p_value : float
-        Probability of such an estimate or a larger one if the term is absent.
-    low, high : float
-        Interval of θ; low is 0 if the term is not found.
-    null : ndarray
-        All θ, fitted without the term.
-    """
-
-    p_value: float
-    low: float
+    p_value: float  # Probability of such an estimate or a larger one if the term is absent
+    low: float  # Interval of θ; low is 0 if the term is not found
     high: float
-    null: Floats
+    null: Floats  # All θ, fitted without the term
 
 
 def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
@@ -71,15 +61,7 @@ def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
 def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
     """Test, interval and limit of one term.
 
-    Parameters
-    ----------
-    gls : Gls
-    term : int
-        Its index.
-    theta : ndarray
-        The fit with all terms: the starting point.
-    level : float
-        Of the interval; the term is found if p < 1 − level.
+    `theta`: the fit with all terms: the starting point; `level`: of the interval; the term is found if p < 1 − level.
     """
     estimate = max(float(theta[term]), 0.0)
     try:

@@ -59,13 +59,7 @@ def components_with_gaps(
 def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> Components:
     """The components with gaps from those of a complete record.
 
-    Parameters
-    ----------
-    full : Components
-        Without a ramp removed, and without a sinusoid.
-    gaps : Gaps
-    correlation_time : float or None
-        Of the Gauss-Markov process. [samples]
+    `full`: without a ramp removed, and without a sinusoid; `correlation_time`: of the Gauss-Markov process [samples].
     """
     e = gaps.expected(full.m)
     sizes = full.m.astype(float)

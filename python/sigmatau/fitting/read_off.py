@@ -35,21 +35,11 @@ LARGEST_ERROR = 0.35
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """Conditions for a region of a term.
+    """Conditions for a region of a term."""
 
-    Attributes
-    ----------
-    tolerance : float
-        Largest difference of its slope from that of the term.
-    slope_error : float
-        Largest standard error of its slope by eq. (26).
-    span : float
-        Smallest ratio of its longest to its shortest averaging time.
-    """
-
-    tolerance: float = 0.1
-    slope_error: float = 0.1
-    span: float = 4.0
+    tolerance: float = 0.1  # Largest difference of its slope from that of the term
+    slope_error: float = 0.1  # Largest standard error of its slope by eq. (26).
+    span: float = 4.0  # Smallest ratio of its longest to its shortest averaging time
 
 
 # From Monte Carlo: in each of 20 cases an absent term is reported in at most 5 % of the records (studies/read_off.py,
@@ -76,32 +66,16 @@ GAIN = 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coefficient:
-    """One coefficient, read off.
+    """One coefficient, read off."""
 
-    Attributes
-    ----------
-    term : str
-        Key of `sigmatau.noise.terms.TERMS`.
-    value, error : float
-        Coefficient and its error by eq. (26), one standard error. [unit]
-    unit : str
-        SI.
-    tau_min, tau_max : float
-        The region. [s]
-    slope : float
-        Fitted slope of the region.
-    percentage : float
-        error / value.
-    """
-
-    term: str
-    value: float
+    term: str  # Key of `sigmatau.noise.terms.TERMS`
+    value: float  # Coefficient and its error by eq. (26), one standard error. [unit]
     error: float
-    unit: str
-    tau_min: float
+    unit: str  # SI
+    tau_min: float  # The region. [s]
     tau_max: float
-    slope: float
-    percentage: float
+    slope: float  # Fitted slope of the region
+    percentage: float  # error / value
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""

@@ -35,17 +35,10 @@ _LEAST_GAIN = 20.0  # in χ²: the best of hundreds of frequencies improves a go
 
 @dataclass(frozen=True, slots=True)
 class Extension:
-    """A sixth term with the parameter of its shape.
-
-    Attributes
-    ----------
-    kind : {"gauss_markov", "sinusoid"}
-    shape : float
-        Correlation time in samples, or frequency in cycles per sample.
-    """
+    """A sixth term with the parameter of its shape."""
 
     kind: Literal["gauss_markov", "sinusoid"]
-    shape: float
+    shape: float  # Correlation time in samples, or frequency in cycles per sample
 
     def arguments(self) -> dict[str, float]:
         """Keyword arguments of `sigmatau.fitting.masked_components.components_with_gaps`."""

@@ -96,16 +96,7 @@ class _Patient(io.RawIOBase):
 
 
 class Hdf5Table:
-    """A dataset a column, with its unit as an attribute and checksums.
-
-    Parameters
-    ----------
-    library : module
-        h5py.
-    path : Path
-    columns : sequence of (str, str)
-        Name and unit of each.
-    """
+    """A dataset a column, with its unit as an attribute and checksums."""
 
     def __init__(self, library: Any, path: Path, columns: Sequence[tuple[str, str]]) -> None:  # noqa: ANN401  no types
         self._library = library

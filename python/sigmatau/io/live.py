@@ -44,18 +44,8 @@ _GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
 def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
     """The bytes of standard input (``-``) or of a growing file, as they come.
 
-    Parameters
-    ----------
-    source : str
-    every : float
-        An empty piece is yielded whenever nothing has come for so long. [s]
-    idle : float, optional
-        End if nothing has come for so long. [s] Without it, a file is followed for ever and standard input to its end.
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read, or has become shorter.
+    `every`: an empty piece is yielded whenever nothing has come for so long [s]; `idle`: end if nothing has come for
+    so long. [s] Without it, a file is followed for ever and standard input to its end.
     """
     pieces: queue.Queue[bytes | DataError | None] = queue.Queue(_WAITING)
     stop = threading.Event()
@@ -112,36 +102,16 @@ def _put(pieces: queue.Queue[bytes | DataError | None], piece: bytes | DataError
 
 @dataclass(slots=True)
 class Live:
-    """Lines into samples.
+    """Lines into samples."""
 
-    Attributes
-    ----------
-    options : Options
-        What the user said of the columns.
-    rate : float
-        Sampling rate; 0 until the layout is known. [Hz]
-    source_of_rate : str
-        How it was found, in words.
-    unit : dict
-        Unit by channel, as spelled.
-    lost : int
-        Lines that could not be read.
-    lost_example : str
-        What was wrong with the last of them.
-    lines : int
-        Lines of data that were read.
-    leaps : int
-        Intervals between stamps that are negative or longer than 20 sample intervals.
-    """
-
-    options: Options
-    rate: float = 0.0
-    source_of_rate: str = ""
-    unit: dict[str, str] = field(default_factory=dict)
-    lost: int = 0
-    lost_example: str = ""
-    lines: int = 0
-    leaps: int = 0
+    options: Options  # What the user said of the columns
+    rate: float = 0.0  # Sampling rate; 0 until the layout is known. [Hz]
+    source_of_rate: str = ""  # How it was found, in words
+    unit: dict[str, str] = field(default_factory=dict)  # Unit by channel, as spelled
+    lost: int = 0  # Lines that could not be read
+    lost_example: str = ""  # What was wrong with the last of them
+    lines: int = 0  # Lines of data that were read
+    leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
     _layout: Layout | None = None
     _choice: Choice | None = None
@@ -162,11 +132,6 @@ class Live:
         """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes.
 
         `last` says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
-
-        Raises
-        ------
-        DataError, OptionError
-            As `sigmatau.read` does, if the first lines are no table or do not say what is needed.
         """
         self._rest += piece
         end = len(self._rest) if last else self._rest.rfind(b"\n") + 1

@@ -44,13 +44,7 @@ def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
-    """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel.
-
-    Parameters
-    ----------
-    channels : mapping of str to mapping
-        As a result has them. What is needed: ``fit``, ``quantity``, ``curve.unit``.
-    """
+    """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel."""
     models, without = {}, []
     for name, channel in channels.items():
         try:

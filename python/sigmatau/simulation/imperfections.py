@@ -28,18 +28,10 @@ _ABSOLUTE_ZERO = -273.15  # °C
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WarmUp:
-    """A level that decays after turn-on: amplitude·exp(−t/time).
+    """A level that decays after turn-on: amplitude·exp(−t/time)."""
 
-    Attributes
-    ----------
-    amplitude : float
-        At the start, of either sign. [unit of the rate]
-    time : float
-        [s]
-    """
-
-    amplitude: float
-    time: float
+    amplitude: float  # At the start, of either sign. [unit of the rate]
+    time: float  # [s]
 
     def __post_init__(self) -> None:
         _finite("the amplitude of a warm-up", self.amplitude)
@@ -55,27 +47,15 @@ class Temperature:
     """Temperature of the sensor, its effect on the channels, and the thermometer of the log.
 
     end + (start − end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
-
-    Attributes
-    ----------
-    start, end : float
-        At turning on and long after. [°C]
-    time : float
-        How long the change takes, to 1/e. [s]
-    swing : float
-        Half the difference between day and night. [K]
-    resolution : float
-        Step of the thermometer's numbers; 0 for none. [K]
-    sensitivity : mapping of str to float
-        Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start.
-        [unit of the rate per K]
     """
 
-    start: float
+    start: float  # At turning on and long after. [°C]
     end: float
-    time: float = 1200.0
-    swing: float = 0.0
-    resolution: float = 0.01
+    time: float = 1200.0  # How long the change takes, to 1/e. [s]
+    swing: float = 0.0  # Half the difference between day and night. [K]
+    resolution: float = 0.01  # Step of the thermometer's numbers; 0 for none. [K]
+    # Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start. [unit of the rate
+    # per K]
     sensitivity: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -106,16 +86,10 @@ class Temperature:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outage:
-    """A time in which no row is logged.
+    """A time in which no row is logged."""
 
-    Attributes
-    ----------
-    start, length : float
-        [s]
-    """
-
-    start: float
-    length: float
+    start: float  # [s]
+    length: float  # [s]
 
     def __post_init__(self) -> None:
         _not_negative("the start of an outage", self.start)

@@ -31,20 +31,11 @@ _MOST_JITTER_SIGMAS = 4.5  # standard deviations of the jitter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """Checked arguments of a simulation.
-
-    Attributes
-    ----------
-    n : int
-        Samples.
-    rate : float
-        [Hz]
-    seed : int
-    """
+    """Checked arguments of a simulation."""
 
     model: NoiseModel
-    n: int
-    rate: float
+    n: int  # Samples
+    rate: float  # [Hz]
     seed: int
     imperfections: Imperfections
     flicker: Flicker
@@ -127,13 +118,7 @@ def job(
 
 
 class Channel:
-    """Values of one channel of the log.
-
-    Parameters
-    ----------
-    job : Job
-    name : str
-    """
+    """Values of one channel of the log."""
 
     def __init__(self, job: Job, name: str) -> None:
         given = job.imperfections
@@ -187,12 +172,7 @@ class Channel:
 
 
 class Stamps:
-    """Time stamps of the rows, and which rows are lost.
-
-    Parameters
-    ----------
-    job : Job
-    """
+    """Time stamps of the rows, and which rows are lost."""
 
     def __init__(self, job: Job) -> None:
         from scipy.special import ndtri

@@ -26,25 +26,13 @@ __all__ = ["Simulated", "simulate_to"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Printed):
-    """Description of the file that was written.
-
-    Attributes
-    ----------
-    path : str
-    channels : tuple of str
-    samples : int
-    lost : int
-        Rows that were lost on the way, by `Imperfections`.
-    rate : float
-        [Hz]
-    seed : int
-    """
+    """Description of the file that was written."""
 
     path: str
     channels: tuple[str, ...]
     samples: int
-    lost: int
-    rate: float
+    lost: int  # Rows that were lost on the way, by `Imperfections`
+    rate: float  # [Hz]
     seed: int
 
     def to_dict(self) -> dict[str, Any]:

@@ -23,33 +23,18 @@ Floats = NDArray[np.float64]
 class Comparison(Printed):
     """Ratio of a measured density to a model's; 1 if the model is right.
 
-    Attributes
-    ----------
-    channel : str
-    frequency : ndarray, shape (n_bands,)
-        Of each band, the mean. [Hz]
-    ratio : ndarray, shape (n_bands,)
-        Measured over modelled density. Of amplitudes per √Hz it is the square.
-    dof : ndarray, shape (n_bands,)
-        Degrees of freedom of each ratio.
-    method : str
-        Of the measured density.
-    left_out : tuple of str
-        What of the model has no density: its sinusoids, its ramp.
-    beside_lines : tuple of (float, float)
-        Frequencies that are not compared, because a line of the model shows there. [Hz]
-
     Notes
     -----
     The model is taken as it is, without the error of its coefficients: of a fit to the same record the ratios scatter less.
     """
 
     channel: str
-    frequency: Floats
-    ratio: Floats
-    dof: Floats
-    method: str
-    left_out: tuple[str, ...] = ()
+    frequency: Floats  # shape (n_bands,); of each band, the mean. [Hz]
+    ratio: Floats  # shape (n_bands,); measured over modelled density. Of amplitudes per √Hz it is the square.
+    dof: Floats  # shape (n_bands,); degrees of freedom of each ratio
+    method: str  # Of the measured density
+    left_out: tuple[str, ...] = ()  # What of the model has no density: its sinusoids, its ramp
+    # Frequencies that are not compared, because a line of the model shows there. [Hz]
     beside_lines: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:

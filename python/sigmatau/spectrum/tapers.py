@@ -18,20 +18,12 @@ def hann(n: int) -> Floats:
 def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
     """Correlation of the mean power of a number of sine tapers at two frequencies, for white noise.
 
-    Parameters
-    ----------
-    tapers : int
-    apart : array_like of whole numbers, any shape
-        Distance of the frequencies in steps of 1/((n + 1)·τ₀).
-
-    Returns
-    -------
-    ndarray, shape of `apart`
-
     Notes
     -----
     The mean over tapers k and l of |Σ v_k·v_l·exp(−j2πdt/(n + 1))|², d the distance. v_k·v_l is a difference of two cosines:
     where k − l is even it meets d only at 2d = |k − l| and 2d = k + l, where it is odd the sum is imaginary.
+
+    `apart`: distance of the frequencies in steps of 1/((n + 1)·τ₀).
     """
     k = np.arange(1, tapers + 1)
     d = np.abs(np.asarray(apart, dtype=np.float64))[..., None]

@@ -42,41 +42,21 @@ class MinimumPhase(Printed):
 
     A spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
     sensor, made of analogue poles or averages, is nearly always minimum-phase except for a delay.
-
-    Attributes
-    ----------
-    channel : str
-    frequency : ndarray, shape (n_f,)
-        From 0 to half the sampling rate. [Hz]
-    magnitude : ndarray, shape (n_f,)
-        |H|. [1, or the output's unit over the input's]
-    low, high : ndarray, shape (n_f,)
-        95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below `measured_from`.
-    phase : ndarray, shape (n_f,)
-        Assumed phase, unwrapped, 0 at 0. [rad]
-    impulse : ndarray, shape (n_taps,)
-        Impulse response in samples: the output is its convolution with the input.
-    input_density : float
-        Two-sided density N² of the white input. [`input_unit`]
-    input_unit : str
-        The output's unit²/Hz.
-    measured_from : float
-        Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
-    tau0 : float
-        Sample interval. [s]
     """
 
     channel: str
-    frequency: Floats
-    magnitude: Floats
+    frequency: Floats  # shape (n_f,); from 0 to half the sampling rate. [Hz]
+    magnitude: Floats  # shape (n_f,); |H|. [1, or the output's unit over the input's]
+    # shape (n_f,); 95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below
+    # `measured_from`.
     low: Floats
     high: Floats
-    phase: Floats
-    impulse: Floats
-    input_density: float
-    input_unit: str
-    measured_from: float
-    tau0: float
+    phase: Floats  # shape (n_f,); assumed phase, unwrapped, 0 at 0. [rad]
+    impulse: Floats  # shape (n_taps,); impulse response in samples: the output is its convolution with the input
+    input_density: float  # Two-sided density N² of the white input. [`input_unit`]
+    input_unit: str  # The output's unit²/Hz
+    measured_from: float  # Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
+    tau0: float  # Sample interval. [s]
 
     def __post_init__(self) -> None:
         freeze(self, "frequency", "magnitude", "low", "high", "phase", "impulse", dtype=np.float64)

@@ -45,41 +45,21 @@ class Arma(Printed):
 
     Filter with `sections`. Flicker noise and long correlation times have roots close to 1, for which polynomial
     coefficients in double precision are not accurate enough: such a filter would be unstable.
-
-    Attributes
-    ----------
-    d : int
-        Differences: 1 with a rate random walk or a ramp, else 0.
-    variance : float
-        Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
-    drift : float
-        Mean of the differenced process before `ar`: a ramp. [unit of the rate]
-    ar_roots : ndarray, shape (p,)
-        Factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle.
-    ma_roots : ndarray, shape (q,)
-        Factors ϑ of ma = Π(1 − ϑL); invertible.
-    dt : float
-        [s]
-    unit : str
-        Of the rate, SI.
-    flicker_error : float
-        Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without.
-    tau_max : float or None
-        Longest averaging time for which the flicker noise is accurate. [s]
-    error : float
-        Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and down
-        to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see `flicker_error`.
     """
 
-    d: int
-    variance: float
-    drift: float
-    ar_roots: Complexes
-    ma_roots: Complexes
-    dt: float
-    unit: str
+    d: int  # Differences: 1 with a rate random walk or a ramp, else 0
+    variance: float  # Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
+    drift: float  # Mean of the differenced process before `ar`: a ramp. [unit of the rate]
+    ar_roots: Complexes  # shape (p,); factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle
+    ma_roots: Complexes  # shape (q,); factors ϑ of ma = Π(1 − ϑL); invertible
+    dt: float  # [s]
+    unit: str  # Of the rate, SI
+    # Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without
     flicker_error: float = 0.0
-    tau_max: float | None = None
+    tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
+    # Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and
+    # down to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see
+    # `flicker_error`.
     error: float = 0.0
 
     def __post_init__(self) -> None:

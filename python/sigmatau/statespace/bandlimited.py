@@ -50,29 +50,10 @@ def filtered_covariance(
 ) -> Floats:
     """Covariance of Allan variances minus the covariance without the filtered noise.
 
-    Parameters
-    ----------
-    n : int
-        Samples of the record.
-    m : ndarray of int, shape (n_tau,)
-        Cluster sizes.
-    tau0 : float
-        [s]
-    random_walk : float
-        N.
-    bandwidth : LowPass
-    beside : callable
-        Generalised autocovariance of the phase of all other noise, at lags that need not be whole.
-    ramp : float
-        R.
-    together : ndarray of bool, shape (n_tau,)
-        Sizes whose covariances with each other are asked for; of all others only the variances, the rest is 0.
-
-    Returns
-    -------
-    ndarray, shape (n_tau, n_tau)
-        To 1e-4 of the whole; at averaging times far below those of the filter, to what the autocovariances have lost
-        (`ChannelModel.phase_autocovariance`).
+    `tau0`: [s]; `beside`: generalised autocovariance of the phase of all other noise, at lags that need not be whole;
+    `together`: sizes whose covariances with each other are asked for; of all others only the variances, the rest is
+    0; Returns to 1e-4 of the whole; at averaging times far below those of the filter, to what the autocovariances
+    have lost (`ChannelModel.phase_autocovariance`).
     """
 
     def filtered(lags: Floats) -> Floats:

@@ -34,25 +34,13 @@ _DECADES_BEYOND = 0.5  # poles reach beyond the band by this much at both ends [
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FlickerPoles(Printed):
-    """Gauss-Markov processes that approximate flicker noise of B = 1.
+    """Gauss-Markov processes that approximate flicker noise of B = 1."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n_poles,)
-        Correlation times. [s]
-    variances : ndarray, shape (n_poles,)
-        [B²]
-    tau_min, tau_max : float
-        Averaging times for which the approximation holds. [s]
-    error : float
-        The largest relative error of the Allan deviation there.
-    """
-
-    times: Floats
-    variances: Floats
-    tau_min: float
+    times: Floats  # shape (n_poles,); correlation times. [s]
+    variances: Floats  # shape (n_poles,); [B²]
+    tau_min: float  # Averaging times for which the approximation holds. [s]
     tau_max: float
-    error: float
+    error: float  # The largest relative error of the Allan deviation there
 
     def __repr__(self) -> str:
         rows = (f"  {t:10.4g} s  {v:.4g} B²" for t, v in zip(self.times, self.variances, strict=True))

@@ -65,24 +65,14 @@ class _Part:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Spectrum:
-    """The spectrum white + quantization·w + walk/w + the parts.
-
-    Attributes
-    ----------
-    white, quantization, walk : Decimal
-    parts : tuple of _Part
-    poles : Roots
-        Of the parts.
-    digits : int
-        Of the arithmetic.
-    """
+    """The spectrum white + quantization·w + walk/w + the parts."""
 
     white: Decimal
     quantization: Decimal
     walk: Decimal
     parts: tuple[_Part, ...]
-    poles: Roots
-    digits: int
+    poles: Roots  # Of the parts
+    digits: int  # Of the arithmetic
 
     @classmethod
     def of(
@@ -97,16 +87,8 @@ class Spectrum:
     ) -> Self:
         """The spectrum, over dt, of samples.
 
-        Parameters
-        ----------
-        dt : float
-            [s]
-        white, quantization, walk : float
-            N [unit·√s], Q [unit·s] and K [unit/√s].
-        processes : sequence of (float, float)
-            Standard deviation and correlation time [s] of each Gauss-Markov process.
-        filtered : (float, LowPass), optional
-            N of white noise behind a filter.
+        `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K [unit/√s]; `processes`: standard
+        deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N of white noise behind a filter.
         """
         digits = _DIGITS + max([math.ceil(abs(math.log10(t) - math.log10(dt))) for _, t in processes], default=0)
         if filtered:
@@ -146,13 +128,7 @@ class Spectrum:
             )
 
     def at(self, w: Floats) -> Floats:
-        """The spectrum at w from 0 to 4; w = 0 is excluded with a walk.
-
-        Raises
-        ------
-        DataError
-            If its terms cancel to less than the digits of the arithmetic.
-        """
+        """The spectrum at w from 0 to 4; w = 0 is excluded with a walk."""
         result = []
         with localcontext() as context:
             context.prec = self.digits
@@ -166,13 +142,7 @@ class Spectrum:
         return np.array(result)
 
     def factor(self) -> tuple[Roots, float]:
-        """Roots of the moving average, and the variance of its innovations; a walk is one difference.
-
-        Raises
-        ------
-        DataError
-            If the roots are not found.
-        """
+        """Roots of the moving average, and the variance of its innovations; a walk is one difference."""
         with localcontext() as context:
             context.prec = self.digits
             above: list[Decimal] = [self.white, self.quantization]

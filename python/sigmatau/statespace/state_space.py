@@ -51,45 +51,25 @@ _SERIES = 40
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StateSpace(Printed):
-    """A channel's noise as a linear system; see the module for its equations.
+    """A channel's noise as a linear system; see the module for its equations."""
 
-    Attributes
-    ----------
-    F : ndarray, shape (n_states, n_states)
-    G : ndarray, shape (n_states, n_inputs)
-    H : ndarray, shape (1, n_states)
-    Qd : ndarray, shape (n_inputs, n_inputs)
-        Covariance of the noise of one step.
-    R : ndarray, shape (1, 1)
-        Variance of one measurement.
-    P0 : ndarray, shape (n_states, n_states)
-        Covariance at the start: of stationary processes their own, of a bias its variance at turn-on.
-    states, inputs : tuple of str
-    dt : float
-        [s]
-    output : {"rate", "increments", "integrated"}
-        Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start.
-    unit : str
-        Of the rate, SI.
-    flicker_error : float
-        Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without.
-    tau_max : float or None
-        Longest averaging time for which the flicker noise is accurate. [s]
-    """
-
-    F: Floats
-    G: Floats
-    H: Floats
-    Qd: Floats
-    R: Floats
+    F: Floats  # shape (n_states, n_states)
+    G: Floats  # shape (n_states, n_inputs)
+    H: Floats  # shape (1, n_states)
+    Qd: Floats  # shape (n_inputs, n_inputs); covariance of the noise of one step
+    R: Floats  # shape (1, 1); variance of one measurement
+    # shape (n_states, n_states); covariance at the start: of stationary processes their own, of a bias its variance at
+    # turn-on
     P0: Floats
     states: tuple[str, ...]
     inputs: tuple[str, ...]
-    dt: float
+    dt: float  # [s]
+    # Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start
     output: Output = "rate"
-    unit: str = "rad/s"
+    unit: str = "rad/s"  # Of the rate, SI
+    # Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without
     flicker_error: float = 0.0
-    tau_max: float | None = None
+    tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
 
     def __post_init__(self) -> None:
         freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)

@@ -38,52 +38,23 @@ _LEAST_CLUSTERS = 3
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Verification(Printed):
-    """Ratio of the Allan deviation of a linear model to that of a record.
+    """Ratio of the Allan deviation of a linear model to that of a record."""
 
-    Attributes
-    ----------
-    curve : DeviationCurve
-        Curve of the record at the averaging times compared, with the degrees of freedom of the model.
-    avar : ndarray, shape (n_tau,)
-        Allan variance of the linear model. [unit²]
-    ratio : ndarray, shape (n_tau,)
-        Deviation of the model over that of the record.
-    low, high : ndarray, shape (n_tau,)
-        Band that contains the ratio with probability `level` if the model is true, by χ².
-    used : ndarray of bool, shape (n_tau,)
-        Whether the averaging time is one of the octaves of the misfit.
-    misfit : float
-        uᵀC⁻¹u; see `verify`.
-    freedom : int
-        Expected misfit if the model is true.
-    p_value : float
-        Probability of a larger misfit if the model is true.
-    worst : int
-        Index of the octave with the least likely ratio.
-    tau_min : float
-        Shortest averaging time of the misfit. [s]
-    of_fit : bool
-        Whether `tau_min` is that of the fit of the model.
-    states : int
-    flicker_error : float
-        Largest relative error of the model's Allan deviation of flicker noise.
-    level : float
-    """
-
+    # Curve of the record at the averaging times compared, with the degrees of freedom of the model
     curve: DeviationCurve
-    avar: Floats
-    ratio: Floats
-    low: Floats
+    avar: Floats  # shape (n_tau,); allan variance of the linear model. [unit²]
+    ratio: Floats  # shape (n_tau,); deviation of the model over that of the record
+    low: Floats  # shape (n_tau,); band that contains the ratio with probability `level` if the model is true, by χ²
     high: Floats
-    used: NDArray[np.bool_]
-    misfit: float
-    freedom: int
-    p_value: float
-    worst: int
-    tau_min: float
-    of_fit: bool
+    used: NDArray[np.bool_]  # shape (n_tau,); whether the averaging time is one of the octaves of the misfit
+    misfit: float  # uᵀC⁻¹u; see `verify`
+    freedom: int  # Expected misfit if the model is true
+    p_value: float  # Probability of a larger misfit if the model is true
+    worst: int  # Index of the octave with the least likely ratio
+    tau_min: float  # Shortest averaging time of the misfit. [s]
+    of_fit: bool  # Whether `tau_min` is that of the fit of the model
     states: int
-    flicker_error: float
+    flicker_error: float  # Largest relative error of the model's Allan deviation of flicker noise
     level: float
 
     def __post_init__(self) -> None:

@@ -30,18 +30,10 @@ __all__ = ["TARGETS"]
 
 
 class _Form(NamedTuple):
-    """How a program takes a coefficient.
+    """How a program takes a coefficient."""
 
-    Attributes
-    ----------
-    convert : callable
-        From coefficient [SI] and sampling rate [Hz] to the number of the file.
-    unit : str
-        Its unit, where ``{}`` is rad/s or m/s^2 for N and its rate of change for K.
-    """
-
-    convert: Callable[[float, float], float]
-    unit: str
+    convert: Callable[[float, float], float]  # From coefficient [SI] and sampling rate [Hz] to the number of the file
+    unit: str  # Its unit, where ``{}`` is rad/s or m/s^2 for N and its rate of change for K
 
 
 # N and K as continuous two-sided densities; as standard deviations of a sample; as variances of a sample.

@@ -21,17 +21,7 @@ __all__ = ["assemble", "joined", "of_table"]
 def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
     """A record from the chosen tables of a file.
 
-    Parameters
-    ----------
-    tables : sequence of Table
-    file : Path or None
-        For its name and checksum; None for a data frame.
-    options : Options
-
-    Raises
-    ------
-    OptionError, DataError
-        The caller adds the name of the file.
+    `file`: for its name and checksum; None for a data frame.
     """
     if len(tables) > 1 and options.channels:
         topics = " and ".join(table.topic for table in tables)

@@ -29,39 +29,18 @@ _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """The columns that are read, by channel.
+    """The columns that are read, by channel."""
 
-    Attributes
-    ----------
-    channels : dict
-        Channel to column, counted from 0; the gyro first, then the accelerometer.
-    time : int or None
-        The column of the time stamps.
-    notes : tuple of str
-        Decisions, for the provenance of the record.
-    temperature : Thermometer or None
-        The column of the temperature, if it is recognised.
-    """
-
-    channels: dict[str, int]
-    time: int | None
-    notes: tuple[str, ...] = ()
-    temperature: Thermometer | None = None
+    channels: dict[str, int]  # Channel to column, counted from 0; the gyro first, then the accelerometer
+    time: int | None  # The column of the time stamps
+    notes: tuple[str, ...] = ()  # Decisions, for the provenance of the record
+    temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
 
 
 def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
     """The channels, as the user names them or else by column names.
 
-    Parameters
-    ----------
-    columns : sequence of Column
-    asked : mapping, optional
-        Channel to column, see `sigmatau.io.read.read`.
-
-    Raises
-    ------
-    OptionError
-        If a column that was asked for does not exist, two columns match one channel, or no channel is found.
+    `asked`: channel to column, see `sigmatau.io.read.read`.
     """
     found = recognise(columns)
     without = asked is not None and no_time(columns, asked)

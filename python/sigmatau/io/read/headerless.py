@@ -24,12 +24,7 @@ _GYRO_MEAN = 0.2  # largest mean of the other three columns, over the size of gr
 
 
 def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
-    """Channels of a table without column names, in the form of ``--channels``; None if they are not certain.
-
-    Parameters
-    ----------
-    table : Table
-    """
+    """Channels of a table without column names, in the form of ``--channels``; None if they are not certain."""
     count = len(table.columns)
     if count not in (6, 7) or any(column.name for column in table.columns):
         return None

@@ -28,56 +28,26 @@ _LISTED = 40
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnInfo:
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        As the file has it; empty if it has none.
-    channel : str or None
-        The channel it is recognised as: ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
-    unit : str or None
-        As the file spells it; None if it states none.
-    """
-
-    name: str
-    channel: str | None
-    unit: str | None
+    name: str  # As the file has it; empty if it has none
+    channel: str | None  # The channel it is recognised as: ``"gyro_x"``, ``"time"`` …; None if it is not recognised
+    unit: str | None  # As the file spells it; None if it states none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableInfo:
-    """A table of a file.
+    """A table of a file."""
 
-    Attributes
-    ----------
-    topic : str
-        Name in the file; empty if the file has only one table.
-    rows : int or None
-        Number of rows; None if they were not counted.
-    columns : tuple of ColumnInfo
-    rate : float or None
-        Sampling rate. [Hz]
-    rate_source : str
-        How the rate was found; empty if it was not.
-    notes : tuple of str
-        Properties of the table, and conversions on reading.
-    findings : tuple of Finding
-    chosen : bool
-        Whether the table is read by default.
-    wanting : str
-        Options that are needed to analyse it, in words; empty if none.
-    """
-
-    topic: str
-    rows: int | None
+    topic: str  # Name in the file; empty if the file has only one table
+    rows: int | None  # Number of rows; None if they were not counted
     columns: tuple[ColumnInfo, ...]
-    rate: float | None = None
-    rate_source: str = ""
-    notes: tuple[str, ...] = ()
+    rate: float | None = None  # Sampling rate. [Hz]
+    rate_source: str = ""  # How the rate was found; empty if it was not
+    notes: tuple[str, ...] = ()  # Properties of the table, and conversions on reading
     findings: tuple[Finding, ...] = ()
-    chosen: bool = False
-    wanting: str = ""
+    chosen: bool = False  # Whether the table is read by default
+    wanting: str = ""  # Options that are needed to analyse it, in words; empty if none
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -95,27 +65,14 @@ class TableInfo:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Inspection(Printed):
-    """The contents of a file.
-
-    Attributes
-    ----------
-    path : str
-    format : str
-    tables : tuple of TableInfo
-    wanting : str
-        Options that are needed to analyse the file, in words, such as the topic; empty if none.
-    checks : tuple of Finding
-        Findings about the samples of the tables that are read by default.
-    record : Record or None
-        The record that would be analysed; None if options are needed first.
-    """
+    """The contents of a file."""
 
     path: str
     format: str
     tables: tuple[TableInfo, ...]
-    wanting: str = ""
-    checks: tuple[Finding, ...] = ()
-    record: Record | None = None
+    wanting: str = ""  # Options that are needed to analyse the file, in words, such as the topic; empty if none
+    checks: tuple[Finding, ...] = ()  # Findings about the samples of the tables that are read by default
+    record: Record | None = None  # The record that would be analysed; None if options are needed first
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -181,22 +138,6 @@ def inspect(
     """Contents and faults of a file, without options.
 
     Tables that have a sensor, or that `topic` or `channels` ask for, are read. Of other tables only the names are listed.
-
-    Parameters
-    ----------
-    path, rate, unit, channels, input, scale, offset, topic, layout
-        As in `sigmatau.read`.
-
-    Returns
-    -------
-    Inspection
-
-    Raises
-    ------
-    DataError
-        If no table can be read.
-    OptionError
-        If an option has the wrong form, or a topic does not exist.
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic

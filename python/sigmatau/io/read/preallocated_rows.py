@@ -32,13 +32,7 @@ def without_unwritten(
     and a long run of zeros in a single column that is not 0 anywhere before, as in a container that stores one column
     after the other. The row before them is removed too, because it may be half written.
 
-    Parameters
-    ----------
-    columns : mapping of int to ndarray, shape (n,)
-    time : int or None
-        The column of the stamps.
-    labels : sequence of str
-        Names of all columns of the table.
+    `labels`: names of all columns of the table.
     """
     kept = dict(columns)
     n = min(map(len, kept.values()), default=0)

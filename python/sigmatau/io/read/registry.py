@@ -21,23 +21,12 @@ __all__ = ["reader_of"]
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """A format.
-
-    Attributes
-    ----------
-    module : str
-    what : str
-        Name for errors.
-    likely : callable
-        Fast test of the first bytes; True for all files that `sniff` accepts.
-    gzip : bool
-        Whether files compressed by gzip are read.
-    """
+    """A format."""
 
     module: str
-    what: str
-    likely: Callable[[bytes], bool]
-    gzip: bool = False
+    what: str  # Name for errors
+    likely: Callable[[bytes], bool]  # Fast test of the first bytes; True for all files that `sniff` accepts
+    gzip: bool = False  # Whether files compressed by gzip are read
 
 
 def _begins(*marks: bytes) -> Callable[[bytes], bool]:

@@ -24,17 +24,10 @@ _SUFFIX = re.compile(r"^(?P<stem>.+?)_(?P<unit>degc|c|celsius|deg_c|k|kelvin|deg
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Thermometer:
-    """The column of a temperature.
-
-    Attributes
-    ----------
-    index : int
-    unit : {"degC", "K", "degF"} or None
-        None if the log does not state it.
-    """
+    """The column of a temperature."""
 
     index: int
-    unit: str | None
+    unit: str | None  # None if the log does not state it
 
 
 def degrees_of(column: Column) -> str | None:
@@ -47,13 +40,8 @@ def degrees_of(column: Column) -> str | None:
 def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
     """The column that is a temperature by its name and unit; None if there is none or more than one.
 
-    Parameters
-    ----------
-    columns : sequence of Column
-    keys : sequence of str
-        Their names as `sigmatau.io.read.names.key_of` returns them.
-    taken : set of int
-        Columns that are recognised as something else.
+    `keys`: their names as `sigmatau.io.read.names.key_of` returns them; `taken`: columns that are recognised as
+    something else.
     """
     found: dict[int, list[Thermometer]] = {}
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):

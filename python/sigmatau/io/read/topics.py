@@ -30,16 +30,8 @@ def describe(table: Table) -> str:
 def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer.
 
-    Parameters
-    ----------
-    tables : sequence of Table
-    asked : sequence of str
-        Topics by name. The name without the number of the instance, or its end, is enough if only one topic matches.
-
-    Raises
-    ------
-    OptionError
-        If a topic that was asked for does not exist or is ambiguous, or if several tables have the same sensor.
+    `asked`: topics by name. The name without the number of the instance, or its end, is enough if only one topic
+    matches.
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]

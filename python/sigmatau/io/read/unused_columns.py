@@ -23,16 +23,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|")  # or nothin
 
 
 def not_read(table: Table, choice: Choice, options: Options, used: Collection[int | None]) -> tuple[Finding, ...]:
-    """A finding that names them; nothing if the user chose channels.
-
-    Parameters
-    ----------
-    table : Table
-    choice : Choice
-    options : Options
-    used : collection of int
-        Columns that are read.
-    """
+    """A finding that names them; nothing if the user chose channels."""
     if set(options.channels) - {"time"} or not _own_form(table, choice):
         return ()
     known = recognise(table.columns)

@@ -21,20 +21,11 @@ _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a n
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrowColumn:
-    """A numeric column of an Arrow table.
-
-    Attributes
-    ----------
-    column : Column
-    path : tuple of str
-        The field, and the fields within it if it is a struct.
-    part : tuple of int
-        Index of the element, if the field is a list of fixed size.
-    """
+    """A numeric column of an Arrow table."""
 
     column: Column
-    path: tuple[str, ...]
-    part: tuple[int, ...] = ()
+    path: tuple[str, ...]  # The field, and the fields within it if it is a struct
+    part: tuple[int, ...] = ()  # Index of the element, if the field is a list of fixed size
 
 
 def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN401  pyarrow has no types

@@ -22,20 +22,11 @@ _EXCHANGED = str.maketrans(",.", ".,")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkippedLines:
-    """Lines that were skipped among the rows. Lines count from 1.
-
-    Attributes
-    ----------
-    read : TextColumns
-    stop : int or None
-        Line of the first header that differs from the header of the table: rows after it are not read.
-    again : int or None
-        Line of the first header before it that equals the header of the table.
-    """
+    """Lines that were skipped among the rows. Lines count from 1."""
 
     read: TextColumns
-    stop: int | None
-    again: int | None
+    stop: int | None  # Line of the first header that differs from the header of the table: rows after it are not read
+    again: int | None  # Line of the first header before it that equals the header of the table
 
     @classmethod
     def between(cls, read: TextColumns, layout: Layout) -> SkippedLines:

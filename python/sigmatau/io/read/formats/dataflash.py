@@ -81,18 +81,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the log has no data; by ``load``: `NonFiniteError` for an infinite value.
-    """
+    """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances."""
     scan = logs.scan_dataflash(str(path))
     found = [_Kind(*kind) for kind in scan["kinds"]]
     kinds = [replace(kind, several=sum(other.name == kind.name for other in found) > 1) for kind in found]

@@ -75,11 +75,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 def declared_end(path: Path, start: int) -> int:
     """The end of a file by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
 
-    Parameters
-    ----------
-    path : Path
-    start : int
-        Offset of the superblock, which follows the user block. [bytes]
+    `start`: offset of the superblock, which follows the user block [bytes].
     """
     with path.open("rb") as stream:
         stream.seek(start)

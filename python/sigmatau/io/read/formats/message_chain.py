@@ -14,12 +14,7 @@ __all__ = ["broken"]
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     """A finding of where the chain of messages breaks off; nothing if it reaches the end of the file.
 
-    Parameters
-    ----------
-    scan : mapping
-        Of `sigmatau._native.logs`, with ``messages`` and ``broken``.
-    size : int
-        Size of the file. [bytes]
+    `scan`: of `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
     """
     if scan["broken"] is None:
         return ()

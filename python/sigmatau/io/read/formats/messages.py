@@ -95,18 +95,10 @@ float64 z
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """A message as columns.
+    """A message as columns."""
 
-    Attributes
-    ----------
-    columns : tuple of Column
-        The last is `LOG_TIME`.
-    steps : tuple of Step
-        For the decoder.
-    """
-
-    columns: tuple[Column, ...]
-    steps: tuple[Step, ...]
+    columns: tuple[Column, ...]  # The last is `LOG_TIME`
+    steps: tuple[Step, ...]  # For the decoder
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,19 +120,8 @@ class _Builder:
 def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
     """Columns and steps of a message.
 
-    Parameters
-    ----------
-    definition : str
-        The text, with the definitions of the types that it uses.
-    type_name : str
-        ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``.
-    ros1 : bool
-        Whether the definition is of ROS 1, where ``time`` is a type.
-
-    Raises
-    ------
-    DataError
-        If the definition is invalid or lacks a type.
+    `definition`: the text, with the definitions of the types that it uses; `type_name`: ``sensor_msgs/msg/Imu`` or
+    ``sensor_msgs/Imu``; `ros1`: whether the definition is of ROS 1, where ``time`` is a type.
     """
     name = _short(type_name)
     builder = _Builder(types=_types(definition, name), numbers=_ROS1 if ros1 else _ROS2)

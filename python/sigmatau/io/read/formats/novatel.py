@@ -78,18 +78,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The logs of a file, each name a topic, of messages whose CRC-32 is right.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the file has no RAWIMU.
-    """
+    """The logs of a file, each name a topic, of messages whose CRC-32 is right."""
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _scan(data)
         rest = bytes(data[found.end : found.end + 400])

@@ -43,17 +43,6 @@ def read(path: Path, head: Head) -> tuple[Table]:
 
     In an archive an array of shape (n,) is a column, and an array of shape (n, 3) is three: ``gyro`` gives ``gyro_x``,
     ``gyro_y`` and ``gyro_z``.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the file is damaged or has no numeric columns; by ``load``: for arrays of unequal length; `NonFiniteError` for an
-        infinite value.
     """
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 

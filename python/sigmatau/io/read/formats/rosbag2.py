@@ -36,18 +36,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic: the numbers of its messages by the paths of their fields, times in nanoseconds.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the file is not a bag, or its tables cannot be read.
-    """
+    """A table for each topic: the numbers of its messages by the paths of their fields, times in nanoseconds."""
     try:
         with closing(_open(path)) as base:
             topics, definitions = _topics(base)
@@ -173,24 +162,14 @@ def _declared(path: Path) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Batch:
-    """Joined messages, their ends and time stamps.
-
-    Attributes
-    ----------
-    fault : str
-        The fault after them; empty if there is none.
-    doubt : int
-        Number of messages before the fault that may be damaged.
-    missing : int
-        Number of messages that are missing in the numbering.
-    """
+    """Joined messages, their ends and time stamps."""
 
     data: bytes
     ends: NDArray[np.int64]
     times: NDArray[np.int64]
-    fault: str
-    doubt: int
-    missing: int
+    fault: str  # The fault after them; empty if there is none
+    doubt: int  # Number of messages before the fault that may be damaged
+    missing: int  # Number of messages that are missing in the numbering
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,18 +40,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic, or for each type of a topic: its numbers by the paths of their fields, times in nanoseconds.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If no topic can be read.
-    """
+    """A table for each topic, or type of a topic: numbers by the paths of their fields, times in nanoseconds."""
     kind: logs.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
     contents = logs.log_contents(str(path), kind)
     end = contents.end

@@ -49,18 +49,7 @@ def part_of(file: Path) -> tuple[Finding, ...]:
 def joined(folder: Path, files: Sequence[Path], read: Callable[[Path], Sequence[Table]]) -> tuple[Table, ...]:
     """The tables of a bag: the parts of one topic with the same columns are joined.
 
-    Parameters
-    ----------
-    folder : Path
-    files : sequence of Path
-        See `files_of`.
-    read : callable
-        Returns the tables of one file. If it raises `DataError`, that part is left out, with a finding.
-
-    Raises
-    ------
-    DataError
-        If no part can be read.
+    `read`: returns the tables of one file. If it raises `DataError`, that part is left out, with a finding.
     """
     lost: list[Finding] = []
     pieces: dict[tuple[str, tuple[str, ...]], list[tuple[PartMissing, Table]]] = {}

@@ -77,19 +77,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
-    """The columns of a text table, which are read on demand.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the head has no table; by ``load``: for a row of another length, a non-numeric value, damaged compression;
-        `NonFiniteError` for an infinite value.
-    """
+    """The columns of a text table, which are read on demand."""
     return (table_of(path, head, path.name.split(".")[0]),)
 
 

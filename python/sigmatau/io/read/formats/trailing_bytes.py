@@ -19,13 +19,7 @@ _END_RECORD, _END_LENGTH, _COMMENT = b"PK\x05\x06", 22, 1 << 16  # of zip archiv
 def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
     """A finding of the bytes after the end of the contents; nothing if the file ends there.
 
-    Parameters
-    ----------
-    path : Path
-    end : int
-        Where the contents end. [bytes]
-    what : str
-        What ends there: ``"the array"``.
+    `end`: where the contents end [bytes]; `what`: what ends there: ``"the array"``.
     """
     size = path.stat().st_size
     if size <= end:
@@ -57,11 +51,7 @@ def _filler(path: Path, start: int) -> int | None:
 def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
     """Findings of bytes before and after a zip archive; of several archives the library reads the last.
 
-    Parameters
-    ----------
-    path : Path
-    first : int
-        Where the first member begins. [bytes]
+    `first`: where the first member begins [bytes].
     """
     found: tuple[Finding, ...] = ()
     if first > 0:

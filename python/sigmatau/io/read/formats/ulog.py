@@ -71,16 +71,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
     Times are microseconds since the flight computer started. Messages of the sensor's buffer (``sensor_gyro_fifo``) are
     split into samples, whose times are spread evenly over the time since the previous message.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the log has no data; by ``load``: `NonFiniteError` for an infinite value.
     """
     try:
         scan = logs.scan_ulog(str(path))

@@ -51,18 +51,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The sentences of a log, each name a topic.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If no sentence has numbers; by ``load``: if compressed data are damaged.
-    """
+    """The sentences of a log, each name a topic."""
     counts: Counter[tuple[str, int]] = Counter()
     for match in _LINE.finditer(head.data):
         fields = match[2].split(b",")

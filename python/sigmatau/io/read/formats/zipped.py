@@ -28,19 +28,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The text tables of an archive: each member is a topic, and members without a table are named in a note.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the archive is damaged, cut off or encrypted, or has no text table; by ``load`` as for a text file, and if the
-        checksum of a member is wrong.
-    """
+    """The text tables of an archive: each member is a topic, and members without a table are named in a note."""
     import zipfile  # in the call, to keep the reading of text fast
 
     tables: list[Table] = []

@@ -35,52 +35,25 @@ class Drift:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridFit:
-    """The grid of stamps; times are in the unit of the stamps.
-
-    Attributes
-    ----------
-    kind : {"grid", "coarse", "host"}
-    interval : float
-        Sample interval.
-    error : float
-        Standard error of the interval.
-    start, stop : int
-        The stamps in use: all, or those of the longest piece between long pauses.
-    places : ndarray of int64, shape (stop - start,), or None
-        The place of each stamp on the grid, increasing from 0; None if every place has a stamp.
-    n : int
-        Number of places.
-    jitter : float
-        Standard deviation of the stamps about the grid.
-    short : float
-        Share of intervals under half the sample interval.
-    median : float
-        Median of the intervals.
-    drift : Drift or None
-        None if there are too few stamps.
-    pieces : int
-        Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
-        many pauses that the stamps are not used and all samples are taken as evenly spaced.
-    period : int
-        Rows after which the pattern of intervals repeats; 0 if it does not.
-    bound : float
-        Largest relative error of the interval on a coarse clock.
-    """
+    """The grid of stamps; times are in the unit of the stamps."""
 
     kind: Literal["grid", "coarse", "host"]
-    interval: float
-    error: float
-    start: int
+    interval: float  # Sample interval
+    error: float  # Standard error of the interval
+    start: int  # The stamps in use: all, or those of the longest piece between long pauses
     stop: int
+    # shape (stop - start,); the place of each stamp on the grid, increasing from 0; None if every place has a stamp
     places: NDArray[np.int64] | None
-    n: int
-    jitter: float
-    short: float
-    median: float
-    drift: Drift | None
+    n: int  # Number of places
+    jitter: float  # Standard deviation of the stamps about the grid
+    short: float  # Share of intervals under half the sample interval
+    median: float  # Median of the intervals
+    drift: Drift | None  # None if there are too few stamps
+    # Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
+    # many pauses that the stamps are not used and all samples are taken as evenly spaced
     pieces: int
-    period: int = 0
-    bound: float = 0.0
+    period: int = 0  # Rows after which the pattern of intervals repeats; 0 if it does not
+    bound: float = 0.0  # Largest relative error of the interval on a coarse clock
 
 
 def about_line(

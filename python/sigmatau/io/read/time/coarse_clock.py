@@ -16,23 +16,14 @@ _ROUNDING = 1e-9  # relative rounding error of exact stamps [steps of the clock]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Allowed:
-    """Sample intervals that fit stamps of one clock, in their unit.
+    """Sample intervals that fit stamps of one clock, in their unit."""
 
-    Attributes
-    ----------
-    interval : float
-        Of the line with the smallest largest distance of a stamp.
-    least, most : float
-        Shortest and longest interval with every stamp within one step of the clock; both `interval` if there is none.
-        The shortest is 0 if the clock made one step only: then the rate has no upper limit.
-    width : float
-        Range of the distances of the stamps from that line.
-    """
-
-    interval: float
+    interval: float  # Of the line with the smallest largest distance of a stamp
+    # Shortest and longest interval with every stamp within one step of the clock; both `interval` if there is none. The
+    # shortest is 0 if the clock made one step only: then the rate has no upper limit.
     least: float
     most: float
-    width: float
+    width: float  # Range of the distances of the stamps from that line
 
     @property
     def error(self) -> float:
@@ -54,17 +45,12 @@ def few_steps(n: int, steps: int) -> bool:
 def allowed(t: NDArray[np.float64], step: float) -> Allowed:
     """The intervals that evenly spaced samples may have, given their stamps by a clock with a coarse step.
 
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Stamps, not decreasing, the last larger than the first.
-    step : float
-        Resolution of the clock.
-
     Notes
     -----
     Only the corners of the staircase matter: the first and the last sample on each level. The width of t − b·k is a convex
     function of b. The sign of its slope, by the outermost corners, gives the side of its minimum.
+
+    `t`: stamps, not decreasing, the last larger than the first.
     """
     up = np.flatnonzero(np.diff(t)) + 1
     first, last = np.concatenate(([0], up)), np.append(up - 1, len(t) - 1)

@@ -49,11 +49,7 @@ _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses mu
 def resolution(intervals: NDArray[Any], largest: float) -> float:
     """The resolution of the clock if the intervals are whole multiples of a decimal step; else 0.
 
-    Parameters
-    ----------
-    intervals : ndarray, shape (n,)
-    largest : float
-        Largest absolute value of the stamps, which limits the accuracy of the intervals.
+    `largest`: largest absolute value of the stamps, which limits the accuracy of the intervals.
     """
     some = intervals[:: max(len(intervals) // 8192, 1)]
     if intervals.dtype.kind in "iu":
@@ -75,17 +71,6 @@ def fit_grid(
 ) -> GridFit:
     """The grid of stamps.
 
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first.
-    intervals : ndarray, shape (n - 1,)
-        Between them.
-    step : float
-        Resolution of their clock, from `resolution`.
-    given : float, optional
-        Interval given by the user; it decides where the stamps fit two grids.
-
     Notes
     -----
     Evenly spaced samples on a coarse clock and samples with every k-th one lost can have the same stamps: 80 Hz in steps of
@@ -97,6 +82,9 @@ def fit_grid(
     blocks of 64: it is not affected by lost samples, and follows a clock that drifts or steps by a part of an interval. The
     place of a stamp is its time minus that phase, rounded; neighbours correct a stamp that is late or early by more than
     half an interval. The returned interval is the slope of the least-squares line of stamp against place.
+
+    `t`: stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first; `step`: resolution of
+    their clock, from `resolution`; `given`: interval given by the user; it decides where the stamps fit two grids.
     """
     n = len(t)
     mean = float(t[-1] - t[0]) / (n - 1)

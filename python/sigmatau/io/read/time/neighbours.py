@@ -24,11 +24,6 @@ _LEAST_BLOCKS = 4
 def is_jitter_only(t: NDArray[np.float64]) -> bool:
     """Whether the stamps are those of evenly spaced samples without losses, with independent jitter and without bunches.
 
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Stamps, not decreasing.
-
     Notes
     -----
     With jitter of more than 0.2 intervals the places of single stamps are uncertain, and so is their phase. They are not
@@ -49,15 +44,7 @@ def is_jitter_only(t: NDArray[np.float64]) -> bool:
 
 
 def consistent_losses(lost: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Samples lost before each stamp, not decreasing, from the estimates of single stamps.
-
-    Parameters
-    ----------
-    lost : ndarray, shape (n,)
-        Estimate from each stamp alone.
-    rest : ndarray, shape (n,)
-        The same before rounding.
-    """
+    """Samples lost before each stamp, not decreasing, from the estimates of single stamps."""
     believed = 0.5 + _LOSS_PRIOR * float(np.mean((rest - lost) ** 2))
     lost = _at_ends(lost.copy(), rest, believed)
     falls = np.flatnonzero(np.diff(lost) < 0)

@@ -74,23 +74,8 @@ def mostly_missing(
 ) -> dict[str, Finding]:
     """Findings about channels that are empty in more than half of the rows of their stream.
 
-    Parameters
-    ----------
-    raw, missing
-        See `with_missing`.
-    by_stream : mapping of str to mapping of str to int
-        Columns by stream and channel.
-    own : mapping of str to ndarray of int64
-        From `own_rows`.
-    where, label : callable
-        Places of rows and names of columns, for the messages.
-    timed : bool
-        Whether the rows have time stamps; without them, the times of streams with separate rows are unknown.
-
-    Raises
-    ------
-    NonFiniteError
-        If no channel is left, or another sensor fills the empty rows and there are no time stamps.
+    `where, label`: places of rows and names of columns, for the messages; `timed`: whether the rows have time stamps;
+    without them, the times of streams with separate rows are unknown.
     """
     found: dict[str, Finding] = {}
     refused: NonFiniteError | None = None

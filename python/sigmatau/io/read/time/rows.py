@@ -36,21 +36,11 @@ _REGULAR_SPREAD = 0.25  # relative standard deviation of the distances between r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rows:
-    """Rows in use.
+    """Rows in use."""
 
-    Attributes
-    ----------
-    stamps : ndarray of int64 or float64, shape (n,)
-        In order.
-    intervals : ndarray of float64, shape (n - 1,)
-    rows : ndarray of int64, shape (n,), or None
-        Their indices in the table; None for all rows in their order.
-    findings : tuple of Finding
-    """
-
-    stamps: NDArray[Any]
-    intervals: NDArray[np.float64]
-    rows: NDArray[np.int64] | None
+    stamps: NDArray[Any]  # shape (n,); in order
+    intervals: NDArray[np.float64]  # shape (n - 1,)
+    rows: NDArray[np.int64] | None  # shape (n,); their indices in the table; None for all rows in their order
     findings: tuple[Finding, ...]
 
 
@@ -63,24 +53,10 @@ def in_order(
 ) -> Rows:
     """Put rows in time order.
 
-    Parameters
-    ----------
-    stamps : ndarray of int64 or float64, shape (n,)
-        NaN, or the smallest integer, where a stamp is missing.
-    samples : sequence of ndarray, shape (n,)
-        The channels; they distinguish a row that was written twice from two rows with one stamp.
-    where : callable
-        Place of a row in the file, for the messages.
-    name : str
-        The column of the stamps, as messages name it.
-    rows : ndarray of int64, shape (n,), optional
-        Indices of these rows in the table, if they are not all.
-
-    Raises
-    ------
-    DataError
-        If time goes backwards and the place of the rows is not clear, or all stamps are equal; `NonFiniteError` if more
-        than half of the stamps are missing.
+    `stamps`: NaN, or the smallest integer, where a stamp is missing; `samples`: the channels; they distinguish a row
+    that was written twice from two rows with one stamp; `where`: place of a row in the file, for the messages;
+    `name`: the column of the stamps, as messages name it; `rows`: indices of these rows in the table, if they are not
+    all.
     """
     findings: list[Finding] = []
     least = stamps.min() if len(stamps) else 0  # NaN if there is one

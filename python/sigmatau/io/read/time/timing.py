@@ -27,37 +27,18 @@ __all__ = ["Timing", "timed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """Sampling times of a stream.
+    """Sampling times of a stream."""
 
-    Attributes
-    ----------
-    rate : float
-        Sampling rate. [Hz]
-    start : float
-        Time of the first sample. [s]
-    source : str
-        How the rate was found, in words.
-    rows, places, n
-        See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps.
-    jitter : float or None
-        Standard deviation of the stamps about the grid. [s]
-    step : float
-        Resolution of their clock. [s]
-    counted : bool
-        Whether the stamps show lost samples.
-    notes : tuple of str
-    findings : tuple of Finding
-    """
-
-    rate: float
-    start: float = 0.0
-    source: str = "given"
-    rows: NDArray[np.int64] | None = None
+    rate: float  # Sampling rate. [Hz]
+    start: float = 0.0  # Time of the first sample. [s]
+    source: str = "given"  # How the rate was found, in words
+    rows: NDArray[np.int64] | None = None  # See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps
+    # See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps
     places: NDArray[np.int64] | None = None
-    n: int | None = None
-    jitter: float | None = None
-    step: float = 0.0
-    counted: bool = False
+    n: int | None = None  # See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps
+    jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
+    step: float = 0.0  # Resolution of their clock. [s]
+    counted: bool = False  # Whether the stamps show lost samples
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 

@@ -225,12 +225,7 @@ def _many(
 
 
 def _in_a_process(
-    log: Path,
-    *,
-    names: dict[Path, str],
-    reading: Reading | None,
-    settings: dict[str, Any],
-    outputs: Outputs,
+    log: Path, *, names: dict[Path, str], reading: Reading | None, settings: dict[str, Any], outputs: Outputs
 ) -> Analysis:
     analysis = analyze(read_log(log, reading, quiet=True), **settings)
     if outputs.plot is not None:

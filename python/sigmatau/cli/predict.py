@@ -124,10 +124,7 @@ def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
             raise OptionError(f"--turn-on {key}: the model has {', '.join(model.channels)}", option="turn_on")
         for name in named:
             if stream_name(name) not in ("gyro", "accel"):
-                raise OptionError(
-                    f"--turn-on {key}: {name} is neither a gyro nor an accelerometer",
-                    option="turn_on",
-                )
+                raise OptionError(f"--turn-on {key}: {name} is neither a gyro nor an accelerometer", option="turn_on")
             value = value_in_si(text, model.channels[name].unit, f"--turn-on {key}")
             if name not in found or key == name:
                 found[name] = value

@@ -228,10 +228,7 @@ class _Watched:
         room = max(size.lines - 1, 2)
         if len(lines) > room:
             more = len(lines) - room + 1
-            lines = [
-                *lines[: room - 1],
-                f"… {more} more lines than the window; Ctrl-C ends and prints the whole table",
-            ]
+            lines = [*lines[: room - 1], f"… {more} more lines than the window; Ctrl-C ends and prints the whole table"]
         return Text("\n".join(lines), no_wrap=True, overflow="ellipsis")
 
 

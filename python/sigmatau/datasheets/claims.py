@@ -57,11 +57,7 @@ _COEFFICIENT = Meaning(of="bias_instability", factor=1.0, words="coefficient B")
 
 _MEANINGS = {
     "noise_density": {"one": (_ONE,), "two": (_TWO,), "unknown": (_ONE, _TWO)},
-    "bias_instability": {
-        "minimum": (_MINIMUM,),
-        "coefficient": (_COEFFICIENT,),
-        "unknown": (_MINIMUM, _COEFFICIENT),
-    },
+    "bias_instability": {"minimum": (_MINIMUM,), "coefficient": (_COEFFICIENT,), "unknown": (_MINIMUM, _COEFFICIENT)},
 }
 
 

@@ -93,11 +93,7 @@ class Datasheet(Printed):
         return tuple(name for name in names if self.of(name))
 
     def model(
-        self,
-        *,
-        use: Literal["typical", "maximum"] = "typical",
-        sided: Sided | None = None,
-        bias: Bias | None = None,
+        self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> NoiseModel:
         """A noise model with the numbers of the datasheet for each axis of a unit, for `simulate` and `plan`.
 
@@ -132,11 +128,7 @@ class Datasheet(Printed):
         return NoiseModel(channels=channels)
 
     def origins(
-        self,
-        *,
-        use: Literal["typical", "maximum"] = "typical",
-        sided: Sided | None = None,
-        bias: Bias | None = None,
+        self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> tuple[str, ...]:
         """Origin of each number of `model`, a line each: typical or maximum value, and its convention."""
         lines = []

@@ -273,8 +273,7 @@ class Numbers:
                 else ""
             )
             raise OptionError(
-                f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}",
-                option="rate_random_walk",
+                f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}", option="rate_random_walk"
             )
         return walk
 

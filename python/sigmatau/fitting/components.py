@@ -158,11 +158,7 @@ def _pairs(n_terms: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 @functools.lru_cache(maxsize=32)
 def components(
-    n: int,
-    m: tuple[int, ...],
-    *,
-    correlation_time: float | None = None,
-    frequency: float | None = None,
+    n: int, m: tuple[int, ...], *, correlation_time: float | None = None, frequency: float | None = None
 ) -> Components:
     """The components of the four noise terms and at most one more.
 

@@ -28,11 +28,7 @@ _LEAST_PAIRS = 0.5
 
 
 def fit(
-    curve: DeviationCurve,
-    *,
-    terms: Iterable[str] | None = None,
-    tau_min: float | None = None,
-    level: float = 0.95,
+    curve: DeviationCurve, *, terms: Iterable[str] | None = None, tau_min: float | None = None, level: float = 0.95
 ) -> NoiseFit:
     """Fit the five noise terms to an overlapped Allan deviation curve.
 

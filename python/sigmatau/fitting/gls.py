@@ -49,11 +49,7 @@ class Gls:
     __slots__ = ("avar", "candidates", "parts", "tangent")
 
     def __init__(
-        self,
-        parts: Components,
-        avar: Floats,
-        candidates: Sequence[int] | None = None,
-        tangent: Floats | None = None,
+        self, parts: Components, avar: Floats, candidates: Sequence[int] | None = None, tangent: Floats | None = None
     ) -> None:
         self.parts = parts
         self.avar = avar

@@ -109,8 +109,5 @@ def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping
         lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
     if noise is not None:
         shown = noise if isinstance(noise, str) else ", ".join(noise)
-        lines += [
-            "",
-            f"[ ]: 95 % interval by χ² with the degrees of freedom of {shown.replace('_', ' ')}.",
-        ]
+        lines += ["", f"[ ]: 95 % interval by χ² with the degrees of freedom of {shown.replace('_', ' ')}."]
     return "\n".join(lines)

@@ -173,12 +173,7 @@ class CrossSpectrum(Printed):
         level = np.sqrt(by_a * by_b)
         real, imaginary = (np.add.reduceat(part * level, starts) / count for part in (self.cross.real, self.cross.imag))
         return replace(
-            self,
-            frequency=frequency,
-            density_a=density_a,
-            density_b=density_b,
-            cross=real + 1j * imaginary,
-            dof=dof,
+            self, frequency=frequency, density_a=density_a, density_b=density_b, cross=real + 1j * imaginary, dof=dof
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -218,10 +218,7 @@ def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], D
         height = _times(rho, (1 - squared[0], -squared[1]))
         # ρ(1 − φ²)/((1 − φ)² + φ·w) and its conjugate over one denominator.
         mixed = _times(beside, (phi[0], -phi[1]))[0]
-        above = (
-            2 * (height[0] * beside[0] + height[1] * beside[1]),
-            2 * (height[0] * phi[0] + height[1] * phi[1]),
-        )
+        above = (2 * (height[0] * beside[0] + height[1] * beside[1]), 2 * (height[0] * phi[0] + height[1] * phi[1]))
         parts.append(_Part(above, (beside[0] ** 2 + beside[1] ** 2, 2 * mixed, phi[0] ** 2 + phi[1] ** 2)))
         root = complex(float(phi[0]), abs(float(phi[1])))
         if root.imag:

@@ -46,15 +46,7 @@ _FOOT = {
 
 def write(numbers: Numbers) -> str:
     """The text of the table: a block per channel, a row per term."""
-    refuse(
-        numbers,
-        "ieee952",
-        "the table has what was found",
-        "walk",
-        "noise",
-        "walk_factor",
-        "noise_factor",
-    )
+    refuse(numbers, "ieee952", "the table has what was found", "walk", "noise", "walk_factor", "noise_factor")
     blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI with all digits."]
     for name, model in numbers.model.channels.items():
         rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)

@@ -111,11 +111,7 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
 
 
 def _time(
-    columns: Sequence[Column],
-    found: Sequence[tuple[str, str | None] | None],
-    *,
-    taken: set[int],
-    strict: bool,
+    columns: Sequence[Column], found: Sequence[tuple[str, str | None] | None], *, taken: set[int], strict: bool
 ) -> tuple[int | None, tuple[str, ...]]:
     """The time column, if one is recognised and is not read as a channel; and notes."""
     keys = [key_of(unit_of(column)[0]) for column in columns]

@@ -101,13 +101,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _tables(
-    path: str,
-    end: int,
-    kind: _Kind,
-    instance: int,
-    rows: int,
-    units: Mapping[str, str],
-    findings: tuple[Finding, ...],
+    path: str, end: int, kind: _Kind, instance: int, rows: int, units: Mapping[str, str], findings: tuple[Finding, ...]
 ) -> Iterator[Table]:
     fields = [f for f in kind.fields if f[1] in _TYPES]
     if not any(name not in ("TimeUS", "I") for name, _, _ in fields):

@@ -207,12 +207,7 @@ def _table(
         return Loaded(columns=raw)
 
     return Table(
-        format=kind,
-        columns=tuple(columns),
-        notes=notes,
-        load=load,
-        where=lambda row: f"row {row}",
-        findings=findings,
+        format=kind, columns=tuple(columns), notes=notes, load=load, where=lambda row: f"row {row}", findings=findings
     )
 
 

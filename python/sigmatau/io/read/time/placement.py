@@ -107,10 +107,7 @@ def mostly_missing(
 
 
 def laid(
-    column: NDArray[Any],
-    rows: NDArray[np.int64] | None,
-    places: NDArray[np.int64] | None,
-    n: int | None,
+    column: NDArray[Any], rows: NDArray[np.int64] | None, places: NDArray[np.int64] | None, n: int | None
 ) -> NDArray[Any]:
     """A column on its grid, NaN in empty places; the array itself if nothing changes."""
     if rows is not None:

@@ -126,11 +126,7 @@ def _with_stamp(
 
 
 def _sorted(
-    stamps: NDArray[Any],
-    back: NDArray[np.intp],
-    where: Callable[[int], str],
-    name: str,
-    rows: NDArray[np.int64] | None,
+    stamps: NDArray[Any], back: NDArray[np.intp], where: Callable[[int], str], name: str, rows: NDArray[np.int64] | None
 ) -> tuple[NDArray[np.int64], Finding]:
     """Rows in time order, if few rows are out of order and each of them fits into a hole between others; else an error."""
     row = int(back[0]) + 1

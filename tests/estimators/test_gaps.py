@@ -15,8 +15,7 @@ from sigmatau.estimators.allan import cluster_sizes
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples
 from sigmatau.fitting.components import LINEAR, components, pairs_of_terms
-from sigmatau.fitting.heavy_loss import white_covariance
-from sigmatau.fitting.masked_components import components_with_gaps
+from sigmatau.fitting.masked_components import components_with_gaps, white_covariance
 
 N = 1024
 SIZES = np.array([int(m) for m in cluster_sizes("half", n=N, tau0=1.0) if m <= N // 3])

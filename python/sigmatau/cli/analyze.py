@@ -15,19 +15,19 @@ from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli import batch
-from sigmatau.cli.analysis_exports import Exports
-from sigmatau.cli.export_options import Choosing
+from sigmatau.cli.export_options import Choosing, Exports
 from sigmatau.cli.options import (
+    Reading,
     averaging_times,
     bandwidths,
     check_folder,
     check_output,
     finding_lines,
+    read_log,
     refuse_same,
     say,
     working,
 )
-from sigmatau.cli.reading_options import Reading, read_log
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.io.read.formats.split import files_of

@@ -11,8 +11,7 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.analyze import FIGURE_ENDINGS
-from sigmatau.cli.options import averaging_times, check_output, refuse_same, say, working
-from sigmatau.cli.reading_options import Reading, read_log
+from sigmatau.cli.options import Reading, averaging_times, check_output, read_log, refuse_same, say, working
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind
 from sigmatau.findings.finding import damaged

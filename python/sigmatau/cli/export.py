@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from sigmatau.cli.export_options import Choosing, as_typed, print_findings
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
-from sigmatau.exporting.prepare import check_choices, check_path, prepare
+from sigmatau.exporting.export import check_choices, check_path, prepare
 from sigmatau.exporting.source import read_source
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target

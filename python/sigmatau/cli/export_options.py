@@ -1,21 +1,25 @@
-"""Options of ``export`` and ``analyze --export``."""
+"""Options of ``export`` and ``analyze --export``, and the files that the latter writes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from sigmatau.analysis import Analysis
 from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Axes, Choices
+from sigmatau.exporting.export import check_all, check_path, prepare_all
+from sigmatau.exporting.targets import target
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
-__all__ = ["Choosing", "as_typed", "print_findings"]
+__all__ = ["Choosing", "Exports", "as_typed", "print_findings"]
 
 
 @Parameter(name="*")
@@ -102,3 +106,53 @@ def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
     """Print findings of an export, each once."""
     for line in finding_lines(list(dict.fromkeys(findings))):
         say(line, quiet=quiet)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exports:
+    """Files by target, and the options for them."""
+
+    files: Mapping[str, Path]
+    choices: Choices
+
+    @classmethod
+    def of(cls, given: Sequence[str], choosing: Choosing | None, *, rate: float | None, method: str) -> Exports:
+        """Check the options before a long log is read; raises `OptionError`."""
+        choosing = choosing or Choosing()
+        option = choosing.given()
+        if option and not given:
+            raise OptionError(f"{option} needs --export, e.g. --export kalibr=imu.yaml", option="export")
+        files: dict[str, Path] = {}
+        for text in given:
+            name, equals, path = text.partition("=")
+            name = name.lower()
+            if not (name and equals and path):
+                raise OptionError(
+                    f"--export {text!r}: want TARGET=FILE, e.g. --export kalibr=imu.yaml", option="export"
+                )
+            if name in files:
+                raise OptionError(f"--export: {name} is given twice", option="export")
+            files[name] = Path(path)
+        if files and method != "gls":
+            raise OptionError("--export needs the fit: --method gls", option="method")
+        choices = choosing.choices(rate)
+        with as_typed():
+            for name, file in files.items():
+                check_path(target(name), file)
+            check_all(files, choices)
+        return cls(files=files, choices=choices)
+
+    def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
+        """Write all files, or none if one fails; raises `OptionError` or `DataError`.
+
+        `result` is the written JSON, which allows another attempt without a second analysis.
+        """
+        if not self.files:
+            return
+        again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
+        with as_typed("--export ", again):
+            files = prepare_all(analysis, self.files, choices=self.choices, named=True)
+        print_findings((finding for file in files for finding in file.findings), quiet=quiet)
+        for file in files:
+            file.write()
+            say(f"{file.path}: written for {file.to}", quiet=quiet)

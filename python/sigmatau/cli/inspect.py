@@ -9,9 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import bandwidths, check_output, finding_lines, refuse_same
+from sigmatau.cli.options import Reading, bandwidths, check_output, finding_lines, refuse_same
 from sigmatau.cli.options import reading as showing
-from sigmatau.cli.reading_options import Reading
 from sigmatau.findings.finding import damaged
 from sigmatau.io.write import atomic
 from sigmatau.quality.inspection import inspect

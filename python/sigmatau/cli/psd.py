@@ -14,8 +14,7 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.analyze import FIGURE_ENDINGS
-from sigmatau.cli.options import check_output, refuse_same, say, working
-from sigmatau.cli.reading_options import Reading, read_log
+from sigmatau.cli.options import Reading, check_output, read_log, refuse_same, say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.io.write import atomic

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
-from sigmatau.estimators import deviation_moments
+from sigmatau.estimators import deviation_kinds
 from sigmatau.estimators.allan import Overlap, TauGrid, refuse_missing
 from sigmatau.estimators.deviation_kinds import KINDS, Kind, estimator, sizes_for
 from sigmatau.noise.uncertainty import chi2_factors
@@ -96,22 +96,22 @@ class Deviation(Printed):
 
     def edf(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
         """Equivalent degrees of freedom of the squared deviations; see
-        `sigmatau.estimators.deviation_moments.degrees_of_freedom`.
+        `sigmatau.estimators.deviation_kinds.degrees_of_freedom`.
 
         Parameters
         ----------
         noise : str or mapping of str to float
             The name of a term, or coefficients in SI such as `NoiseFit.model`.
         """
-        return deviation_moments.degrees_of_freedom(
+        return deviation_kinds.degrees_of_freedom(
             self.kind, noise, n=self.n, m=self.m, tau0=self.tau0, overlap=self.overlap
         )
 
     def bias(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
         """Expected square over the Allan variance at `tau`, of total and Theo1; see
-        `sigmatau.estimators.deviation_moments.bias`.
+        `sigmatau.estimators.deviation_kinds.bias`.
         """
-        return deviation_moments.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
+        return deviation_kinds.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
 
     def interval(
         self, *, noise: str | Mapping[str, float], level: float = 0.95

@@ -15,10 +15,8 @@ import numpy as np
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
-from sigmatau.exporting.axes import by_axis, noises, of_channel, refuse
 from sigmatau.exporting.choices import given
-from sigmatau.exporting.horizon import slow_avar
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.exporting.values import Number, Numbers, by_axis, noises, of_channel, refuse, slow_avar
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel

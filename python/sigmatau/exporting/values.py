@@ -7,12 +7,12 @@ states it, and no coefficient is written under the name of another.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import KINDS, RANGES, Choices, NotChosenError, given
-from sigmatau.exporting.horizon import matching_walk, sampled
+from sigmatau.exporting.choices import KINDS, RANGES, Choices, NoPlaceError, NotChosenError, given
 from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import number
 from sigmatau.findings.finding import Finding
@@ -25,7 +25,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
 
-__all__ = ["Number", "Numbers"]
+__all__ = ["Number", "Numbers", "by_axis", "matching_walk", "noises", "of_channel", "refuse", "sampled", "slow_avar"]
 
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
@@ -307,3 +307,76 @@ def _number(estimate: float, words: str, factor: float) -> Number:
     if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # an upper limit can be so small that its square is 0
         raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")
+
+
+_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov")
+_SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if no rate is known: flicker noise is then exact to 4e-12
+
+
+def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) -> float:
+    """K of the random walk that has the Allan variance of the slow noise at a horizon; 0 without slow noise.
+
+    Slow noise is bias instability, rate random walk, ramp and Gauss-Markov processes: K² = 3·σ²(T)/T of these. Random walk,
+    quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there, and the bias
+    state of a filter does not follow it.
+
+    `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
+    horizon is not rounded [Hz]; Returns [rad/s²/√Hz or m/s³/√Hz].
+    """
+    return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
+
+
+def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
+    """Allan variance of the slow noise of the model at an averaging time; see `matching_walk`. [(rate unit)²]"""
+    m, tau0 = _samples(tau, rate)
+    parts = model.avar_of_parts(m=[m], tau0=tau0)
+    return sum(float(parts[term][0]) for term in _SLOW if term in parts)
+
+
+def sampled(horizon: float, rate: float | None) -> float:
+    """The horizon rounded to whole samples, at least one: the averaging time that is matched. [s]"""
+    m, tau0 = _samples(horizon, rate)
+    return m * tau0
+
+
+def _samples(horizon: float, rate: float | None) -> tuple[int, float]:
+    if rate is None:
+        return _SAMPLES_WITHOUT_RATE, horizon / _SAMPLES_WITHOUT_RATE
+    return max(round(horizon * rate), 1), 1 / rate
+
+
+T = TypeVar("T")
+
+
+def of_channel(numbers: Numbers, channel: str) -> Numbers:
+    """The same choices for one channel alone."""
+    return numbers.of(channel)
+
+
+def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
+    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
+    channels = numbers.channels(sensor)
+    if numbers.choices.axes != "each":
+        one = of(numbers)
+        return one, one, one
+    names = [f"{sensor}_{axis}" for axis in "xyz"]
+    missing = [name for name in names if name not in channels]
+    if missing:
+        raise DataError(
+            f"`axes` is each, and the model has no {', '.join(missing)}; {given('axes', 'worst')} writes one value for all"
+        )
+    x, y, z = (of(of_channel(numbers, name)) for name in names)
+    return x, y, z
+
+
+def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
+    """N of x, y and z."""
+    return by_axis(numbers, sensor, lambda one: one.noise(sensor))
+
+
+def refuse(numbers: Numbers, target: str, why: str, *choices: str) -> None:
+    """Raise `NoPlaceError` for a choice that differs from the default and does not apply to a target."""
+    default = Choices()
+    for name in choices:
+        if getattr(numbers.choices, name) != getattr(default, name):
+            raise NoPlaceError(f"{{@{name}}} does not apply to {target}: {why}", choice=name)

@@ -14,7 +14,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed
 from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.comparison import Comparison
-from sigmatau.spectrum.leakage import line_density
+from sigmatau.spectrum.tapers import line_density
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

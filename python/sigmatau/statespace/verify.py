@@ -202,7 +202,7 @@ def verify(
     variances, so that uᵀC⁻¹u equals rᵀV⁻¹r for many degrees of freedom. For few degrees of freedom rᵀV⁻¹r has p < 0.2 %
     in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K).
 
-    V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.bandlimited`) except for a sinusoid.
+    V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.avar_scatter`) except for a sinusoid.
     For a sinusoid, V includes its product with the noise at its frequency, taken as equal at all averaging times, and the
     effect of its phase to first order. The p-value is too small if a sinusoid dominates some octaves: with 0.7 Hz and ten
     times the standard deviation of the white noise in 100 s at 100 Hz, 27 % of 60 true records had p < 5 %; with an equal

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.axes import refuse
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, refuse
 
 __all__ = ["TARGET"]
 

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.axes import refuse
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, refuse
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.processes import GaussMarkov

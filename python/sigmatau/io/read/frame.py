@@ -161,7 +161,7 @@ def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
 
 
 def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
-    from sigmatau.io.read.formats.arrow_columns import columns_of, numbers
+    from sigmatau.io.read.formats.arrow_table import columns_of, numbers
 
     found, others = columns_of(frame.schema)
     for column in found:

@@ -12,11 +12,11 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.reading import Unusable
 from sigmatau.io.read import assemble, opened
+from sigmatau.io.read.assemble import choose_tables, sensors
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
-from sigmatau.io.read.topics import choose_tables, sensors
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 from sigmatau.results import Printed, duration_text

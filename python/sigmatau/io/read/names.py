@@ -9,16 +9,21 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sigmatau import units
-from sigmatau.errors import OptionError
-from sigmatau.io.read.table import Column
-from sigmatau.io.read.thermometer import degrees_of
+from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import ColumnsByGravity
+from sigmatau.io.read.table import Column, Table
 
 __all__ = [
     "LONGEST_NAME",
     "SPLIT_STAMP",
     "TIMES",
     "bare_name",
+    "by_gravity",
     "holds_increments",
     "key_of",
     "readings",
@@ -135,6 +140,13 @@ _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 LONGEST_NAME = 200
 """Longest column name, with its unit in brackets. [characters]"""
+
+_LONGEST_END = 40  # longest end of a name that is searched for a unit [characters]
+SPELLED = {
+    **dict.fromkeys(("degc", "°c", "℃", "c", "celsius", "deg c", "° c", "deg_c", "degrees celsius"), "degC"),
+    **dict.fromkeys(("k", "kelvin", "degk", "°k"), "K"),
+    **dict.fromkeys(("degf", "°f", "℉", "f", "fahrenheit", "deg f", "deg_f"), "degF"),
+}
 
 
 def unit_of(column: Column) -> tuple[str, str | None]:
@@ -262,3 +274,60 @@ def _known(spelling: str) -> bool:
     except OptionError:
         return False
     return True
+
+
+_MIN_ROWS = 100
+_ROWS_TESTED = 100_000
+_GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))  # [g, m/s^2, mg], with room for biases and scale errors
+_SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
+_GYRO_MEAN = 0.2  # largest mean of the other three columns, over the size of gravity
+
+
+def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
+    """Channels of a table without column names, in the form of ``--channels``; None if they are not certain."""
+    count = len(table.columns)
+    if count not in (6, 7) or any(column.name for column in table.columns):
+        return None
+    try:
+        columns = table.load(list(range(count)), None).columns
+    except DataError:  # raised again when the record is read
+        return None
+    rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)], axis=1)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if len(rows) < _MIN_ROWS or (count == 7 and not _increases(rows[:, 0])):
+        return None
+    triples = rows[:, count - 6 : count - 3], rows[:, count - 3 :]
+    found = [_is_gravity(three) for three in triples]
+    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in triples]
+    which = 0 if found[0] else 1
+    if found[0] == found[1] or sizes[1 - which] > _GYRO_MEAN * sizes[which]:
+        return None
+    places = ((count - 5, count - 3), (count - 2, count))
+    texts = [f"{first}:{last}" for first, last in places]
+    channels: dict[str, str | int] = {"gyro": texts[1 - which], "accel": texts[which]}
+    if count == 7:
+        channels = {"time": 1, **channels}
+    details = ColumnsByGravity(
+        gyro=places[1 - which],
+        accel=places[which],
+        time=1 if count == 7 else None,
+        gravity=sizes[which],
+        other=sizes[1 - which],
+    )
+    return channels, Finding(details=details, severity="info")
+
+
+def _increases(time: NDArray[np.float64]) -> bool:
+    return bool(np.all(np.diff(time) >= 0) and time[-1] > time[0])
+
+
+def _is_gravity(three: NDArray[np.float64]) -> bool:
+    size = float(np.linalg.norm(three.mean(axis=0)))
+    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=0).max() < _SCATTER * size)
+
+
+def degrees_of(column: Column) -> str | None:
+    """The unit of temperature that a column states; "" for any other unit, None if it states none."""
+    in_brackets = re.search(r"[\[({]([^\[\](){}]*)[\])}]\s*$", column.name[-_LONGEST_END:])
+    stated = column.unit or (in_brackets[1] if in_brackets else None)
+    return SPELLED.get(stated.strip().lower(), "") if stated else None

@@ -10,8 +10,7 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.columns import Choice, choose
-from sigmatau.io.read.headerless import by_gravity
-from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
+from sigmatau.io.read.names import by_gravity, holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name

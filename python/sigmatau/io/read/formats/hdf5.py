@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats import library_errors
+from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.library_errors import first_line
-from sigmatau.io.read.formats.trailing_bytes import behind
+from sigmatau.io.read.formats.damage import behind, first_line
 from sigmatau.io.read.table import Head, Table, need
 
 __all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff"]
@@ -108,7 +107,7 @@ def damaged(error: Exception) -> DataError:
             f"is cut off: it has {match[1]} of {match[2]} bytes, and HDF5 files are only readable whole; get or make the"
             " file again"
         )
-    return library_errors.damaged(error)
+    return damage.damaged(error)
 
 
 def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401

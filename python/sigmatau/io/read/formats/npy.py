@@ -15,8 +15,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.library_errors import damaged, library_faults
-from sigmatau.io.read.formats.trailing_bytes import archive_ends, behind
+from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 

@@ -18,8 +18,8 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, DeletedMessages
 from sigmatau.io.read.formats import roslog
+from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
-from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Loaded, Table
 
 __all__ = ["read", "sniff"]

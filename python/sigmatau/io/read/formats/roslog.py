@@ -13,8 +13,8 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, Place
+from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import Layout, layout_of
-from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
 __all__ = ["finite_columns", "message_table", "read", "refused_table", "sniff", "some_readable"]

@@ -20,7 +20,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.formats.message_chain import broken
+from sigmatau.io.read.formats.damage import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
 __all__ = ["read", "sniff"]

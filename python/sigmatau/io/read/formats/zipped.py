@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
-from sigmatau.io.read.formats.library_errors import damaged, library_faults
-from sigmatau.io.read.formats.trailing_bytes import archive_ends
+from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 from sigmatau.record import memory
 

@@ -33,8 +33,6 @@ from sigmatau.findings.finding import damaged
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.write import atomic
 
-__all__ = ["FIGURE_ENDINGS", "analyze_command", "write_figure", "write_json"]
-
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 
 

@@ -17,8 +17,6 @@ from sigmatau.findings.finding import Finding, damaged
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.results import duration_text
 
-__all__ = ["Outcome", "gather", "names", "run", "summary"]
-
 # Files in folders of logs that are not logs.
 _BESIDE = (
     *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),

@@ -12,8 +12,6 @@ from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.sheet import list_datasheets
 from sigmatau.errors import OptionError
 
-__all__ = ["datasheet_command"]
-
 
 def datasheet_command(
     action: Literal["list", "show"],

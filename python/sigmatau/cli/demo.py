@@ -19,8 +19,6 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.simulation.in_memory import simulate
 
-__all__ = ["demo_command"]
-
 _HOURS, _RATE = 2.0, 100.0
 
 

@@ -18,8 +18,6 @@ from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
 from sigmatau.io.write import atomic
 
-__all__ = ["deviation_command"]
-
 
 def deviation_command(
     log: Path,

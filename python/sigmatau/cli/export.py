@@ -16,8 +16,6 @@ from sigmatau.exporting.source import read_source
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target
 
-__all__ = ["export_command"]
-
 
 def export_command(
     source: Path | None = None,

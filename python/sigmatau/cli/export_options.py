@@ -19,8 +19,6 @@ from sigmatau.exporting.targets import target
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
-__all__ = ["Choosing", "Exports", "as_typed", "print_findings"]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)

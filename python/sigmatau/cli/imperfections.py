@@ -15,8 +15,6 @@ from sigmatau.record.streams import InputKind
 from sigmatau.simulation.imperfections import Imperfections, Outage, Temperature, WarmUp
 from sigmatau.units import integral
 
-__all__ = ["imperfections_of"]
-
 T = TypeVar("T")
 
 _NAMES = {"lost": "gaps", "output": "input"}  # options of arguments with another name

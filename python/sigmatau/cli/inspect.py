@@ -15,8 +15,6 @@ from sigmatau.findings.finding import damaged
 from sigmatau.io.write import atomic
 from sigmatau.quality.inspection import inspect
 
-__all__ = ["inspect_command"]
-
 
 def inspect_command(
     log: Path,

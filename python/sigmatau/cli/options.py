@@ -22,22 +22,6 @@ from sigmatau.findings.wording import line
 from sigmatau.io.read import read
 from sigmatau.record.record import Record
 
-__all__ = [
-    "Reading",
-    "averaging_times",
-    "bandwidths",
-    "check_folder",
-    "check_output",
-    "finding_lines",
-    "key_numbers",
-    "key_values",
-    "read_log",
-    "reading",
-    "refuse_same",
-    "say",
-    "working",
-]
-
 _PROGRESS_INTERVAL = 0.2  # [s]
 _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 

@@ -19,8 +19,6 @@ from sigmatau.navigation.predict import predict
 from sigmatau.navigation.prediction import Prediction
 from sigmatau.record.record import stream_name
 
-__all__ = ["predict_command"]
-
 _RATE = 100.0
 """Default steps per second: only the velocity error of quantization noise depends on them. [Hz]"""
 

@@ -27,8 +27,6 @@ from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.units import find
 
-__all__ = ["psd_command"]
-
 _DATASHEET = {"angular_rate": "mdeg/s/sqrt(Hz)", "acceleration": "ug/sqrt(Hz)"}
 
 

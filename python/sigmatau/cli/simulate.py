@@ -14,8 +14,6 @@ from sigmatau.io.write import RECORD_ENDINGS
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.simulation.to_file import simulate_to
 
-__all__ = ["simulate_command"]
-
 _Values = Annotated[list[str] | None, Parameter(negative=())]
 
 

@@ -28,8 +28,6 @@ from sigmatau.record.record import MIN_SAMPLES, Provenance
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["watch_command"]
-
 _EQUAL_RATES = 1e-3  # relative difference up to which two rates are taken as equal
 _FIRST_FIT = 1000  # samples from which on the screen shows a fit
 

@@ -16,8 +16,6 @@ from sigmatau.errors import OptionError
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.units import find
 
-__all__ = ["KEYS", "MINIMUM", "QUANTITIES", "Bias", "Claim", "Meaning", "Sided", "check_meanings"]
-
 Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 

@@ -32,8 +32,6 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST
 from sigmatau.record.record import stream_name
 
-__all__ = ["Fitted", "compare_with"]
-
 _EQUAL = 1e-9  # relative difference of numbers without errors that count as equal
 _MOST_SIGMAS = 1e6  # distance in standard errors for an interval without width
 

@@ -36,8 +36,6 @@ from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import coefficient_unit
 
-__all__ = ["AXES", "SENSORS", "TEXTS", "axes_of", "claims_of", "data_of", "parsed", "texts_of"]
-
 AXES = ("x", "y", "z")
 
 TEXTS = ("name", "maker", "kind", "source", "confirmed", "note")

@@ -16,8 +16,6 @@ from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import BIAS_LEVEL
 
-__all__ = ["NOTHING", "Measured", "measured"]
-
 Floats = NDArray[np.float64]
 
 NOTHING = "not in the result"

@@ -17,8 +17,6 @@ from sigmatau.noise.terms import BIAS_LEVEL
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
-__all__ = ["Datasheet", "Library", "datasheet", "list_datasheets"]
-
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
 _OPEN = {
     "noise_density": "one- or two-sided: not stated",

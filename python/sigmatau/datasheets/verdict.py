@@ -11,8 +11,6 @@ from sigmatau.errors import OptionError
 from sigmatau.results import Printed, interval_texts, printable, two_digits
 from sigmatau.units import find
 
-__all__ = ["Comparison", "Judged", "Reading", "Side", "Status", "Verdict"]
-
 Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
 

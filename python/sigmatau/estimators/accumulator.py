@@ -21,8 +21,6 @@ from sigmatau.record.record import conversion, real_numbers
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed
 
-__all__ = ["Accumulator", "Long", "accumulate", "strided_sizes"]
-
 Long = Literal["exact", "strided"]
 
 _MOST_SAMPLES = 1 << 41  # samples, 35 years at 2 kHz

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Deviation", "Deviations", "deviation"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Deviation(Printed):

@@ -22,8 +22,6 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.estimators.tau_grid import TauGrid, averaging_times, cluster_sizes
 from sigmatau.noise.terms import TERMS
 
-__all__ = ["KINDS", "Estimator", "Kind", "bias", "coefficients_of", "degrees_of_freedom", "estimator", "sizes_for"]
-
 _ALL = 20_000  # samples up to which every averaging time is done one by one
 
 Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]

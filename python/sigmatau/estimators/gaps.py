@@ -19,8 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 
-__all__ = ["TERMS", "Expected", "Gaps"]
-
 Floats = NDArray[np.float64]
 
 TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")

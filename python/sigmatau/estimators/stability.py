@@ -30,8 +30,6 @@ from sigmatau.results import Printed, duration_text, seconds
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["DynamicAllan", "dynamic_allan"]
-
 _DEFAULT_WINDOWS = 10
 _LEAST_SAMPLES = 16
 _MOST_WINDOWS = 2000

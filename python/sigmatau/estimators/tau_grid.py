@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError, RecordTooShortError
 
-__all__ = ["TauGrid", "averaging_times", "cluster_sizes"]
-
 TauGrid = Literal["octave", "half", "quarter", "eighth", "all"]
 
 # First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j, and so on. Such

@@ -25,8 +25,6 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
-__all__ = ["Prepared", "check_all", "check_choices", "check_path", "export", "prepare", "prepare_all"]
-
 
 class HasSource(Protocol):
     """An `Analysis`, which this package cannot import."""

@@ -25,18 +25,6 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
 
-__all__ = [
-    "PEAK_TIME",
-    "SIGMA_OF_FLICKER",
-    "WALK_TIME",
-    "Process",
-    "bottom",
-    "noises_and_processes",
-    "process",
-    "relative_avar",
-    "replaced_noise",
-]
-
 PEAK_TIME = 1.8926178329250187668
 """The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
 

@@ -21,8 +21,6 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.results import Printed
 from sigmatau.units import find
 
-__all__ = ["ReadBack", "read_yaml"]
-
 _KALIBR = {
     "gyroscope_noise_density": ("gyro", "random_walk"),
     "gyroscope_random_walk": ("gyro", "rate_random_walk"),

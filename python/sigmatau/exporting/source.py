@@ -16,8 +16,6 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
-__all__ = ["Source", "one_rate", "read_source", "source_of"]
-
 _SAME_RATE = 1e-3  # relative difference of rates: two sensors of one unit, each with its own stamps
 _FILTER = "low_pass_filter"
 _SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the curve out of the variance

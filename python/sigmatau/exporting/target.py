@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 
 from sigmatau.exporting.values import Numbers
 
-__all__ = ["Target"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:

@@ -12,21 +12,6 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 
-__all__ = [
-    "comment",
-    "digits",
-    "joined",
-    "number",
-    "number_with_comment",
-    "plain_name",
-    "quoted",
-    "remark",
-    "single",
-    "topic",
-    "vector",
-    "with_remarks",
-]
-
 LARGEST = 1e9
 """Largest value of a constant beside the noise, in any unit."""
 

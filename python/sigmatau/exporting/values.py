@@ -25,8 +25,6 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
 
-__all__ = ["Number", "Numbers", "by_axis", "matching_walk", "noises", "of_channel", "refuse", "sampled", "slow_avar"]
-
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 

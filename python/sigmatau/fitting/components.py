@@ -26,8 +26,6 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
 
-__all__ = ["LINEAR", "Components", "components", "pairs_of_terms", "power_of_interval", "with_sinusoid"]
-
 Floats = NDArray[np.float64]
 
 LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")

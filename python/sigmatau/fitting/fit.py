@@ -19,8 +19,6 @@ from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
 from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
 from sigmatau.noise.terms import TERMS
 
-__all__ = ["fit"]
-
 _PER_OCTAVE = 8  # averaging times, at most
 _LEAST_CONSECUTIVE = 1e-3  # share of the samples with a predecessor, below which all samples count as isolated
 _LEAST_PAIRS = 0.5

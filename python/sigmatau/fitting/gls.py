@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from sigmatau._native.kernels import Factor
 from sigmatau.fitting.components import Components
 
-__all__ = ["Gls", "Score", "non_negative", "relative_fit"]
-
 Floats = NDArray[np.float64]
 
 _STEPS = 40  # of the iteration, at most

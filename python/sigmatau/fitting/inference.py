@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 
 from sigmatau.fitting.gls import Gls, Score
 
-__all__ = ["Evidence", "detectable_theta", "evidence", "skewed_tails"]
-
 Floats = NDArray[np.float64]
 
 _SMALLEST_PROBABILITY = 1e-300

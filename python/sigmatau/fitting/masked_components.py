@@ -28,8 +28,6 @@ from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.fitting.components import LINEAR, Components, components, pairs_of_terms, with_sinusoid
 
-__all__ = ["HEAVY_LOSS", "components_with_gaps", "white_covariance"]
-
 Floats = NDArray[np.float64]
 
 _BLOCKS = 256

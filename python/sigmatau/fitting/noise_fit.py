@@ -20,8 +20,6 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import Printed, duration_text, interval_texts, seconds, two_digits
 from sigmatau.units import find
 
-__all__ = ["FittedTerm", "GaussMarkov", "Interval", "NoiseFit", "Sinusoid", "Verdict"]
-
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
 Verdict = Literal["adequate", "descriptive", "too_short"]

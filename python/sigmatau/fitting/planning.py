@@ -22,8 +22,6 @@ from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, two_digits
 
-__all__ = ["LONGEST_RECORD", "Plan", "needed_samples", "plan", "relative_error", "smallest_detectable"]
-
 LONGEST_RECORD = 10**13
 """Longest record that is considered. [samples]"""
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.noise_fit import FittedTerm
 
-__all__ = ["Ramp", "estimate_ramp", "least_ramp", "least_variance"]
-
 Floats = NDArray[np.float64]
 
 _RIDGE = 1e-9  # added to correlations

@@ -27,8 +27,6 @@ from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_un
 from sigmatau.results import Printed, seconds, value_error_text
 from sigmatau.units import find
 
-__all__ = ["GAIN", "LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
-
 LARGEST_ERROR = 0.35
 """Largest error by eq. (26) of the averaging times that are used: those up to a fifth of the record."""
 

@@ -20,8 +20,6 @@ from sigmatau.estimators.gaps import Gaps
 from sigmatau.fitting.gls import Gls, non_negative, relative_fit
 from sigmatau.fitting.masked_components import components_with_gaps
 
-__all__ = ["GAIN_IN_REACH", "Extension", "candidates", "intervals"]
-
 Floats = NDArray[np.float64]
 
 GAIN_IN_REACH = 8.0

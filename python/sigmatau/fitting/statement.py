@@ -19,8 +19,6 @@ from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseF
 from sigmatau.fitting.tau_min import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
 from sigmatau.noise.terms import coefficient_unit
 
-__all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
-
 Floats = NDArray[np.float64]
 
 _WALK = LINEAR.index("rate_random_walk")

@@ -10,8 +10,6 @@ from sigmatau.fitting.read_off import ReadOff
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds
 
-__all__ = ["deviation_table", "fit_table", "read_off_table"]
-
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
     "not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of its slope.",

@@ -17,18 +17,6 @@ from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
 from sigmatau.fitting.sixth_term import Extension
 
-__all__ = [
-    "LARGEST_START",
-    "LEAST_P",
-    "LEAST_P_EXTENDED",
-    "LEAST_P_LATER",
-    "LEAST_TIMES",
-    "LONGEST_SHARE",
-    "Attempt",
-    "Data",
-    "best_attempt",
-]
-
 Floats = NDArray[np.float64]
 
 LONGEST_SHARE = 3

@@ -28,8 +28,6 @@ from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import HEAD, Loaded, Table
 from sigmatau.io.read.table_streams import find_rate
 
-__all__ = ["Live", "follow"]
-
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
 _WAITING = 64  # pieces that may be read ahead

@@ -15,8 +15,6 @@ from sigmatau.io.writers import WRITERS, Put, headers_of
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK
 
-__all__ = ["RECORD_ENDINGS", "atomic", "ending_of", "table_writer", "write"]
-
 RECORD_ENDINGS = tuple(WRITERS)
 """Endings of a record's file name, each with its format."""
 

@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau.errors import DataError
 
-__all__ = ["WRITERS", "Hdf5Table", "Piece", "Put", "headers_of"]
-
 Piece = Sequence[NDArray[np.float64]]
 """A piece of every column, each of shape (n,)."""
 

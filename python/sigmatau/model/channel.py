@@ -28,8 +28,6 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed
 
-__all__ = ["STATIONARY", "ChannelModel"]
-
 Floats = NDArray[np.float64]
 
 STATIONARY = ("quantization", "random_walk")

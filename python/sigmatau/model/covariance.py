@@ -16,19 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError
 
-__all__ = [
-    "band_limited",
-    "exponential_sum_variance",
-    "flicker_phase",
-    "gauss_markov",
-    "phase_of_band_limited",
-    "phase_of_gauss_markov",
-    "phase_of_sinusoid",
-    "phase_of_term",
-    "rate_of_term",
-    "whole_lags",
-]
-
 Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 

@@ -32,8 +32,6 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import interval_texts, printable
 from sigmatau.units import usual
 
-__all__ = ["NOT_ADEQUATE", "channels_of", "correlation_of", "toml", "value_in_si"]
-
 NOT_ADEQUATE = "from a fit that is not adequate: no interval"
 """Comment on a value from a fit that is not adequate."""
 

@@ -14,8 +14,6 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid, real
 from sigmatau.noise.terms import TERMS
 
-__all__ = ["channel_of_fit", "channels_of_result", "models_of", "results_by_channel"]
-
 _WITH_MODEL = ("adequate", "descriptive")
 """Verdicts of a fit that has coefficients."""
 

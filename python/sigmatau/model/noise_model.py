@@ -25,8 +25,6 @@ from sigmatau.results import Printed
 if TYPE_CHECKING:
     pass
 
-__all__ = ["CORRELATED", "Correlation", "NoiseModel"]
-
 Correlation = Mapping[str, Mapping[tuple[str, str], float]]
 
 CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_walk")

@@ -11,21 +11,6 @@ from typing import Any
 from sigmatau.errors import DataError, OptionError
 from sigmatau.noise.terms import TERMS
 
-__all__ = [
-    "HIGHEST_ORDER",
-    "LARGEST",
-    "RATES",
-    "SMALLEST",
-    "GaussMarkov",
-    "LowPass",
-    "Sinusoid",
-    "coefficients_of",
-    "interval",
-    "real",
-    "sampling_rate",
-    "several",
-]
-
 HIGHEST_ORDER = 9
 """Highest order of a Butterworth filter."""
 

@@ -14,8 +14,6 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass
 from sigmatau.statespace.state_space import state_space
 
-__all__ = ["Flicker", "correlation_root", "noise_of", "normal", "stream_number"]
-
 Floats = NDArray[np.float64]
 
 Flicker = Literal["exact", "poles"]

@@ -16,8 +16,6 @@ from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
 from sigmatau.results import Printed
 
-__all__ = ["Imperfections", "Outage", "Temperature", "WarmUp"]
-
 Floats = NDArray[np.float64]
 
 _DAY = 86400.0

@@ -12,8 +12,6 @@ from sigmatau.simulation.generators import Flicker
 from sigmatau.simulation.imperfections import Imperfections
 from sigmatau.simulation.rows import Channel, Job, Stamps, job
 
-__all__ = ["simulate"]
-
 Floats = NDArray[np.float64]
 
 

@@ -18,8 +18,6 @@ from sigmatau.simulation.generators import Flicker, noise_of, normal
 from sigmatau.simulation.imperfections import Imperfections, rounded
 from sigmatau.units import integral
 
-__all__ = ["Channel", "Job", "Stamps", "job"]
-
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 

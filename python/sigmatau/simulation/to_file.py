@@ -21,8 +21,6 @@ from sigmatau.simulation.generators import Flicker
 from sigmatau.simulation.imperfections import Imperfections
 from sigmatau.simulation.rows import Channel, Stamps, job
 
-__all__ = ["Simulated", "simulate_to"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Printed):

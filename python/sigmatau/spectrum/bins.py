@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from sigmatau.errors import OptionError
 from sigmatau.spectrum.tapers import sine_correlation
 
-__all__ = ["bin_starts", "levelled", "shared", "slopes"]
-
 Floats = NDArray[np.float64]
 
 _STEEPEST_SLOPE = 4.0

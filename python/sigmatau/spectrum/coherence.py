@@ -18,8 +18,6 @@ import functools
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["interval", "probability_below", "significance"]
-
 Floats = NDArray[np.float64]
 
 _GAMMA_NODES = 30

@@ -14,8 +14,6 @@ from sigmatau.results import Printed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Comparison"]
-
 Floats = NDArray[np.float64]
 
 

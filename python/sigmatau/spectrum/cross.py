@@ -34,8 +34,6 @@ from sigmatau.spectrum.tapers import hann
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["CrossSpectrum", "cross_spectrum"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["HasChannels", "HasDensity", "Method", "Spectra", "Spectrum"]
-
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
 

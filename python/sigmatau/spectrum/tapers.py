@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["good_length", "hann", "line_density", "sine_correlation", "without_line"]
-
 Floats = NDArray[np.float64]
 
 

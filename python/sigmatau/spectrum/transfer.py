@@ -28,8 +28,6 @@ from sigmatau.spectrum.result import Spectrum
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MinimumPhase", "transfer"]
-
 Floats = NDArray[np.float64]
 
 _DENSITY_FLOOR = 1e-12

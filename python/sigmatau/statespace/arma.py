@@ -21,8 +21,6 @@ from sigmatau.results import Printed
 from sigmatau.statespace.spectral_factor import Spectrum
 from sigmatau.statespace.state_space import check_channel_model, flicker_of
 
-__all__ = ["Arma", "arma"]
-
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 

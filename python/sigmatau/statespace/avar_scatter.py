@@ -27,8 +27,6 @@ from sigmatau.model import covariance as covariances
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 
-__all__ = ["check_noise", "check_phases", "covariance_of_model", "filtered_covariance"]
-
 Floats = NDArray[np.float64]
 
 _LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")

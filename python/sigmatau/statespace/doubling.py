@@ -12,8 +12,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Steps"]
-
 Floats = NDArray[np.float64]
 
 

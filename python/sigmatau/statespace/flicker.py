@@ -19,8 +19,6 @@ from sigmatau.errors import OptionError
 from sigmatau.model.processes import interval, real
 from sigmatau.results import Printed
 
-__all__ = ["LONGEST_BAND", "FlickerPoles", "flicker_poles"]
-
 Floats = NDArray[np.float64]
 
 LONGEST_BAND = 1e12

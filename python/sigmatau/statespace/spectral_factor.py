@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.model.processes import LowPass
 
-__all__ = ["Roots", "Spectrum"]
-
 Floats = NDArray[np.float64]
 Exact = NDArray[np.object_]
 

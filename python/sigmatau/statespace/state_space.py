@@ -34,8 +34,6 @@ from sigmatau.results import Printed
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
 
-__all__ = ["Output", "StateSpace", "check_channel_model", "flicker_of", "state_space"]
-
 Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Verification", "Verifications", "verify"]
-
 Floats = NDArray[np.float64]
 
 _MOST_TIMES = 64

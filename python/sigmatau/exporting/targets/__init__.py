@@ -11,8 +11,6 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import templates
 
-__all__ = ["NAMES", "target"]
-
 _OTHERS = {
     "gtsam": "gtsam.TARGET",
     "model": "model.TARGET",

@@ -18,8 +18,6 @@ from sigmatau.exporting.text import comment, number, remark, single
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
-__all__ = ["ARDUPILOT", "PX4"]
-
 _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often
 
 # EKF2_PREDICT_US as it is delivered.

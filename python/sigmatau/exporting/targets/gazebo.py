@@ -17,8 +17,6 @@ from sigmatau.exporting.text import comment, digits, joined, number, plain_name
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.results import seconds
 
-__all__ = ["TARGET"]
-
 _SENSORS = (
     ("gyro", "angular_velocity", "gyroscope", "rad/s"),
     ("accel", "linear_acceleration", "accelerometer", "m/s^2"),

@@ -12,8 +12,6 @@ from sigmatau.exporting.text import joined, remark, vector
 from sigmatau.exporting.values import Numbers
 from sigmatau.units import find
 
-__all__ = ["TARGET"]
-
 
 def write(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""

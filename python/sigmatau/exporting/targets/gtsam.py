@@ -9,8 +9,6 @@ from sigmatau.exporting.text import comment, digits, remark
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.units import STANDARD_GRAVITY
 
-__all__ = ["TARGET"]
-
 _AXES = "xyz"
 
 

@@ -11,8 +11,6 @@ from sigmatau.noise.terms import TERMS
 from sigmatau.results import interval_texts
 from sigmatau.units import STANDARD_GRAVITY, find
 
-__all__ = ["TARGET"]
-
 _HOUR = 3600.0
 
 # Units of the table: text and factor to SI, the unit of the standard first.

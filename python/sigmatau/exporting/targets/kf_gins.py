@@ -15,8 +15,6 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 from sigmatau.units import find
 
-__all__ = ["TARGET"]
-
 
 def write(numbers: Numbers) -> str:
     """The text of the block; vectors are forward, right, down."""

@@ -20,8 +20,6 @@ from sigmatau.exporting.values import Number, Numbers, by_axis, noises, refuse
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
 
-__all__ = ["TARGET"]
-
 _MOST_POLES = 100_000  # 10 s of multiplications (1e9/s) for each axis and minute at 100 Hz
 
 _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.values import Numbers, refuse
 
-__all__ = ["TARGET"]
-
 
 def write(numbers: Numbers) -> str:
     """The text of the file; raises `OptionError` for factors and replacements, because a model file has estimates only."""

@@ -22,8 +22,6 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 from sigmatau.statespace.state_space import state_space
 
-__all__ = ["TARGET"]
-
 _FIELDS = (
     ("gyro", "angular_velocity_covariance", "(rad/s)^2"),
     ("accel", "linear_acceleration_covariance", "(m/s^2)^2"),

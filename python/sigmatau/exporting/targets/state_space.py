@@ -24,8 +24,6 @@ from sigmatau.model.processes import GaussMarkov
 from sigmatau.record.record import stream_name
 from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
-__all__ = ["MATRICES", "TARGET"]
-
 MATRICES = ("F", "G", "H", "Qd", "R", "P0")
 
 _ABOUT = "x' = F x + G w, cov w = Qd; y = H x + v, var v = R; cov x0 = P0; every dt_s seconds"

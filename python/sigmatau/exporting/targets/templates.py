@@ -26,8 +26,6 @@ from sigmatau.exporting.text import digits, number_with_comment, remark, topic
 from sigmatau.exporting.values import Numbers
 from sigmatau.units import STANDARD_GRAVITY
 
-__all__ = ["TARGETS"]
-
 
 class _Form(NamedTuple):
     """How a program takes a coefficient."""

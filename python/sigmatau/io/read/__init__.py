@@ -25,8 +25,6 @@ from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 
-__all__ = ["opened", "read"]
-
 _GZIP = b"\x1f\x8b"
 
 

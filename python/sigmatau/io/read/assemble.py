@@ -16,8 +16,6 @@ from sigmatau.io.read.table_streams import Part, part
 from sigmatau.record.record import Checksum, Provenance, Record, stream_name
 from sigmatau.record.streams import Stream
 
-__all__ = ["assemble", "choose_tables", "describe", "joined", "of_table", "sensors"]
-
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
     """A record from the chosen tables of a file.

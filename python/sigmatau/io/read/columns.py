@@ -26,8 +26,6 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Table, listing
 from sigmatau.record.thermometers import NAMES
 
-__all__ = ["Choice", "Thermometer", "choose", "find_thermometer", "no_time", "not_read"]
-
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 

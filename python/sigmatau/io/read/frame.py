@@ -16,8 +16,6 @@ from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 
-__all__ = ["from_frame"]
-
 _STAMPS = ("s", "ms", "us", "ns")
 _Get = Callable[[], NDArray[Any]]
 

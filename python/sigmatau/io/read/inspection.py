@@ -21,8 +21,6 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 from sigmatau.results import Printed, duration_text
 
-__all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
-
 _LISTED = 40
 
 

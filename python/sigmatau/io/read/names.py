@@ -18,21 +18,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import ColumnsByGravity
 from sigmatau.io.read.table import Column, Table
 
-__all__ = [
-    "LONGEST_NAME",
-    "SPLIT_STAMP",
-    "TIMES",
-    "bare_name",
-    "by_gravity",
-    "holds_increments",
-    "key_of",
-    "readings",
-    "recognise",
-    "signal_name",
-    "stated_unit",
-    "unit_of",
-]
-
 # Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and without
 # these prefixes.
 _PREFIX = re.compile(r"^(?:(?:field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?)_)+")

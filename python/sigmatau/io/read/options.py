@@ -12,8 +12,6 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.record.streams import InputKind
 
-__all__ = ["Options"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:

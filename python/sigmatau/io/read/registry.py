@@ -16,8 +16,6 @@ from typing import cast
 from sigmatau.errors import DataError
 from sigmatau.io.read.table import FORMATS, Format, Head
 
-__all__ = ["reader_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Format:

@@ -16,8 +16,6 @@ from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
 
-__all__ = ["SI", "Resolved", "resolve"]
-
 Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
 """The columns chosen, the unit of each channel as spelled, notes and findings."""
 

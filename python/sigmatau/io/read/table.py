@@ -16,21 +16,6 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.findings.finding import Finding
 
-__all__ = [
-    "FORMATS",
-    "HEAD",
-    "Column",
-    "Format",
-    "Head",
-    "Loaded",
-    "Table",
-    "is_date",
-    "listing",
-    "need",
-    "refuse_infinite",
-    "whole_stamps",
-]
-
 HEAD = 1 << 18
 """The format, and the layout of a text table, are detected from this many bytes. [bytes]"""
 

@@ -33,8 +33,6 @@ from sigmatau.record.record import MIN_SAMPLES, TEMPERATURE, make_stream, stream
 from sigmatau.record.streams import Stream
 from sigmatau.record.thermometers import PLAUSIBLE, TO_CELSIUS, typical
 
-__all__ = ["Part", "find_rate", "part", "temperature_stream", "without_unwritten"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:

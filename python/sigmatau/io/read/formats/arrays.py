@@ -22,8 +22,6 @@ from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
-__all__ = ["WIDEST", "Leaf", "gather", "parts", "pick", "real_columns", "squeezed"]
-
 WIDEST = 64
 """Largest number of columns of an array that is read."""
 

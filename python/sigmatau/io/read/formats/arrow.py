@@ -15,8 +15,6 @@ from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, is_list
 from sigmatau.io.read.formats.damage import behind, first_line, library_faults, not_read
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["PARQUET", "parquet", "read", "sniff"]
-
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
 _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"

@@ -19,8 +19,6 @@ from sigmatau.io.read.formats.damage import first_line
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.io.read.time.rows import NO_STAMP
 
-__all__ = ["ArrowColumn", "BatchError", "columns_of", "is_list", "numbers", "table_of", "with_sizes"]
-
 _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a name
 
 

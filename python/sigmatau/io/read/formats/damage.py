@@ -16,8 +16,6 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, BytesNotRead, Damage, Damaged, Filler, Place
 
-__all__ = ["archive_ends", "behind", "broken", "damaged", "first_line", "library_faults", "not_read"]
-
 
 def first_line(error: Exception) -> str:
     """The first line of an error, or its type if it has no text."""

@@ -23,8 +23,6 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import behind, broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
-__all__ = ["read", "sniff"]
-
 _MARKS = b"\xa3\x95"
 
 # By letter of the type; text and arrays are not read.

@@ -19,8 +19,6 @@ from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
 from sigmatau.io.read.formats.damage import behind, first_line
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff"]
-
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")

@@ -15,8 +15,6 @@ from sigmatau.errors import DataError
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.table import FORMATS, Column
 
-__all__ = ["COMMENTS", "Layout", "find_layout", "header_fields"]
-
 COMMENTS = ("#", "%", "//")
 
 _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}

@@ -21,8 +21,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
 
-__all__ = ["TABLES", "Found", "walk"]
-
 TABLES = ("table", "timetable", "duration", "datetime")
 """Classes that mat-io converts to data frames and times."""
 

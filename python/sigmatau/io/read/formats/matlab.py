@@ -17,8 +17,6 @@ from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["read", "sniff"]
-
 _HDF5_AT = 512
 
 _CLASSES_73 = frozenset(["double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))])

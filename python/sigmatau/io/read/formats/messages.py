@@ -13,8 +13,6 @@ from dataclasses import dataclass, field
 from sigmatau.errors import DataError
 from sigmatau.io.read.table import Column
 
-__all__ = ["IMU_ROS2", "LOG_TIME", "Layout", "Step", "layout_of"]
-
 Step = tuple[str, int, int]
 """Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
 

@@ -23,8 +23,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenMessages, BrokenOff, BytesBetween, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 
-__all__ = ["read", "sniff"]
-
 _FOOT = 0.3048
 _DEGREE = np.pi / 180
 

@@ -19,8 +19,6 @@ from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, libra
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
-__all__ = ["read", "sniff"]
-
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _MAX_COLUMNS = 64  # an array with more columns than this and than rows is probably transposed

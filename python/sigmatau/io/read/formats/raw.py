@@ -15,8 +15,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
-__all__ = ["parse_layout", "read"]
-
 _EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
 _HEADER = re.compile(r"header\s+(\d+)")
 _SKIPPED = re.compile(r"(\d*)x")

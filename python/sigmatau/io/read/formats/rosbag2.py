@@ -22,8 +22,6 @@ from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
 from sigmatau.io.read.table import Head, Loaded, Table
 
-__all__ = ["read", "sniff"]
-
 _MAGIC = b"SQLite format 3\0"
 _ZSTD = b"\x28\xb5\x2f\xfd"
 _BATCH = 1 << 14  # messages that are decoded together

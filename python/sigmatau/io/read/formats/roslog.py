@@ -17,8 +17,6 @@ from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import Layout, layout_of
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
-__all__ = ["finite_columns", "message_table", "read", "refused_table", "sniff", "some_readable"]
-
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
 _IS_ROS1 = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}

@@ -17,8 +17,6 @@ from sigmatau.findings.kinds.reading import InFile, PartMissing, PartOfSeveral
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.table import Loaded, Table
 
-__all__ = ["METADATA", "files_of", "joined", "part_of"]
-
 METADATA = "metadata.yaml"
 _FILES = re.compile(r"relative_file_paths:[ \t]*\n((?:[ \t]*-[^\n]*(?:\n|$))+)")
 

@@ -22,8 +22,6 @@ from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.formats.damage import library_faults
 from sigmatau.io.read.table import Head, Table, need
 
-__all__ = ["read", "sniff"]
-
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
 _CHECKED_PROPERTIES = ("unit_string", "wf_increment")
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")

@@ -34,8 +34,6 @@ from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.record import memory
 
-__all__ = ["SkippedLines", "read", "sniff", "table_of"]
-
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _UTF16 = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
 _BOM = b"\xef\xbb\xbf"

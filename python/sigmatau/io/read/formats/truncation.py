@@ -15,8 +15,6 @@ from pathlib import Path
 
 from sigmatau.errors import DataError
 
-__all__ = ["BREAK", "Line", "cut_number", "damaged", "line_at", "lines_of"]
-
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 """Bytes that text does not have; 0x1a is allowed, because it ends files of old systems."""
 

@@ -23,8 +23,6 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
-__all__ = ["read", "sniff"]
-
 _MAGIC = b"ULog\x01\x12\x35"
 
 _TYPES = {

@@ -14,8 +14,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenLines, BrokenOff, OtherSentences
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
-__all__ = ["read", "sniff"]
-
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
 _NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
 _ALTERNATING = 10  # longest run of other sentences in a log whose sentences alternate

@@ -15,8 +15,6 @@ from sigmatau.record import memory
 if TYPE_CHECKING:
     import zipfile
 
-__all__ = ["read", "sniff"]
-
 _MARK = b"PK\x03\x04"
 _MAX_MEMBERS = 1000
 

@@ -9,8 +9,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "Allowed", "Drift", "GridFit", "about_line", "allowed", "few_steps", "finished"]
-
 BLOCK = 64
 """Stamps whose phase on the grid is averaged."""
 

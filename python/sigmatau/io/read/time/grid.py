@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.time.clock_line import BLOCK, Allowed, GridFit, about_line, allowed, few_steps, finished
 
-__all__ = ["consistent_losses", "fit_grid", "is_jitter_only", "is_loss_pattern", "pattern", "resolution"]
-
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
 _MAX_PHASES = 1 << 18  # stamps whose phase is computed
 _EVEN_INTERVALS = (0.5, 1.5)  # times the mean: nothing is lost if no interval is outside,

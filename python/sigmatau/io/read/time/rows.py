@@ -21,8 +21,6 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.table import Loaded, Table
 
-__all__ = ["NO_STAMP", "Rows", "cut", "in_order", "with_damage"]
-
 NO_STAMP = np.iinfo(np.int64).min
 """Stands for a missing stamp among integers, as NumPy's NaT does."""
 

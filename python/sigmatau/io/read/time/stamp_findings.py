@@ -25,17 +25,6 @@ from sigmatau.io.read.time.clock_line import GridFit
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
-__all__ = [
-    "EQUAL_RATES",
-    "gaps",
-    "implausible_rate",
-    "is_single_precision",
-    "pauses",
-    "rate_drift",
-    "rate_not_nominal",
-    "resolution_or_host",
-]
-
 EQUAL_RATES = 1e-3
 """Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk."""
 

@@ -20,8 +20,6 @@ from sigmatau.io.read.time.rows import Rows
 from sigmatau.io.read.time.stamp_findings import EQUAL_RATES
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 
-__all__ = ["Fit", "fit", "mismatch", "without_unit"]
-
 _PRESENT_TIMES = (6e8, 4e9)  # years 1989 to 2096, counted from 1970. [s]
 _LARGEST_START = 1e8  # 3 years: stamps beyond it count from an epoch, whole seconds are subtracted. [s]
 

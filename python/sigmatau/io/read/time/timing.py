@@ -24,8 +24,6 @@ from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
 from sigmatau.record.streams import Stream
 
-__all__ = ["Timing", "jitter_findings", "laid", "missing_in", "mostly_missing", "own_rows", "timed", "with_missing"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:

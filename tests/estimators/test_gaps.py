@@ -11,7 +11,7 @@ from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, deviation, fit, simulate
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.estimators.allan import cluster_sizes
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples
 from sigmatau.fitting.components import LINEAR, components, pairs_of_terms

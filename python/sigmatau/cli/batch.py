@@ -109,11 +109,7 @@ def _may_be_a_log(file: Path) -> bool:
     if file.suffix.lower() in _TABLES or b"\0" in head:
         return True
     # A log has a line of mostly digits in its first 64 KiB; prose has none.
-    return any(map(_mostly_digits, head.splitlines()))
-
-
-def _mostly_digits(line: bytes) -> bool:
-    return 3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0
+    return any(3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0 for line in head.splitlines())
 
 
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:

@@ -60,20 +60,20 @@ class Choosing:
         walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
         noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
         with as_typed():
-            return self._choices(rate, walks, noises)
-
-    def _choices(self, rate: float | None, walks: dict[str, str], noises: dict[str, str]) -> Choices:
-        return Choices(
-            axes=self.axes,
-            walk=walks,
-            noise=noises,
-            horizon=None if self.horizon is None else _time(self.horizon),
-            noise_factor=self.noise_factor,
-            walk_factor=self.walk_factor,
-            rate=rate,
-            step=self.step,
-            names=key_values(self.name or [], "name", "topic=/imu0"),
-        )
+            time = "want a value with its unit, e.g. 10s, 5min, 2h"
+            return Choices(
+                axes=self.axes,
+                walk=walks,
+                noise=noises,
+                horizon=None
+                if self.horizon is None
+                else time_of(self.horizon, self.horizon, option="horizon", forms=time),
+                noise_factor=self.noise_factor,
+                walk_factor=self.walk_factor,
+                rate=rate,
+                step=self.step,
+                names=key_values(self.name or [], "name", "topic=/imu0"),
+            )
 
     def given(self) -> str | None:
         """An option that was given, in the form of the command line; None if none was."""
@@ -81,10 +81,6 @@ class Choosing:
             if getattr(self, field.name) != field.default:
                 return f"--{field.name.replace('_', '-')}"
         return None
-
-
-def _time(text: str) -> float:
-    return time_of(text, text, option="horizon", forms="want a value with its unit, e.g. 10s, 5min, 2h")
 
 
 _NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json as json_module
 import math
 import re
 import sys
@@ -16,12 +17,14 @@ from typing import Annotated, Any, Literal, get_args
 from cyclopts import Parameter
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.estimators.allan import TauGrid
+from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import line
 from sigmatau.io.read import read
+from sigmatau.io.write import atomic
 from sigmatau.record.record import Record
 
+FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 _PROGRESS_INTERVAL = 0.2  # [s]
 _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 
@@ -90,6 +93,44 @@ def refuse_same(log: Path, /, **outputs: Path | None) -> None:
             raise OptionError(f"--{option} {path} is the file that is read; name another file", option=option)
         if seen.setdefault(path, option) != option:
             raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
+
+
+def check_outputs(log: Path, plot: Path | None, json: Path | None) -> None:
+    """Check ``--plot`` and ``--json`` of one log."""
+    file = None if str(json) == "-" else json
+    check_output(plot, FIGURE_ENDINGS, "plot")
+    check_output(file, (), "json")
+    refuse_same(log, plot=plot, json=file)
+
+
+def json_text(content: object) -> str:
+    """JSON as commands write it."""
+    return json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def write_json(content: object, path: Path) -> None:
+    """Write a JSON file; an error leaves no file."""
+    text = json_text(content)
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib is optional
+    """Write a figure; an error leaves no file."""
+    from sigmatau.plot.curves import save
+
+    with atomic(path) as temporary:
+        save(figure, str(temporary))
+
+
+def write_result(table: str, content: object, json: Path | None) -> None:
+    """Print a table and write the JSON to its file, or print the JSON alone."""
+    if json is not None and str(json) == "-":
+        sys.stdout.write(json_text(content))
+        return
+    if json is not None:
+        write_json(content, json)
+    sys.stdout.write(table + "\n")
 
 
 def averaging_times(text: str) -> str | list[float]:

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
-from sigmatau.cli.analyze import FIGURE_ENDINGS, write_figure, write_json
-from sigmatau.cli.options import check_output, key_numbers, key_values, say
+from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding
@@ -126,9 +125,9 @@ def watch_command(
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
     if plot is not None:
-        write_figure(analysis, plot)
+        write_figure(analysis.plot(), plot)
     if json is not None:
-        write_json(analysis, json)
+        write_json(analysis.to_dict(), json)
     sys.stdout.write(f"{analysis.summary()}\n")
     if broken is not None:
         raise broken

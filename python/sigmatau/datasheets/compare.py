@@ -211,11 +211,9 @@ def _sigmas(value: float, low: float, high: float, limit: float, level: float) -
         return reach * (value - limit) / value
     width = abs(math.log(value / end))
     distance = reach * math.log(value / limit)
-    return math.copysign(min(abs(distance) / width, _MOST_SIGMAS), distance) if width else _sign(distance)
-
-
-def _sign(distance: float) -> float:
-    return math.copysign(_MOST_SIGMAS, distance) if distance else 0.0
+    if not width and not distance:
+        return 0.0
+    return math.copysign(min(abs(distance) / width, _MOST_SIGMAS) if width else _MOST_SIGMAS, distance)
 
 
 def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:

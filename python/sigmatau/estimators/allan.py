@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.estimators.gaps import Gaps
-from sigmatau.estimators.tau_grid import TauGrid, cluster_sizes
 from sigmatau.noise.uncertainty import chi2_factors, percentage_error
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -28,18 +28,6 @@ from sigmatau.results import ByChannel, Printed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = [
-    "Counting",
-    "Curves",
-    "DeviationCurve",
-    "Overlap",
-    "TauGrid",
-    "allan",
-    "channel_curve",
-    "cluster_sizes",
-    "refuse_missing",
-]
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]

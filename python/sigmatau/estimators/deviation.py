@@ -18,8 +18,8 @@ from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
 from sigmatau.estimators import deviation_kinds
-from sigmatau.estimators.allan import Overlap, TauGrid, refuse_missing
-from sigmatau.estimators.deviation_kinds import KINDS, Kind, estimator, sizes_for
+from sigmatau.estimators.allan import Overlap, refuse_missing
+from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream

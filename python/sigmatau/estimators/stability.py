@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.estimators.allan import TauGrid, allan, cluster_sizes
+from sigmatau.estimators.allan import allan
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, duration_text, seconds

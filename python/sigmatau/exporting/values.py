@@ -259,7 +259,7 @@ class Numbers:
 
     def _at_horizon(self, channel: str) -> float:
         """K that approximates the slow noise of one channel."""
-        walk = self._matching(channel)
+        walk = matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
         if not walk > 0:
             limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
             more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
@@ -274,9 +274,6 @@ class Numbers:
                 f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}", option="rate_random_walk"
             )
         return walk
-
-    def _matching(self, channel: str) -> float:
-        return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by `Choices.axes`."""

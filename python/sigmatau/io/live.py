@@ -163,7 +163,8 @@ class Live:
         stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
             at = self._wanted().index(choice.time)
-            good, bad = self._good(_first_lines(body))
+            # Always the same lines, however many have come: the rate must not depend on how the input is cut.
+            good, bad = self._good(b"".join(_lines(body)[:_FIRST_LINES]))
             good = [part for columns in good for part in _without_absurd(columns, bad)]
             stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
@@ -262,11 +263,6 @@ def _lines(piece: bytes) -> list[bytes]:
     """Lines with their ends, as the reader of tables counts them: a carriage return alone ends none."""
     lines = piece.split(b"\n")
     return [line + b"\n" for line in lines[:-1]] + ([lines[-1]] if lines[-1] else [])
-
-
-def _first_lines(piece: bytes) -> bytes:
-    """Always the same lines, however many have come: the rate must not depend on how the input is cut."""
-    return b"".join(_lines(piece)[:_FIRST_LINES])
 
 
 def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[list[NDArray[np.float64]]]:

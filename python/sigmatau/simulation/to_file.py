@@ -17,9 +17,8 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import TEMPERATURE
 from sigmatau.record.streams import CHUNK
 from sigmatau.results import Printed, duration_text
-from sigmatau.simulation.generators import Flicker
 from sigmatau.simulation.imperfections import Imperfections
-from sigmatau.simulation.rows import Channel, Stamps, job
+from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,7 +125,8 @@ def simulate_to(
         columns.append(("temperature", TEMPERATURE))
     target = Path(path)
     kept = 0
-    with table_writer(target, columns) as put, ThreadPoolExecutor(_threads(len(model.channels))) as pool:
+    threads = max(1, min(len(model.channels), os.cpu_count() or 1))
+    with table_writer(target, columns) as put, ThreadPoolExecutor(threads) as pool:
         channels = [Channel(given, name) for name in model.channels]
         stamps = Stamps(given)
         row = 0
@@ -154,7 +154,3 @@ def simulate_to(
         rate=rate,
         seed=given.seed,
     )
-
-
-def _threads(channels: int) -> int:
-    return max(1, min(channels, os.cpu_count() or 1))

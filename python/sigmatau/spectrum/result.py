@@ -240,7 +240,7 @@ class Spectrum(Printed):
             dof=bands.dof,
             method=self.method,
             left_out=self.left_out(model),
-            beside_lines=_ranges(self.frequency, lined),
+            beside_lines=tuple((float(self.frequency[a]), float(self.frequency[b - 1])) for a, b in runs(lined)),
         )
 
     def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
@@ -296,11 +296,6 @@ class Spectrum(Printed):
         low, high = octaves.interval()
         rows = zip(octaves.frequency, octaves.density, low, high, strict=True)
         return "\n".join([head, *(f"  {f:10.4g} Hz  {p:.4g}  [{a:.4g}, {b:.4g}]" for f, p, a, b in rows)])
-
-
-def _ranges(frequency: Floats, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """First and last frequency of each run of chosen frequencies."""
-    return tuple((float(frequency[a]), float(frequency[b - 1])) for a, b in runs(chosen))
 
 
 class Spectra(ByChannel[Spectrum]):

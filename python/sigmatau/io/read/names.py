@@ -279,7 +279,7 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
         return None
     rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)], axis=1)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < _MIN_ROWS or (count == 7 and not _increases(rows[:, 0])):
+    if len(rows) < _MIN_ROWS or (count == 7 and not (np.all(np.diff(rows[:, 0]) >= 0) and rows[-1, 0] > rows[0, 0])):
         return None
     triples = rows[:, count - 6 : count - 3], rows[:, count - 3 :]
     found = [_is_gravity(three) for three in triples]
@@ -300,10 +300,6 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
         other=sizes[1 - which],
     )
     return channels, Finding(details=details, severity="info")
-
-
-def _increases(time: NDArray[np.float64]) -> bool:
-    return bool(np.all(np.diff(time) >= 0) and time[-1] > time[0])
 
 
 def _is_gravity(three: NDArray[np.float64]) -> bool:

@@ -87,11 +87,7 @@ def reader_of(head: Head, path: Path) -> Format:
             raise DataError(f"is {known.what} compressed by gzip; decompress it first (gzip -d {path.name})")
         return reader
     found = next((what for mark, what in _OTHER_FILES if head.data.startswith(mark)), "binary data")
-    if _every_other_byte_is_null(head.data):
+    some = head.data[:64]
+    if len(some) >= 4 and (not any(some[::2]) or not any(some[1::2])):  # every other byte is null
         raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
     raise DataError(f"is {found}, not a format that is read: {FORMATS}")
-
-
-def _every_other_byte_is_null(data: bytes) -> bool:
-    some = data[:64]
-    return len(some) >= 4 and (not any(some[::2]) or not any(some[1::2]))

@@ -108,7 +108,10 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             if channel != "time":
                 missing.append(channel)
                 unknown_units += [f"{channel} in {unknown[:20]!r}"] if unknown is not None else []
-                counts = counts or _whole(table.columns[index].first)
+                first = table.columns[index].first
+                counts = counts or (
+                    first.lstrip("+-").isdigit() and first.strip("+-0") != ""
+                )  # an integer other than 0
             continue
         if stream in SI or channel == "time":
             _check_unit(channel, spelled, stream)
@@ -126,11 +129,6 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
 def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:
     details = UnitOverruled(given=given, stated=stated, known=known, scaled=scaled)
     return Finding(details=details, severity="warning", channels=(channel,))
-
-
-def _whole(text: str) -> bool:
-    """Whether a field is an integer other than 0."""
-    return text.lstrip("+-").isdigit() and text.strip("+-0") != ""
 
 
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:

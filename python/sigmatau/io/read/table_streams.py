@@ -140,7 +140,11 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         conversions=(
             *table.notes,
             *choice.notes,
-            *_named(table, choice),
+            *(
+                f"{channel} from column {table.label(index)}"
+                for channel, index in choice.channels.items()
+                if unit_of(table.columns[index])[0] != channel
+            ),
             *notes,
             *_conversions(unit, options),
             *dict.fromkeys(note for timing in times for note in timing.notes),
@@ -177,15 +181,6 @@ def find_rate(
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     timing = timed(table, replace(choice, channels={}), raw, spelled, options)
     return timing.rate, timing.source, timing.counted
-
-
-def _named(table: Table, choice: Choice) -> list[str]:
-    """Notes of channels that have another name in the file."""
-    return [
-        f"{channel} from column {table.label(index)}"
-        for channel, index in choice.channels.items()
-        if unit_of(table.columns[index])[0] != channel
-    ]
 
 
 def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:

@@ -49,7 +49,11 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
         elif pa.types.is_struct(kind):
             for inner in kind:
                 look(inner, path)
-        elif pa.types.is_fixed_size_list(kind) and kind.list_size <= WIDEST and _plain(kind.value_type):
+        elif (
+            pa.types.is_fixed_size_list(kind)
+            and kind.list_size <= WIDEST
+            and (pa.types.is_integer(kind.value_type) or pa.types.is_floating(kind.value_type))
+        ):
             for label, part in parts(name, (kind.list_size,)):
                 found.append(ArrowColumn(column=Column(name=label, unit=_unit(field)), path=path, part=part))
         else:
@@ -118,12 +122,6 @@ def with_sizes(schema: Any, first: Any) -> Any:  # noqa: ANN401
             if 0 < size <= WIDEST:
                 schema = schema.set(k, field.with_type(pa.list_(field.type.value_type, size)))
     return schema
-
-
-def _plain(kind: Any) -> bool:  # noqa: ANN401
-    import pyarrow as pa
-
-    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))
 
 
 def _unit(field: Any) -> str | None:  # noqa: ANN401

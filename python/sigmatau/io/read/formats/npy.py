@@ -47,7 +47,8 @@ def read(path: Path, head: Head) -> tuple[Table]:
 def _npy(path: Path) -> Table:
     arrays, findings = _series(path)
     array = arrays[0]
-    _refuse_objects(array.dtype, path.name)
+    if array.dtype.hasobject:
+        raise DataError(f"{path.name} holds Python objects, which are refused; save plain numbers")
     loaders: list[Callable[[], NDArray[Any]]] = []
     if array.dtype.names:
         if array.ndim != 1:
@@ -214,11 +215,6 @@ def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.d
     read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read_header(member)
     return shape, "F" if fortran else "C", dtype
-
-
-def _refuse_objects(dtype: np.dtype[Any], name: str) -> None:
-    if dtype.hasobject:
-        raise DataError(f"{name} holds Python objects, which are refused; save plain numbers")
 
 
 def _refuse_shape(shape: tuple[int, ...]) -> None:

@@ -99,7 +99,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     for number, instance, name, rows, width in topics:
         if not rows or name in unusable:
             continue
-        label = f"{name}:{instance}" if name in several or _has_instances(name) else name
+        # Where PX4 has an instance for each sensor, its number is always part of the name.
+        numbered = name in several or name in _AXES or name == "vehicle_imu"
+        label = f"{name}:{instance}" if numbered else name
         label = f"{label}#{number}" if label in labels else label
         labels.add(label)
         source = _Source(str(path), int(scan["end"]), number, rows, width, label)
@@ -249,11 +251,6 @@ def _named(message: str, field: str) -> str:
     if message in _AXES and field in ("x", "y", "z"):
         return f"{_AXES[message][0]}.{field} [{_AXES[message][1]}]"
     return f"{message}.{field}" if message in _INCREMENTS else field
-
-
-def _has_instances(message: str) -> bool:
-    """Whether PX4 has an instance for each sensor; then the number of the instance is always part of the name."""
-    return message in _AXES or message == "vehicle_imu"
 
 
 def _defined(definitions: Sequence[bytes]) -> dict[str, str]:

@@ -19,9 +19,7 @@ from sigmatau.navigation.predict import predict
 from sigmatau.navigation.prediction import Prediction
 from sigmatau.record.record import stream_name
 
-_RATE = 100.0
-"""Default steps per second: only the velocity error of quantization noise depends on them. [Hz]"""
-
+_RATE = 100.0  # Default steps per second: only the velocity error of quantization noise depends on them. [Hz]
 _SPAN, _POINTS = 1000.0, 50
 """Ratio of the last to the first time of a figure, and its number of times besides those of ``--after``."""
 

@@ -19,9 +19,7 @@ from sigmatau.units import find
 Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
-MINIMUM = "minimum"
-"""Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms."""
-
+MINIMUM = "minimum"  # Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms
 KEYS = {
     "noise_density": "random_walk",
     "random_walk": "random_walk",
@@ -32,8 +30,7 @@ KEYS = {
 }
 """Keys of a datasheet and their terms."""
 
-QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-"""Quantity and SI unit by sensor."""
+QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}  # Quantity and SI unit by sensor
 
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")

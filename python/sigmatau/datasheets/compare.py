@@ -127,9 +127,8 @@ def _is_number(value: object) -> bool:
 
 
 def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
-    """Sensors and axes in the datasheet that are not in the result.
-
-    A channel named like the sensor stands for all its axes.
+    """Sensors and axes in the datasheet that are not in the result. A channel named like the sensor stands for all its
+    axes.
     """
     absent = {claim.sensor for claim in datasheet.claims}
     absent -= {*channels, *map(stream_name, channels)}
@@ -201,9 +200,8 @@ def _compared(
 
 
 def _sigmas(value: float, low: float, high: float, limit: float, level: float) -> float:
-    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit.
-
-    In logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
+    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit. In
+    logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
     """
     reach = NormalDist().inv_cdf((1 + level) / 2)
     end = low if value > limit else high

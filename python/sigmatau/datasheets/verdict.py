@@ -213,9 +213,8 @@ def _hint(absent: tuple[str, ...]) -> str:
 
 
 def _rows(judged: Judged) -> list[tuple[str, ...]]:
-    """Channel, claim, value, limits and status; a separate row for the reason.
-
-    Measured values are converted to the unit and convention of the datasheet.
+    """Channel, claim, value, limits and status; a separate row for the reason. Measured values are converted to the
+    unit and convention of the datasheet.
     """
     claim = judged.claim
     if not any(reading.measured.anything for reading in judged.readings):

@@ -124,29 +124,7 @@ def degrees_of_freedom(
     to 0.1 % for the total variance and to 3 % for Theo1. A ramp counts in the modified Allan variance, is nothing to
     the Hadamard variance, and is refused by the other two. MTIE and TIE rms: no law is known.
 
-    Parameters
-    ----------
-    kind : str
-        See `sigmatau.estimators.deviation_kinds.KINDS`.
-    noise : str or mapping of str to float
-        A term's name, or coefficients in SI, as in `sigmatau.noise.terms.TERMS`.
-    n : int
-        Rate samples in the record.
-    m : ndarray of int, shape (n_tau,)
-        Cluster sizes in samples.
-    tau0 : float
-        Sample interval. [s]
-    overlap : {"full", "none"}
-        Of the Hadamard deviation.
-
-    Returns
-    -------
-    ndarray, shape (n_tau,)
-
-    Raises
-    ------
-    OptionError
-        For MTIE and TIE rms, and for noise that is not allowed for.
+    `noise`: a term's name, or coefficients in SI, as in `sigmatau.noise.terms.TERMS`; `tau0`: sample interval [s].
     """
     kernel = estimator(kind).kernel
     if kernel in ("mtie", "tie_rms"):
@@ -174,11 +152,6 @@ def bias(
 
     Total: 1 − a·τ/T with the a of [2]_, for one term; it was found right to 0.1 %, ends of the sum included. Theo1: exact,
     from the sampled noise, for any mixture.
-
-    Raises
-    ------
-    OptionError
-        For another kind, or for noise that has no published bias.
     """
     coefficients = {name: value for name, value in coefficients_of(noise).items() if value}
     if kind == "total":

@@ -21,16 +21,13 @@ from sigmatau._native import kernels
 
 Floats = NDArray[np.float64]
 
-TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Columns of `Expected.avar`."""
+TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")  # Columns of `Expected.avar`
 
 # What the kernel gives, column by column: pairs, TERMS[0], telescoping, TERMS[1:], square distance.
 _PAIRS, _TELESCOPING, _DISTANCE = 0, 2, 6
 _OF_TERMS = [1, 3, 4, 5]
 _MOST_EXACT_SIZES = 100
-_NO_CORRELATION = 0.1
-"""Samples; e^(−10) is left of a process with this correlation time one sample on."""
-
+_NO_CORRELATION = 0.1  # Samples; e^(−10) is left of a process with this correlation time one sample on
 _known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
 
 

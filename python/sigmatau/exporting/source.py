@@ -132,11 +132,10 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
 
 
 def _sample(curve: Mapping[str, Any]) -> Sample | None:
-    """The variance of a sample, from the Allan variances up to the minimum of the curve.
-
-    A record minus its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
-    (Haar's decomposition), so that its variance is half the sum of their Allan variances. It includes filtered noise, lines
-    and quantization. None if the curve lacks an octave, or ends before means of 32 samples.
+    """The variance of a sample, from the Allan variances up to the minimum of the curve. A record minus its means of 2ᵏ
+    samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples (Haar's decomposition), so
+    that its variance is half the sum of their Allan variances. It includes filtered noise, lines and quantization. None
+    if the curve lacks an octave, or ends before means of 32 samples.
     """
     pairs = zip(curve["m"], curve["adev"], strict=True)
     adev = {m: float(sigma) for m, sigma in pairs if sigma is not None}
@@ -325,10 +324,9 @@ def _nearly(keys: Iterable[str], known: Iterable[str]) -> str:
 
 
 def _values(text: str) -> dict[tuple[str, ...], str]:
-    """Scalars of the nested block mappings of a YAML file, by their path of keys; lists are skipped.
-
-    These files use no more of YAML. A scalar may follow a tab, stand on the next line, or continue there: deeper lines
-    belong to the key above. Raises `DataError` for a duplicate key.
+    """Scalars of the nested block mappings of a YAML file, by their path of keys; lists are skipped. These files use no
+    more of YAML. A scalar may follow a tab, stand on the next line, or continue there: deeper lines belong to the key
+    above. Raises `DataError` for a duplicate key.
     """
     values: dict[tuple[str, ...], str] = {}
     above: list[tuple[int, str]] = []

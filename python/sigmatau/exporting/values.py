@@ -316,7 +316,7 @@ def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) ->
     state of a filter does not follow it.
 
     `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
-    horizon is not rounded [Hz]; Returns [rad/s²/√Hz or m/s³/√Hz].
+    horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.
     """
     return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
 

@@ -160,16 +160,8 @@ def components(
 ) -> Components:
     """The components of the four noise terms and at most one more.
 
-    Parameters
-    ----------
-    n : int
-        Samples in the record.
-    m : tuple of int
-        Cluster sizes, increasing, at most n/2.
-    correlation_time : float, optional
-        Of a Gauss-Markov process; its θ is the variance. [samples]
-    frequency : float, optional
-        Of a sinusoid of random phase; its θ is the squared amplitude. [cycles per sample]
+    `m`: cluster sizes, increasing, at most n/2; `correlation_time`: of a Gauss-Markov process; its θ is the variance
+    [samples]; `frequency`: of a sinusoid of random phase; its θ is the squared amplitude [cycles per sample].
     """
     if frequency is not None:
         return with_sinusoid(components(n, m), frequency)
@@ -235,9 +227,8 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
 
 
 def _positive_definite(matrix: Floats) -> Floats:
-    """The matrix, with the smallest eigenvalues of its correlations raised if it is not positive definite.
-
-    With gaps, the covariance of a term at two averaging times is approximate, which matters if one term dominates.
+    """The matrix, with the smallest eigenvalues of its correlations raised if it is not positive definite. With gaps,
+    the covariance of a term at two averaging times is approximate, which matters if one term dominates.
     """
     root = np.sqrt(np.diag(matrix))
     correlation = matrix / np.outer(root, root)
@@ -252,9 +243,8 @@ def _positive_definite(matrix: Floats) -> Floats:
 
 
 def _covariance_with(matrix: Floats, other: Floats) -> Floats:
-    """The matrix, or its variances with the correlations of another matrix if it is not positive definite.
-
-    With gaps, the effect of the removal of a ramp is approximate, which matters for trial values far from the fit.
+    """The matrix, or its variances with the correlations of another matrix if it is not positive definite. With gaps,
+    the effect of the removal of a ramp is approximate, which matters for trial values far from the fit.
     """
     try:
         np.linalg.cholesky(matrix / np.sqrt(np.outer(np.diag(other), np.diag(other))))

@@ -120,9 +120,8 @@ def _isolated(gaps: Gaps) -> bool:
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
-    """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if possible.
-
-    With missing samples, the sizes end where too few pairs are left.
+    """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if
+    possible. With missing samples, the sizes end where too few pairs are left.
     """
     chosen: list[int] = []
     longest = n // LONGEST_SHARE

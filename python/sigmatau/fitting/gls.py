@@ -171,11 +171,10 @@ def relative_fit(columns: Floats, avar: Floats, errors: Floats) -> Floats:
 
 
 def _positive_definite(covariance: Floats) -> Floats:
-    """A covariance with the signs of slightly negative eigenvalues changed.
-
-    The covariance without the ramp is approximate: in the direction of the ramp it may be slightly negative if quantization
-    noise leaves the other directions hardly any variance. The size of the negative eigenvalue is the error of the
-    approximation and is taken as the variance. Raises FloatingPointError if the covariance is worse than that.
+    """A covariance with the signs of slightly negative eigenvalues changed. The covariance without the ramp is
+    approximate: in the direction of the ramp it may be slightly negative if quantization noise leaves the other
+    directions hardly any variance. The size of the negative eigenvalue is the error of the approximation and is taken
+    as the variance. Raises FloatingPointError if the covariance is worse than that.
     """
     sd = np.sqrt(np.maximum(covariance.diagonal(), 0))
     if not sd.all():

@@ -166,10 +166,9 @@ def _upper_share(ratio: float, level: float) -> float:
 
 @functools.lru_cache(maxsize=16)
 def _feldman_cousins(level: float) -> tuple[Floats, Floats]:
-    """Upper tail of the acceptance interval [μ − b, μ + d] of a normal x with mean μ ≥ 0, by the likelihood ratio.
-
-    Both ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains
-    x < 0.
+    """Upper tail of the acceptance interval [μ − b, μ + d] of a normal x with mean μ ≥ 0, by the likelihood ratio. Both
+    ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains x
+    < 0.
     """
     from scipy.optimize import brentq
     from scipy.special import ndtr

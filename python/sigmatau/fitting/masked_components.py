@@ -30,12 +30,8 @@ from sigmatau.fitting.components import LINEAR, Components, components, pairs_of
 
 Floats = NDArray[np.float64]
 
-_BLOCKS = 256
-"""Smallest number of blocks of a record; the number is less than twice that."""
-
-_LEAST_BLOCKS = 8
-"""Smallest number of blocks of a cluster for the blocks to resolve its beginning."""
-
+_BLOCKS = 256  # Smallest number of blocks of a record; the number is less than twice that
+_LEAST_BLOCKS = 8  # Smallest number of blocks of a cluster for the blocks to resolve its beginning
 _RIDGE = 1e-9  # added to a matrix, relative to its diagonal
 _QUANTIZATION, _WHITE = LINEAR.index("quantization"), LINEAR.index("random_walk")
 
@@ -61,9 +57,8 @@ def components_with_gaps(
 
 
 def _with_gaps(full: Components, gaps: Gaps, correlation_time: float | None) -> Components:
-    """The components with gaps from those of a complete record.
-
-    `full`: without a ramp removed, and without a sinusoid; `correlation_time`: of the Gauss-Markov process [samples].
+    """The components with gaps from those of a complete record. `full`: without a ramp removed, and without a sinusoid;
+    `correlation_time`: of the Gauss-Markov process [samples].
     """
     e = gaps.expected(full.m)
     sizes = full.m.astype(float)
@@ -135,9 +130,8 @@ def _of_processes(
 
 
 def _of_white(full: Components, gaps: Gaps, fewer: Floats) -> Floats:
-    """Covariances over those of a complete record after a heavy loss: at short times those of white noise.
-
-    The sizes of the variances are applied elsewhere.
+    """Covariances over those of a complete record after a heavy loss: at short times those of white noise. The sizes of
+    the variances are applied elsewhere.
     """
     short = _first_long(full)
     whole = pairs_of_terms(len(full.names)).index((_WHITE, _WHITE))
@@ -162,9 +156,8 @@ def _first_long(full: Components) -> int:
 
 
 def _joined(whole: Floats, long: Floats) -> Floats:
-    """A covariance whose last rows and columns are replaced, with their covariance with the others adapted.
-
-    The last variables become linear functions of what they were, so that the result is a covariance again.
+    """A covariance whose last rows and columns are replaced, with their covariance with the others adapted. The last
+    variables become linear functions of what they were, so that the result is a covariance again.
     """
     first = len(whole) - len(long)
     if first == 0:
@@ -179,9 +172,7 @@ def _joined(whole: Floats, long: Floats) -> Floats:
     return np.block([[whole[:first, :first], cross.T], [cross, now]])
 
 
-HEAVY_LOSS = 0.25
-"""Share of missing samples; below it, gaps change the covariance only by the number of pairs."""
-
+HEAVY_LOSS = 0.25  # Share of missing samples; below it, gaps change the covariance only by the number of pairs
 _SAMPLES = 6000  # rows of the sum, about
 _ALL_DISTANCES = 24  # up to here, every distance is used [samples]
 _PER_OCTAVE = 12  # ranges of longer distances
@@ -190,7 +181,7 @@ _PER_OCTAVE = 12  # ranges of longer distances
 def white_covariance(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
     """Covariance of the Allan variances of white noise of variance 1, for the pairs of clusters at least half full.
 
-    `m`: cluster sizes, each with a pair; Returns positive semidefinite; good to about 3 %.
+    `m`: cluster sizes, each with a pair; the result is positive semidefinite; good to about 3 %.
     """
     n = len(there)
     edges = _edges(min(2 * int(m.max()), n))

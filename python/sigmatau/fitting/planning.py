@@ -22,9 +22,7 @@ from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, two_digits
 
-LONGEST_RECORD = 10**13
-"""Longest record that is considered. [samples]"""
-
+LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
 _HALF, _MOST = 0.5, 0.9  # probabilities that a coefficient is found
 _MOST_ERROR = 0.5  # relative standard error from which on a coefficient counts as not determined
@@ -142,37 +140,15 @@ def smallest_detectable(
 ) -> float:
     """The smallest coefficient that a record shows with a given probability.
 
-    Parameters
-    ----------
-    others : mapping of str to float, or ChannelModel
-        The noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov process. [SI]
-    term : str
-        The term that is to be found; its entry in `others` is ignored.
-    n : int
-        Samples in the record.
-    tau0 : float
-        Sample interval. [s]
-    tau_min : float
-        Shortest averaging time that can be used, for example because of a filter. [s]
-    power : float
-        Probability that the term is found.
-    level : float
-        Confidence level of the test: an absent term is found in 1 − level of all records.
-
-    Returns
-    -------
-    float
-        In SI; inf if no value is found with that probability.
-
-    Raises
-    ------
-    OptionError
-        For an unknown term, without other noise, for a record that is too short, for a model with a sinusoid, a bandwidth
-        or several Gauss-Markov processes, which are not supported.
-
     Notes
     -----
     The variance of a Gauss-Markov process is a free parameter, as the other coefficients are; its correlation time is known.
+
+    `others`: the noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov
+    process [SI]; `term`: the term that is to be found; its entry in `others` is ignored; `tau0`: sample interval [s];
+    `tau_min`: shortest averaging time that can be used, for example because of a filter [s]; `power`: probability
+    that the term is found; `level`: confidence level of the test: an absent term is found in 1 − level of all
+    records; the result is in SI, inf if no value is found with that probability.
     """
     if term not in TERMS:
         raise OptionError(f"unknown term {term!r}; terms: {', '.join(TERMS)}", option="term")

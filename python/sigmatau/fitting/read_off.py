@@ -58,8 +58,7 @@ _PER_OCTAVE = 8  # averaging times, at most
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
 _PROPORTIONAL = 1 - 1e-9  # cosine from which on two columns count as proportional
 
-GAIN = 6.0
-"""Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave."""
+GAIN = 6.0  # Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -216,10 +215,8 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
 @dataclass(frozen=True, slots=True)
 class _Points:
-    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points.
-
-    `ratios` are the factors of gaps on the variances of each term, over that of the term that is read off; empty without
-    gaps.
+    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points. `ratios` are
+    the factors of gaps on the variances of each term, over that of the term that is read off; empty without gaps.
     """
 
     m: NDArray[np.int64]

@@ -22,9 +22,7 @@ from sigmatau.fitting.masked_components import components_with_gaps
 
 Floats = NDArray[np.float64]
 
-GAIN_IN_REACH = 8.0
-"""A sixth term is used if the fit with it begins at an averaging time shorter by this factor."""
-
+GAIN_IN_REACH = 8.0  # A sixth term is used if the fit with it begins at an averaging time shorter by this factor
 _TIMES_PER_DECADE = 8
 _FREQUENCIES_PER_DECADE = 60
 _MAX_MISFIT = 30.0  # χ² for each averaging time with the approximate covariance; a larger one is not refined

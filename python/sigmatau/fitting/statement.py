@@ -270,9 +270,8 @@ class _Outlook:
 
 
 def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tuple[float | None, float | None]:
-    """Samples of a record that would show half the limit, and θ of that half; None if there is no such record.
-
-    The smallest θ that is found falls as a power of the length, which is extrapolated from two lengths.
+    """Samples of a record that would show half the limit, and θ of that half; None if there is no such record. The
+    smallest θ that is found falls as a power of the length, which is extrapolated from two lengths.
     """
     if not math.isfinite(e.high) or not e.null[: len(LINEAR)].any():
         return None, None

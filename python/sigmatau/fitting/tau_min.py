@@ -19,21 +19,11 @@ from sigmatau.fitting.sixth_term import Extension
 
 Floats = NDArray[np.float64]
 
-LONGEST_SHARE = 3
-"""The longest averaging time is the record over this; a longer one has hardly two degrees of freedom."""
-
-LEAST_TIMES = 8
-"""Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit."""
-
-LEAST_P = 0.002
-"""Smallest p-value of the goodness of fit with all averaging times for the model to be adequate."""
-
-LEAST_P_LATER = 0.01
-"""The same once shorter averaging times are left out, which are then known to deviate."""
-
-LEAST_P_EXTENDED = 0.05
-"""The same with a sixth term, which is the best of hundreds."""
-
+LONGEST_SHARE = 3  # The longest averaging time is the record over this; a longer one has hardly two degrees of freedom
+LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
+LEAST_P = 0.002  # Smallest p-value of the goodness of fit with all averaging times for the model to be adequate
+LEAST_P_LATER = 0.01  # The same once shorter averaging times are left out, which are then known to deviate
+LEAST_P_EXTENDED = 0.05  # The same with a sixth term, which is the best of hundreds
 _SIXTH_TERM_P = 1e-4
 """A sixth term is tried only if five terms fit worse than this: the best of hundreds always fits a little better."""
 

@@ -15,8 +15,7 @@ from sigmatau.io.writers import WRITERS, Put, headers_of
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK
 
-RECORD_ENDINGS = tuple(WRITERS)
-"""Endings of a record's file name, each with its format."""
+RECORD_ENDINGS = tuple(WRITERS)  # Endings of a record's file name, each with its format
 
 
 @contextlib.contextmanager

@@ -22,12 +22,8 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau.errors import DataError
 
-Piece = Sequence[NDArray[np.float64]]
-"""A piece of every column, each of shape (n,)."""
-
-Put = Callable[[Piece], None]
-"""What takes the next piece."""
-
+Piece = Sequence[NDArray[np.float64]]  # A piece of every column, each of shape (n,)
+Put = Callable[[Piece], None]  # What takes the next piece
 _ROWS = 1 << 16  # of a group of rows
 
 

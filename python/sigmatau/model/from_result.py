@@ -14,8 +14,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid, real
 from sigmatau.noise.terms import TERMS
 
-_WITH_MODEL = ("adequate", "descriptive")
-"""Verdicts of a fit that has coefficients."""
+_WITH_MODEL = ("adequate", "descriptive")  # Verdicts of a fit that has coefficients
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:

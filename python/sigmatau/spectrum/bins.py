@@ -12,8 +12,7 @@ from sigmatau.spectrum.tapers import sine_correlation
 
 Floats = NDArray[np.float64]
 
-_STEEPEST_SLOPE = 4.0
-"""Slope of a density in a log-log plot that is followed within a bin."""
+_STEEPEST_SLOPE = 4.0  # Slope of a density in a log-log plot that is followed within a bin
 
 # Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
 _NEIGHBOUR_CORRELATION = np.array([4 / 9, 1 / 36])

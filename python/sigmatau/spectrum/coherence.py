@@ -57,7 +57,7 @@ def _rule() -> tuple[Floats, Floats]:
 def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Floats, Floats]:
     """Confidence interval of the true coherence.
 
-    Returns `low` is 0 where the coherence may be chance.
+    `low` is 0 where the coherence may be chance.
     """
     low, high = np.zeros(len(measured)), np.ones(len(measured))
     rounded = np.round(n, 2)  # far from the ends of the band tapers are alike but for 1e-5

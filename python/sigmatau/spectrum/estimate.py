@@ -23,9 +23,7 @@ Floats = NDArray[np.float64]
 MOST_SAMPLES = 1 << 22
 """Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's."""
 
-SHORTEST = 64
-"""Samples in the shortest segment that a spectrum is made of."""
-
+SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
 _LONGEST_SEGMENT = (
     1 << 12
 )  # segments by default: of 1e6 samples 480, so that each of the 2048 bins has an error of 4.6 %

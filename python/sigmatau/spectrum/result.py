@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
 
-_LINE_SHARE = 1e-3
-"""Of the model's density: above, a line's frequencies are left out of a comparison."""
+_LINE_SHARE = 1e-3  # Of the model's density: above, a line's frequencies are left out of a comparison
 
 
 class HasDensity(Protocol):

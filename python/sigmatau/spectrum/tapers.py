@@ -67,29 +67,15 @@ def line_density(
 ) -> Floats:
     """Upper bound of the density that a sinusoid shows at each frequency, sampled and tapered; shape as `frequency`.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n_f,)
-        [Hz]
-    line, amplitude : float
-        Of the sinusoid, which is folded back from above half the sampling rate. [Hz], [unit]
-    tau0 : float
-        Sample interval. [s]
-    resolution : float
-        Of the spectrum. [Hz]
-    tapers : int or None
-        Sine tapers of a multitaper estimate; None for Hann's taper.
-
-    Returns
-    -------
-    ndarray, shape (n_f,)
-        [unit²/Hz, two-sided]
-
     Notes
     -----
     The power A²/4 of either side times the power of the taper's transform, whose oscillation is taken at its maxima: of
     Hann's taper 1/(πd(d² − 1))² of its peak at d bins, of the sine taper k at most 8k²/(π(4d² − k²))² over the length of
     the record. In the main lobe it is the peak.
+
+    `frequency`: [Hz]; `line, amplitude`: of the sinusoid, which is folded back from above half the sampling rate.
+    [Hz], [unit]; `tau0`: sample interval [s]; `resolution`: of the spectrum [Hz]; `tapers`: sine tapers of a
+    multitaper estimate; None for Hann's taper; the result is in unit²/Hz, two-sided.
     """
     folded = abs(math.remainder(line * tau0, 1.0)) / tau0
     away = np.abs(frequency - folded)

@@ -110,9 +110,8 @@ def _filtered(
 
 
 def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) -> list[tuple[Sinusoid, Floats, Floats]]:
-    """Variances of each sinusoid, and the share of them by which its unknown phase may change those of a record.
-
-    Of a phase φ at the middle of the record, a mean over M second differences has 1 + cos(2φ)·sin(Mω)/(M·sin ω) times the
+    """Variances of each sinusoid, and the share of them by which its unknown phase may change those of a record. Of a
+    phase φ at the middle of the record, a mean over M second differences has 1 + cos(2φ)·sin(Mω)/(M·sin ω) times the
     variance.
     """
     found = []
@@ -164,9 +163,7 @@ _SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0])
 _FILTER_MEMORY = 20.0
 """Time constants of the slowest pole after which the memory of a filter, e^−20 = 2e-9, is neglected."""
 
-_WHOLE_LAGS = 24
-"""Lags on either side of a coincidence of cluster ends that are summed one by one."""
-
+_WHOLE_LAGS = 24  # Lags on either side of a coincidence of cluster ends that are summed one by one
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 

@@ -21,9 +21,7 @@ from sigmatau.results import Printed
 
 Floats = NDArray[np.float64]
 
-LONGEST_BAND = 1e12
-"""The longest averaging time over the shortest."""
-
+LONGEST_BAND = 1e12  # The longest averaging time over the shortest
 _POLES_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 _TIMES_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
 _FINER_BY = 8  # factor on the number of averaging times at which the error is measured

@@ -24,15 +24,9 @@ from sigmatau.model.processes import LowPass
 Floats = NDArray[np.float64]
 Exact = NDArray[np.object_]
 
-_DIGITS = 60
-"""Digits left after the expected cancellation."""
-
-_LEAST_DIGITS = 25
-"""Correct digits that a spectrum must have; otherwise `DataError`."""
-
-_NEGLIGIBLE = Decimal("1e-14")
-"""Correlation of neighbouring samples below which a process counts as white."""
-
+_DIGITS = 60  # Digits left after the expected cancellation
+_LEAST_DIGITS = 25  # Correct digits that a spectrum must have; otherwise `DataError`
+_NEGLIGIBLE = Decimal("1e-14")  # Correlation of neighbouring samples below which a process counts as white
 _ITERATIONS = 300
 _ROOT_TOLERANCE = Decimal("1e-20")
 """Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root."""
@@ -185,7 +179,6 @@ def _sum(a: Sequence[Decimal], b: Sequence[Decimal]) -> list[Decimal]:
 
 def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], Decimal, list[float], list[complex]]:
     """Sampled Butterworth noise: its parts, its white share, and its poles: real ones, and one of each complex pair.
-
     r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), the poles p on the unit circle's left half.
     """
     order = bandwidth.order

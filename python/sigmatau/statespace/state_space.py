@@ -37,12 +37,8 @@ from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_pole
 Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
 
-_DEFAULT_TAU_MAX = 3600.0
-"""Default of `tau_max`; at least 1000 samples. [s]"""
-
-_FILTER_MEMORY = 100.0
-"""Time constants after which a filter has no memory: e^−100 of its state is below rounding."""
-
+_DEFAULT_TAU_MAX = 3600.0  # Default of `tau_max`; at least 1000 samples. [s]
+_FILTER_MEMORY = 100.0  # Time constants after which a filter has no memory: e^−100 of its state is below rounding
 _SERIES = 40
 """Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
 
@@ -388,10 +384,9 @@ class _System:
 
 
 def _driven(a: Floats, density: Floats, time: float) -> Floats:
-    """Covariance of ẋ = a·x + white noise after some time from x = 0: ∫ exp(a·s)·density·exp(a·s)ᵀ ds.
-
-    By its power series over a time so short that it converges at once, then doubled. The difference of the stationary
-    covariance and what is kept of it would lose all digits of a step that is short against the process.
+    """Covariance of ẋ = a·x + white noise after some time from x = 0: ∫ exp(a·s)·density·exp(a·s)ᵀ ds. By its power
+    series over a time so short that it converges at once, then doubled. The difference of the stationary covariance and
+    what is kept of it would lose all digits of a step that is short against the process.
     """
     from scipy.linalg import expm
 

@@ -27,9 +27,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_MOST_TIMES = 64
-"""Most averaging times compared; longer grids are thinned evenly on a logarithmic axis."""
-
+_MOST_TIMES = 64  # Most averaging times compared; longer grids are thinned evenly on a logarithmic axis
 _LEAST_CLUSTERS = 3
 """Clusters per record at the longest averaging time of the misfit; with fewer a variance has about one degree of freedom."""
 

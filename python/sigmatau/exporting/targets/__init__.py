@@ -25,8 +25,7 @@ _OTHERS = {
     "ieee952": "ieee952.TARGET",
 }  # module and attribute; imported when it is asked for
 
-NAMES = (*templates.TARGETS, *_OTHERS)
-"""Names of the targets, as they are typed."""
+NAMES = (*templates.TARGETS, *_OTHERS)  # Names of the targets, as they are typed
 
 
 def target(name: str) -> Target:

@@ -188,10 +188,8 @@ def _term(name: str) -> str:
 
 
 def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any]:
-    """All channels in one system, with the covariance of correlated noise.
-
-    A term has the same dynamics in two channels with the same step, so that ρ·(c_b/c_a) times the covariance of the first
-    is the cross-covariance.
+    """All channels in one system, with the covariance of correlated noise. A term has the same dynamics in two channels
+    with the same step, so that ρ·(c_b/c_a) times the covariance of the first is the cross-covariance.
     """
     names = list(systems)
     every = list(systems.values())

@@ -123,9 +123,7 @@ _ROS_IMU = "field.angular_velocity_covariance0"
 _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
-LONGEST_NAME = 200
-"""Longest column name, with its unit in brackets. [characters]"""
-
+LONGEST_NAME = 200  # Longest column name, with its unit in brackets. [characters]
 _LONGEST_END = 40  # longest end of a name that is searched for a unit [characters]
 SPELLED = {
     **dict.fromkeys(("degc", "°c", "℃", "c", "celsius", "deg c", "° c", "deg_c", "degrees celsius"), "degC"),

@@ -19,8 +19,7 @@ from sigmatau.record.streams import InputKind
 Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
 """The columns chosen, the unit of each channel as spelled, notes and findings."""
 
-SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
-"""Units of the rates of both sensors."""
+SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
 def resolve(table: Table, options: Options) -> Resolved:

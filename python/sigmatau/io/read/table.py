@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.findings.finding import Finding
 
-HEAD = 1 << 18
-"""The format, and the layout of a text table, are detected from this many bytes. [bytes]"""
-
+HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
 FORMATS = (
     "text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5, Parquet, Arrow, TDMS, .npy, .npz,"
     " or raw numbers with --layout"

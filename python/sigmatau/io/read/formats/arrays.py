@@ -22,9 +22,7 @@ from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
-WIDEST = 64
-"""Largest number of columns of an array that is read."""
-
+WIDEST = 64  # Largest number of columns of an array that is read
 _AXES = frozenset("xyzXYZ")
 _LISTED = 8
 _UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
@@ -174,9 +172,8 @@ def _is_axis(leaf: Leaf) -> bool:
 
 
 def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
-    """The group whose table an array joins: the highest group above it that has arrays of its length.
-
-    One time vector then serves all sensors in the groups below it.
+    """The group whose table an array joins: the highest group above it that has arrays of its length. One time vector
+    then serves all sensors in the groups below it.
     """
     for depth in range(len(leaf.group)):
         if (leaf.group[:depth], leaf.shape[0]) in present:

@@ -81,9 +81,8 @@ def _ipc(path: Path, head: Head) -> Table:
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
-    """Findings of the bytes after the batches.
-
-    A stream ends with an end mark; a file with a directory, its length and a mark.
+    """Findings of the bytes after the batches. A stream ends with an end mark; a file with a directory, its length and
+    a mark.
     """
     size = path.stat().st_size
     if not is_file:
@@ -170,9 +169,8 @@ def _first_row(file: Any, schema: Any) -> Any:  # noqa: ANN401
 
 
 def _files_in(path: Path) -> list[tuple[int, int]]:
-    """Beginnings and ends of the Parquet files in a file: several, if they were joined by ``cat``.
-
-    The directory at the end is that of the last one, with offsets from its own beginning.
+    """Beginnings and ends of the Parquet files in a file: several, if they were joined by ``cat``. The directory at the
+    end is that of the last one, with offsets from its own beginning.
     """
     size = path.stat().st_size
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:

@@ -274,7 +274,6 @@ def check_heaps(path: Path) -> None:
 @lru_cache(maxsize=4)
 def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
     """Whether the objects of every global heap fill it: after an object of size 0 the library searches without end.
-
     Layout: HDF5 file format specification, version 3, section III.E.
     """
     del changed  # part of the cache key

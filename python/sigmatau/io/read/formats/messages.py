@@ -16,9 +16,7 @@ from sigmatau.io.read.table import Column
 Step = tuple[str, int, int]
 """Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
 
-LOG_TIME = "log_time [ns]"
-"""The time stamp that the recorder gave to a message."""
-
+LOG_TIME = "log_time [ns]"  # The time stamp that the recorder gave to a message
 _NUMBERS = {
     "bool": "u1",
     "char": "u1",

@@ -112,9 +112,8 @@ def _scan(data: bytes | mmap.mmap) -> _Found:
 
 
 def _between(data: bytes | mmap.mmap, found: _Found) -> list[tuple[int, int]]:
-    """Bytes between whole messages that are not another log or text.
-
-    Only this check finds a RAWIMU whose first bytes are damaged.
+    """Bytes between whole messages that are not another log or text. Only this check finds a RAWIMU whose first bytes
+    are damaged.
     """
     spans = np.array(sorted(found.spans), dtype=np.int64).reshape(-1, 2)
     ends = np.maximum.accumulate(spans[:, 1])

@@ -71,9 +71,8 @@ def _npy(path: Path) -> Table:
 
 
 def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
-    """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays.
-
-    `np.load` returns only the first.
+    """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays. `np.load` returns only the
+    first.
     """
     try:
         first = np.load(path, mmap_mode="r", allow_pickle=False)

@@ -228,10 +228,9 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
 
 
 def _spread(times: NDArray[np.int64], dt: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Times of the samples in whole microseconds; the time stamp of a message is that of its last sample.
-
-    The declared interval `dt` is nominal. With a faster sensor it would make time go backwards between messages, so it is
-    used only if the previous message is missing or too far away.
+    """Times of the samples in whole microseconds; the time stamp of a message is that of its last sample. The declared
+    interval `dt` is nominal. With a faster sensor it would make time go backwards between messages, so it is used only
+    if the previous message is missing or too far away.
     """
     nominal = np.clip(dt, 0.0, 1e6) * counts
     since = np.diff(times, prepend=times[:1] - 1).astype(np.float64)

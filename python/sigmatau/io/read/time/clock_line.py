@@ -9,9 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-BLOCK = 64
-"""Stamps whose phase on the grid is averaged."""
-
+BLOCK = 64  # Stamps whose phase on the grid is averaged
 _JITTER_BLOCKS = 512  # blocks from which the jitter is computed
 _PARTS = 10  # equal parts of a record whose rates are compared
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
@@ -148,7 +146,6 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
 
 def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> Drift | None:
     """Mean rates of ten parts, from means of blocks; the scatter of the blocks about ten lines gives their error.
-
     Blocks are not independent if bunches are longer than a block: then a part has `apart` independent blocks.
     """
     if apart < _LEAST_INDEPENDENT:

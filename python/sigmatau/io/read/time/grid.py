@@ -123,9 +123,8 @@ def fit_grid(
 
 
 def _stairs(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> Allowed | None:
-    """The intervals allowed by a clock that makes few steps, if the stamps are of such a clock.
-
-    A straight line is within one step of all stamps, so that a drift of the rate is not visible.
+    """The intervals allowed by a clock that makes few steps, if the stamps are of such a clock. A straight line is
+    within one step of all stamps, so that a drift of the rate is not visible.
     """
     if not (step > 0 and few_steps(len(t), int(np.count_nonzero(intervals)))):
         return None
@@ -194,9 +193,8 @@ def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
 
 
 def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool:
-    """Whether exact stamps show independent losses, up to four of five samples, rather than bunches of a host.
-
-    If samples are lost at random with probability p, a share 1 - p of the intervals is single, and neighbouring intervals
+    """Whether exact stamps show independent losses, up to four of five samples, rather than bunches of a host. If
+    samples are lost at random with probability p, a share 1 - p of the intervals is single, and neighbouring intervals
     are independent. Intervals of bunches are correlated, and many more of them are short than their mean allows.
     """
     n = len(lost)
@@ -353,9 +351,8 @@ def _never_falling(lost: NDArray[np.float64]) -> NDArray[np.float64]:
 def _outvoted(
     lost: NDArray[np.float64], falls: NDArray[np.intp], rest: NDArray[np.float64], believed: float
 ) -> NDArray[np.float64]:
-    """Replace estimates that contradict the median of their neighbours; estimates in order are kept.
-
-    A stamp is moved by one place only if its jitter makes that likely: next to a loss the median is sometimes off by one.
+    """Replace estimates that contradict the median of their neighbours; estimates in order are kept. A stamp is moved
+    by one place only if its jitter makes that likely: next to a loss the median is sometimes off by one.
     """
     n, width = len(lost), 2 * _WINDOW + 1
     if n < width:

@@ -21,9 +21,7 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.table import Loaded, Table
 
-NO_STAMP = np.iinfo(np.int64).min
-"""Stands for a missing stamp among integers, as NumPy's NaT does."""
-
+NO_STAMP = np.iinfo(np.int64).min  # Stands for a missing stamp among integers, as NumPy's NaT does
 _LARGEST_STAMP = 1e100  # in any unit
 _MAX_OUT_OF_ORDER = 0.01  # share of rows that may be out of order: a delayed packet, not a log with mixed clocks
 # Distance of a moved row from its new neighbours: it must fill a hole of 1 to 3 missing rows. [intervals]
@@ -159,10 +157,9 @@ def _wrapped(stamps: NDArray[Any], row: int) -> str:
 
 
 def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
-    """Stamps with steps back within their own jitter swapped between neighbours: those rows are in order.
-
-    A row that came late would leave a hole, and a step of two intervals on either side of it. A wrong stamp is far outside
-    the scatter of the others.
+    """Stamps with steps back within their own jitter swapped between neighbours: those rows are in order. A row that
+    came late would leave a hole, and a step of two intervals on either side of it. A wrong stamp is far outside the
+    scatter of the others.
     """
     count = int(np.count_nonzero(stamps[1:] < stamps[:-1]))
     if len(stamps) < _MIN_STAMPS or count > _MAX_SWAPPED * len(stamps):

@@ -92,9 +92,8 @@ def gaps(
 
 def _subsampled(holes: NDArray[np.int64], places: NDArray[np.int64], tau0: float) -> Subsampled | None:
     """The longest stretch in which the same number of samples is missing from row to row, if it has most of the losses.
-
-    Random losses with probability p leave 64 consecutive holes of one size with a probability of at most 4⁻⁶⁴ a row: the
-    probability of a hole of one sample, p(1 - p), is the largest.
+    Random losses with probability p leave 64 consecutive holes of one size with a probability of at most 4⁻⁶⁴ a row:
+    the probability of a hole of one sample, p(1 - p), is the largest.
     """
     edges = np.flatnonzero(np.diff(holes)) + 1
     starts, stops = np.concatenate(([0], edges)), np.append(edges, len(holes))

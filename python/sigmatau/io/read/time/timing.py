@@ -330,9 +330,8 @@ def _mean(stream: Stream, channel: str) -> float:
 
 
 def _covariance(stream: Stream, channel: str) -> float:
-    """Covariance of samples one interval apart, less that of samples two intervals apart: slow changes cancel.
-
-    With d the differences, E[d²] = 2(γ0 − γ1) and E[d_k d_k+1] = 2γ1 − γ0 − γ2, so that γ1 − γ2 = E[d²]/2 + E[d_k d_k+1].
+    """Covariance of samples one interval apart, less that of samples two intervals apart: slow changes cancel. With d
+    the differences, E[d²] = 2(γ0 − γ1) and E[d_k d_k+1] = 2γ1 − γ0 − γ2, so that γ1 − γ2 = E[d²]/2 + E[d_k d_k+1].
     """
     k = stream.channels.index(channel)
     squares, products = [], []

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from sigmatau.datasheets.claims import Claim, Meaning
 from sigmatau.datasheets.measured import NOTHING, Measured
 from sigmatau.errors import OptionError
-from sigmatau.results import Printed, interval_texts, printable, two_digits
+from sigmatau.results import Printed, interval_texts, plain, printable, two_digits
 from sigmatau.units import find
 
 Side = Literal["below", "undecided", "above"]
@@ -160,18 +160,9 @@ class Verdict(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, no NaN."""
-        return {
-            "unit": self.unit,
-            "datasheet": self.datasheet,
-            "status": self.status,
-            "may_be_out": self.may_be_out,
-            "level": self.level,
-            **({} if self.factor is None else {"factor": self.factor}),
-            "claims": [judged.to_dict() for judged in self.judged],
-            "not_in_the_datasheet": [{"channel": channel, "term": term} for channel, term in self.unsaid],
-            "missing": list(self.missing),
-            "not_in_the_result": list(self.absent),
-        }
+        known = "unit datasheet status may_be_out level missing claims=judged not_in_the_result=absent"
+        unsaid = [{"channel": channel, "term": term} for channel, term in self.unsaid]
+        return plain(self, known, "" if self.factor is None else "factor", not_in_the_datasheet=unsaid)
 
     def __repr__(self) -> str:
         lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]

@@ -23,7 +23,7 @@ from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator,
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import ByChannel, Printed
+from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.units import integral
 
 if TYPE_CHECKING:
@@ -133,15 +133,7 @@ class Deviation(Printed):
 
     def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library; with a `noise`, the 95 % interval too."""
-        columns: dict[str, Any] = {
-            "kind": self.kind,
-            "m": self.m.tolist(),
-            "tau_s": self.tau.tolist(),
-            "deviation": self.deviation.tolist(),
-            "n_terms": self.n_terms.tolist(),
-            "overlap": self.overlap,
-            "unit": self.unit,
-        }
+        columns = plain(self, "kind m tau_s=tau deviation n_terms overlap unit")
         if noise is not None:
             low, high = self.interval(noise=noise)
             columns |= {"low": low.tolist(), "high": high.tolist(), "edf": self.edf(noise=noise).tolist()}

@@ -26,7 +26,7 @@ from sigmatau.estimators.allan import allan
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed, duration_text, seconds
+from sigmatau.results import Printed, duration_text, plain, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,18 +68,9 @@ class DynamicAllan(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON; None for a window without a deviation."""
-        return {
-            "channel": self.channel,
-            "quantity": self.quantity,
-            "unit": self.unit,
-            "window_s": self.window,
-            "step_s": self.step,
-            "samples_in_window": self.n,
-            "estimator": "overlapped",
-            "time_s": self.times.tolist(),
-            "tau_s": self.tau.tolist(),
-            "adev": [row.tolist() if np.isfinite(row).all() else None for row in self.adev],
-        }
+        known = "channel quantity unit window_s=window step_s=step samples_in_window=n time_s=times tau_s=tau"
+        adev = [row.tolist() if np.isfinite(row).all() else None for row in self.adev]
+        return plain(self, known, estimator="overlapped", adev=adev)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
         """Draw the map with its colour bar; returns the axes."""

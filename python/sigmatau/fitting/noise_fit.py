@@ -17,7 +17,7 @@ from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import Printed, duration_text, interval_texts, seconds, two_digits
+from sigmatau.results import Printed, duration_text, interval_texts, plain, seconds, two_digits
 from sigmatau.units import find
 
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
@@ -343,22 +343,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
-        return {
-            "method": self.method,
-            "verdict": self.verdict,
-            "reason": self.reason,
-            "tau_min_s": self.tau_min,
-            "tau_max_s": self.tau_max,
-            "p_value": self.p_value,
-            "terms": {
-                **{name: self._term_to_dict(name) for name in self.terms},
-                "gauss_markov": [process.to_dict() for process in self.gauss_markov],
-                "sinusoid": [line.to_dict() for line in self.sinusoid],
-            },
-            "model": dict(self.model),
-            "unclear": list(self.unclear),
-            "covariance": {"terms": list(names), "matrix": matrix.tolist()},
+        terms = {
+            **{name: self._term_to_dict(name) for name in self.terms},
+            "gauss_markov": self.gauss_markov,
+            "sinusoid": self.sinusoid,
         }
+        known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
+        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
 
     def _term_to_dict(self, name: str) -> dict[str, Any]:
         term = self.terms[name]

@@ -20,7 +20,7 @@ from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
-from sigmatau.results import Printed, duration_text, two_digits
+from sigmatau.results import Printed, duration_text, plain, two_digits
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
@@ -75,22 +75,10 @@ class Plan(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return {
-            "channel": self.channel,
-            "term": self.term,
-            "unit": self.unit,
-            "others": dict(self.others),
-            "gauss_markov": [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov],
-            "sample_rate_hz": 1 / self.tau0,
-            "record_s": self.duration,
-            "found_in_half": self.half,
-            "found_in_nine_of_ten": self.most,
-            "value": self.value,
-            "half_find_it_in_s": self.half_in,
-            "nine_of_ten_find_it_in_s": self.most_in,
-            "relative_error": self.error,
-            "level": self.level,
-        }
+        processes = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
+        known = "channel term unit others record_s=duration found_in_half=half found_in_nine_of_ten=most value"
+        times = "half_find_it_in_s=half_in nine_of_ten_find_it_in_s=most_in relative_error=error level"
+        return plain(self, known, times, gauss_markov=processes, sample_rate_hz=1 / self.tau0)
 
     def __repr__(self) -> str:
         label = TERMS[self.term].label(self.quantity)

@@ -16,7 +16,7 @@ from sigmatau.io.write import table_writer
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import TEMPERATURE
 from sigmatau.record.streams import CHUNK
-from sigmatau.results import Printed, duration_text
+from sigmatau.results import Printed, duration_text, plain
 from sigmatau.simulation.imperfections import Imperfections
 from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
 
@@ -34,14 +34,7 @@ class Simulated(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
-        return {
-            "path": self.path,
-            "channels": list(self.channels),
-            "samples": self.samples,
-            "lost_rows": self.lost,
-            "sample_rate_hz": self.rate,
-            "seed": self.seed,
-        }
+        return plain(self, "path channels samples lost_rows=lost sample_rate_hz=rate seed")
 
     def __repr__(self) -> str:
         lost = f", {self.lost} rows lost" if self.lost else ""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.arrays import freeze
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,20 +61,8 @@ class Comparison(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "ratio": self.ratio.tolist(),
-            "low": low.tolist(),
-            "high": high.tolist(),
-            "level": 0.95,
-            "dof": self.dof.tolist(),
-            "p_values": self.p_values.tolist(),
-            "p_value": self.p_value,
-            "method": self.method,
-            "left_out": list(self.left_out),
-            "beside_lines_hz": [list(band) for band in self.beside_lines],
-        }
+        known = "channel frequency_hz=frequency ratio dof p_values p_value method left_out beside_lines_hz=beside_lines"
+        return plain(self, known, low=low, high=high, level=0.95)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the ratios with their 95 % intervals; returns the axes."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import ByChannel, Printed
+from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.tapers import line_density
@@ -153,19 +153,8 @@ class Spectrum(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "density": self.density.tolist(),
-            "low": low.tolist(),
-            "high": high.tolist(),
-            "dof": self.dof.tolist(),
-            "sided": "two",
-            "method": self.method,
-            "segments": self.segments,
-            "resolution_hz": self.resolution,
-            "unit": self.density_unit,
-        }
+        known = "channel frequency_hz=frequency density dof method segments resolution_hz=resolution unit=density_unit"
+        return plain(self, known, low=low, high=high, sided="two")
 
     def expected(self, model: HasDensity | HasChannels) -> Floats:
         """Density of a noise model at the frequencies of this spectrum, aliasing included; shape (n_f,).

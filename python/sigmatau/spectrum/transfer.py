@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.spectrum.result import Spectrum
 
 if TYPE_CHECKING:
@@ -67,22 +67,10 @@ class MinimumPhase(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "magnitude": self.magnitude.tolist(),
-            "low": [None if math.isnan(x) else x for x in self.low.tolist()],
-            "high": [None if math.isnan(x) else x for x in self.high.tolist()],
-            "level": 0.95,
-            "phase_rad": self.phase.tolist(),
-            "phase": "minimum phase, by assumption",
-            "impulse": self.impulse.tolist(),
-            "input_density": self.input_density,
-            "input_unit": self.input_unit,
-            "measured_from_hz": self.measured_from,
-            "sided": "two",
-            "tau0_s": self.tau0,
-        }
+        low, high = ([None if math.isnan(x) else x for x in end.tolist()] for end in (self.low, self.high))
+        known = "channel frequency_hz=frequency magnitude phase_rad=phase impulse input_density input_unit"
+        assumed = {"level": 0.95, "phase": "minimum phase, by assumption", "sided": "two"}
+        return plain(self, known, "measured_from_hz=measured_from tau0_s=tau0", low=low, high=high, **assumed)
 
     def plot(self) -> Figure:
         """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter."""

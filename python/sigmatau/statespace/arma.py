@@ -17,7 +17,7 @@ from sigmatau.arrays import freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import interval
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.statespace.spectral_factor import Spectrum
 from sigmatau.statespace.state_space import check_channel_model, flicker_of
 
@@ -127,23 +127,12 @@ class Arma(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Orders and coefficients as plain numbers."""
-        return {
-            "p": self.p,
-            "d": self.d,
-            "q": self.q,
-            "ar": self.ar.tolist() if _has_coefficients(self.ar_roots) else None,
-            "ma": self.ma.tolist() if _has_coefficients(self.ma_roots) else None,
-            "ar_roots": [[root.real, root.imag] for root in self.ar_roots.tolist()],
-            "ma_roots": [[root.real, root.imag] for root in self.ma_roots.tolist()],
-            "sections": self.sections.tolist() if self._has_sections() else None,
-            "variance": self.variance,
-            "drift": self.drift,
-            "dt_s": self.dt,
-            "unit": self.unit,
-            "flicker_error": self.flicker_error,
-            "tau_max_s": self.tau_max,
-            "error": self.error,
-        }
+        known = "p d q variance drift dt_s=dt unit flicker_error tau_max_s=tau_max error"
+        pairs = {name: getattr(self, name).tolist() for name in ("ar_roots", "ma_roots")}
+        roots = {name: [[root.real, root.imag] for root in values] for name, values in pairs.items()}
+        ar = self.ar if _has_coefficients(self.ar_roots) else None
+        ma = self.ma if _has_coefficients(self.ma_roots) else None
+        return plain(self, known, ar=ar, ma=ma, sections=self.sections if self._has_sections() else None, **roots)
 
     def __repr__(self) -> str:
         head = f"ARIMA({self.p}, {self.d}, {self.q})" if self.d else f"ARMA({self.p}, {self.q})"

@@ -30,7 +30,7 @@ from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, interval, real
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
 
@@ -134,17 +134,7 @@ class StateSpace(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """The matrices as lists, with the names of the states."""
-        matrices = {name: getattr(self, name).tolist() for name in ("F", "G", "H", "Qd", "R", "P0")}
-        return {
-            **matrices,
-            "states": list(self.states),
-            "inputs": list(self.inputs),
-            "dt_s": self.dt,
-            "output": self.output,
-            "unit": self.unit,
-            "flicker_error": self.flicker_error,
-            "tau_max_s": self.tau_max,
-        }
+        return plain(self, "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max")
 
     def __repr__(self) -> str:
         lines = [f"{len(self.states)} states every {self.dt:g} s, measured as {self.output}: {', '.join(self.states)}"]

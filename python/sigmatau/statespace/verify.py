@@ -17,7 +17,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import real
 from sigmatau.noise.uncertainty import chi2_factors
-from sigmatau.results import ByChannel, Printed, seconds
+from sigmatau.results import ByChannel, Printed, plain, seconds
 from sigmatau.statespace.avar_scatter import check_noise, check_phases, covariance_of_model
 from sigmatau.statespace.state_space import state_space
 
@@ -63,26 +63,10 @@ class Verification(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values and columns."""
-        return {
-            "channel": self.curve.channel,
-            "misfit": self.misfit,
-            "freedom": self.freedom,
-            "p_value": self.p_value,
-            "worst": {"ratio": float(self.ratio[self.worst]), "tau_s": float(self.curve.tau[self.worst])},
-            "tau_min_s": self.tau_min,
-            "states": self.states,
-            "flicker_error": self.flicker_error,
-            "level": self.level,
-            "m": self.curve.m.tolist(),
-            "tau_s": self.curve.tau.tolist(),
-            "adev": self.curve.adev.tolist(),
-            "model_adev": np.sqrt(self.avar).tolist(),
-            "ratio": self.ratio.tolist(),
-            "low": self.low.tolist(),
-            "high": self.high.tolist(),
-            "used": self.used.tolist(),
-            "unit": self.curve.unit,
-        }
+        known = "misfit freedom p_value tau_min_s=tau_min states flicker_error level ratio low high used"
+        worst = {"ratio": self.ratio[self.worst], "tau_s": self.curve.tau[self.worst]}
+        of_curve = plain(self.curve, "channel m tau_s=tau adev unit")
+        return plain(self, known, worst=worst, model_adev=np.sqrt(self.avar), **of_curve)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
         """Draw the record's curve with its band, and the model's; returns the axes."""

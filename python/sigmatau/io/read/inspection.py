@@ -19,7 +19,7 @@ from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
-from sigmatau.results import Printed, duration_text
+from sigmatau.results import Printed, duration_text, plain
 
 _LISTED = 40
 
@@ -48,17 +48,8 @@ class TableInfo:
     wanting: str = ""  # Options that are needed to analyse it, in words; empty if none
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "topic": self.topic,
-            "rows": self.rows,
-            "columns": [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns],
-            "rate_hz": self.rate,
-            "rate_source": self.rate_source,
-            "notes": list(self.notes),
-            "findings": [finding.to_dict() for finding in self.findings],
-            "chosen": self.chosen,
-            "wanting": self.wanting,
-        }
+        columns = [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns]
+        return plain(self, "topic rows rate_hz=rate rate_source notes findings chosen wanting", columns=columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -79,13 +70,7 @@ class Inspection(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return {
-            "path": self.path,
-            "format": self.format,
-            "wanting": self.wanting,
-            "tables": [table.to_dict() for table in self.tables],
-            "findings": [finding.to_dict() for finding in self.checks],
-        }
+        return plain(self, "path format wanting tables findings=checks")
 
     def __repr__(self) -> str:
         return "\n".join([*self.contents(), *map(str, self.findings), *self.wants()])

@@ -44,9 +44,8 @@ class Outcome:
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped.
-
-    A log that is named, and is in a named folder too, is read once.
+    """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped. A log that
+    is named, and is in a named folder too, is read once.
     """
     named = [place for place in places if _is_log(place)]
     logs: dict[Path, Path] = {}  # by resolved path
@@ -113,10 +112,8 @@ def _may_be_a_log(file: Path) -> bool:
 
 
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
-    """Outcomes of logs in the order of completion, `jobs` of them in parallel.
-
-    `work`: analyses one log and writes its outputs. It is sent to another process, so it is a function of a module or
-    a `functools.partial` of one.
+    """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
+    outputs. It is sent to another process, so it is a function of a module or a `functools.partial` of one.
     """
     context = multiprocessing.get_context("spawn")  # a forked process would lack the threads of this one
     waiting = list(logs)

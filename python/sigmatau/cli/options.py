@@ -215,9 +215,8 @@ def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
 
 @contextlib.contextmanager
 def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """Show an activity and its duration on a terminal.
-
-    It yields a function that takes the completed share, 0 to 1, and then shows a bar.
+    """Show an activity and its duration on a terminal. It yields a function that takes the completed share, 0 to 1, and
+    then shows a bar.
     """
     if quiet or not sys.stderr.isatty():
         yield lambda _: None

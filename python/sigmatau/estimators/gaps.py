@@ -72,9 +72,8 @@ class Gaps:
 
     @classmethod
     def of(cls, missing: NDArray[np.bool_]) -> Self:
-        """The gaps of a channel.
-
-        `missing`: true where a sample is missing, as in `sigmatau.record.streams.Stream.mask`.
+        """The gaps of a channel. `missing`: true where a sample is missing, as in
+        `sigmatau.record.streams.Stream.mask`.
         """
         return cls._shared(np.packbits(~missing), len(missing))
 
@@ -135,9 +134,8 @@ class Gaps:
         return np.array([self._slopes[size] for size in sizes])
 
     def gauss_markov_ratio(self, time: float, m: ArrayLike) -> Floats:
-        """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation time.
-
-        `time`: correlation time [samples].
+        """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation
+        time. `time`: correlation time [samples].
         """
         from scipy.interpolate import PchipInterpolator
 
@@ -148,9 +146,8 @@ class Gaps:
         return np.asarray(PchipInterpolator(log_times, np.column_stack([white, e.ratios]), axis=1)(at))
 
     def ratio(self, term: str, m: ArrayLike) -> Floats:
-        """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair.
-
-        Of more than 100 sizes, the rest is interpolated between 100.
+        """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair. Of
+        more than 100 sizes, the rest is interpolated between 100.
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         grid = np.unique(sizes)

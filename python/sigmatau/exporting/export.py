@@ -111,7 +111,6 @@ def prepare_all(
     model: object, files: Mapping[str, Path | None], *, choices: Choices | None = None, named: bool = False
 ) -> list[Prepared]:
     """The same for several targets. A choice that does not apply to one of them is ignored there, with a finding.
-
     `named`: whether errors begin with the name of the target.
     """
     source, chosen = source_of(model), _chosen(choices)

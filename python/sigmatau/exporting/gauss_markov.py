@@ -159,9 +159,8 @@ def noises_and_processes(
 
 
 def bottom(model: ChannelModel) -> float | None:
-    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s]
-
-    The terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
+    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] The
+    terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
     """
     q, n, k, r = (
         model.get(term, 0.0) ** 2 for term in ("quantization", "random_walk", "rate_random_walk", "rate_ramp")
@@ -238,9 +237,8 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
 
 
 def replaced_noise(numbers: Numbers) -> list[str]:
-    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each.
-
-    A walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
+    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each. A
+    walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
     """
     sentences = []
     for sensor, wanted in numbers.choices.walk.items():

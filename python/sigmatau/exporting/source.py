@@ -105,7 +105,6 @@ def source_of(given: object) -> Source:
 
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
-
     `rate`: sampling rate; replaces that of a YAML file [Hz].
     """
     path = Path(path)
@@ -203,7 +202,6 @@ class ReadBack(Printed):
 
 def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
     """The model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; detected from the keys.
-
     `rate`: sampling rate of the record; required for imu_utils, whose file does not contain it [Hz].
     """
     values = _values(text)

@@ -19,9 +19,8 @@ _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqr
 
 
 def digits(value: float) -> str:
-    """A number that reads back to the same bits, in a form that YAML 1.1 accepts as a number.
-
-    Raises `DataError` for a value that is not finite, or too small for full precision.
+    """A number that reads back to the same bits, in a form that YAML 1.1 accepts as a number. Raises `DataError` for a
+    value that is not finite, or too small for full precision.
     """
     text = repr(_written(float(value), value, "double"))
     if "e" in text:
@@ -79,9 +78,8 @@ def plain_name(text: str, key: str) -> str:
 
 
 def topic(text: str) -> str:
-    """A ROS topic in quotes; raises `OptionError` for an invalid name.
-
-    Quotes alone are not enough: YAML readers support different escapes.
+    """A ROS topic in quotes; raises `OptionError` for an invalid name. Quotes alone are not enough: YAML readers
+    support different escapes.
     """
     if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
         raise OptionError(
@@ -103,9 +101,8 @@ def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) ->
 
 
 def single(value: float, name: str) -> str:
-    """A number in single precision without an exponent, as autopilots store a parameter.
-
-    Raises `DataError`, with the name of the parameter, for a value out of range of single precision.
+    """A number in single precision without an exponent, as autopilots store a parameter. Raises `DataError`, with the
+    name of the parameter, for a value out of range of single precision.
     """
     with np.errstate(over="ignore", under="ignore"):
         kept = np.float32(value)

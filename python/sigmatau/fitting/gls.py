@@ -82,9 +82,8 @@ class Gls:
         fixed: tuple[int, float] | None = None,
         start: Floats | None = None,
     ) -> Floats:
-        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one keeps its value.
-
-        Raises FloatingPointError if the covariance is not positive definite.
+        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one keeps its
+        value. Raises FloatingPointError if the covariance is not positive definite.
         """
         design = self.parts.design
         terms = [p for p in (self.candidates if active is None else active) if fixed is None or p != fixed[0]]

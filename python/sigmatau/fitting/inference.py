@@ -57,9 +57,8 @@ def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
 
 
 def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
-    """Test, interval and limit of one term.
-
-    `theta`: the fit with all terms: the starting point; `level`: of the interval; the term is found if p < 1 − level.
+    """Test, interval and limit of one term. `theta`: the fit with all terms: the starting point; `level`: of the
+    interval; the term is found if p < 1 − level.
     """
     estimate = max(float(theta[term]), 0.0)
     try:
@@ -103,9 +102,8 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
 
 
 def detectable_theta(gls: Gls, term: int, others: Floats, *, level: float, power: float) -> float:
-    """The smallest θ of a term that the test of `evidence` finds with probability `power`; inf if there is none.
-
-    No data are needed: the Allan variances are those expected for the other terms' θ.
+    """The smallest θ of a term that the test of `evidence` finds with probability `power`; inf if there is none. No
+    data are needed: the Allan variances are those expected for the other terms' θ.
     """
 
     def excess(theta_of_term: float) -> float:

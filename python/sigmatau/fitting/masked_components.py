@@ -45,9 +45,8 @@ def components_with_gaps(
     correlation_time: float | None = None,
     frequency: float | None = None,
 ) -> Components:
-    """The components of a record, see `sigmatau.fitting.components.components`, which has those without gaps.
-
-    Every cluster size must have a pair. The component of a sinusoid ignores gaps.
+    """The components of a record, see `sigmatau.fitting.components.components`, which has those without gaps. Every
+    cluster size must have a pair. The component of a sinusoid ignores gaps.
     """
     if gaps is None:
         return components(n, m, correlation_time=correlation_time, frequency=frequency)
@@ -180,7 +179,6 @@ _PER_OCTAVE = 12  # ranges of longer distances
 
 def white_covariance(there: NDArray[np.bool_], m: NDArray[np.int64]) -> Floats:
     """Covariance of the Allan variances of white noise of variance 1, for the pairs of clusters at least half full.
-
     `m`: cluster sizes, each with a pair; the result is positive semidefinite; good to about 3 %.
     """
     n = len(there)

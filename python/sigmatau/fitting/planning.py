@@ -170,7 +170,6 @@ def needed_samples(
     level: float = 0.95,
 ) -> float:
     """Samples of the shortest record that shows `value` with probability `power`; inf above `LONGEST_RECORD`.
-
     Parameters and errors are those of `smallest_detectable`.
     """
     if not (math.isfinite(value) and value != 0):
@@ -199,7 +198,6 @@ def relative_error(
     others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
 ) -> float:
     """Standard error of a coefficient over the coefficient, all terms free; parameters as in `smallest_detectable`.
-
     From the covariance of the Allan variances; above 0.5 it is an order of magnitude.
     """
     theta = _theta(others, tau0)

@@ -59,9 +59,8 @@ class Ramp:
 
 
 def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95) -> tuple[Ramp, Gls, Floats]:
-    """The ramp, the least squares problem after its removal, and the θ of that problem.
-
-    `theta`: its fit: the weights start from it if no better start is found; `ramps`: mean second differences over m².
+    """The ramp, the least squares problem after its removal, and the θ of that problem. `theta`: its fit: the weights
+    start from it if no better start is found; `ramps`: mean second differences over m².
     """
     from scipy.special import stdtr
 

@@ -30,9 +30,8 @@ _DESCRIPTIVE_ERROR = 0.1  # relative error of a variance in a descriptive fit: 5
 
 
 def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level: float) -> NoiseFit:
-    """The result for an adequate model: intervals of the observed terms, upper limits of the others.
-
-    `scale` is the variance by which the data were divided.
+    """The result for an adequate model: intervals of the observed terms, upper limits of the others. `scale` is the
+    variance by which the data were divided.
     """
     gls, theta, tau0 = best.gls, best.theta, curve.tau0
     linear = [p for p in gls.candidates if p < len(LINEAR)]

@@ -127,9 +127,8 @@ class Live:
         return count / total if count > 1 and total > 0 else None
 
     def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
-        """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes.
-
-        `last` says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
+        """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes. `last`
+        says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
         """
         self._rest += piece
         end = len(self._rest) if last else self._rest.rfind(b"\n") + 1

@@ -59,7 +59,6 @@ def _beside(target: Path) -> Path:
 @contextlib.contextmanager
 def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """What takes a table piece by piece; the file has its name when the block ends well, and is not there otherwise.
-
     `path`: its ending is one of `RECORD_ENDINGS`.
     """
     target = Path(path)

@@ -42,9 +42,8 @@ class WarmUp:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Temperature:
-    """Temperature of the sensor, its effect on the channels, and the thermometer of the log.
-
-    end + (start − end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
+    """Temperature of the sensor, its effect on the channels, and the thermometer of the log. end + (start −
+    end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
     """
 
     start: float  # At turning on and long after. [°C]

@@ -224,10 +224,8 @@ _NO_PIVOT = 1e-8  # correlations are known to fewer digits
 def noise_of(
     model: NoiseModel, channel: str, *, n: int, tau0: float, seed: int, flicker: Flicker
 ) -> generators.Generator:
-    """The generator of `n` samples of a channel's noise, in SI.
-
-    Noise that is correlated between channels is Σ Lᵢⱼ·uⱼ, with L·Lᵀ the correlation matrix and uⱼ the noise that channel j
-    would have alone.
+    """The generator of `n` samples of a channel's noise, in SI. Noise that is correlated between channels is Σ Lᵢⱼ·uⱼ,
+    with L·Lᵀ the correlation matrix and uⱼ the noise that channel j would have alone.
     """
     noise = model.channels[channel]
     made = generators.Generator(n, tau0, seed=seed)
@@ -274,9 +272,8 @@ def _shares(model: NoiseModel, term: str, channel: str) -> list[tuple[int, float
 
 
 def correlation_root(matrix: Floats) -> Floats:
-    """L, lower triangular, with L·Lᵀ the correlation `matrix`, which may be singular; both of shape (n, n).
-
-    Rows of channels that are independent of those before them are those of the unit matrix.
+    """L, lower triangular, with L·Lᵀ the correlation `matrix`, which may be singular; both of shape (n, n). Rows of
+    channels that are independent of those before them are those of the unit matrix.
     """
     size = len(matrix)
     root = np.zeros((size, size))

@@ -270,9 +270,8 @@ def tapered_grid(used: int, bins: int, tapers: int, tau0: float) -> tuple[Floats
 
 
 def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128]]:
-    """Transforms of samples without mean and slope under each sine taper, at the given number of frequencies.
-
-    All from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
+    """Transforms of samples without mean and slope under each sine taper, at the given number of frequencies. All from
+    one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
     """
     used = len(y)
     transform = np.fft.rfft(np.concatenate(([0.0], without_line(y))), 2 * (used + 1))

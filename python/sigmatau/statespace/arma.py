@@ -75,9 +75,8 @@ class Arma(Printed):
 
     @property
     def ar(self) -> Floats:
-        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,).
-
-        Raises `DataError` where coefficients in double precision do not have the roots; take `sections`.
+        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,). Raises `DataError` where coefficients in
+        double precision do not have the roots; take `sections`.
         """
         return _coefficients("ar", self.ar_roots)
 

@@ -18,10 +18,7 @@ from sigmatau.record.streams import Stream
 
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
-    """A record from the chosen tables of a file.
-
-    `file`: for its name and checksum; None for a data frame.
-    """
+    """A record from the chosen tables of a file. `file`: for its name and checksum; None for a data frame."""
     if len(tables) > 1 and options.channels:
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
@@ -95,10 +92,8 @@ def describe(table: Table) -> str:
 
 
 def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
-    """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer.
-
-    `asked`: topics by name. The name without the number of the instance, or its end, is enough if only one topic
-    matches.
+    """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer. `asked`:
+    topics by name. The name without the number of the instance, or its end, is enough if only one topic matches.
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]

@@ -41,9 +41,8 @@ class Choice:
 
 
 def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
-    """The channels, as the user names them or else by column names.
-
-    `asked`: channel to column, see `sigmatau.io.read.read`.
+    """The channels, as the user names them or else by column names. `asked`: channel to column, see
+    `sigmatau.io.read.read`.
     """
     found = recognise(columns)
     without = asked is not None and no_time(columns, asked)
@@ -228,10 +227,8 @@ class Thermometer:
 
 
 def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
-    """The column that is a temperature by its name and unit; None if there is none or more than one.
-
-    `keys`: their names as `sigmatau.io.read.names.key_of` returns them; `taken`: columns that are recognised as
-    something else.
+    """The column that is a temperature by its name and unit; None if there is none or more than one. `keys`: their
+    names as `sigmatau.io.read.names.key_of` returns them; `taken`: columns that are recognised as something else.
     """
     found: dict[int, list[Thermometer]] = {}
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,6 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.record.record import Record
-from sigmatau.record.streams import InputKind
 from sigmatau.results import Printed, duration_text, plain
 
 _LISTED = 40
@@ -106,25 +105,12 @@ def _lines(table: TableInfo, *, several: bool) -> list[str]:
     return lines
 
 
-def inspect(
-    path: str | os.PathLike[str],
-    *,
-    rate: float | None = None,
-    unit: Mapping[str, str] | None = None,
-    channels: Mapping[str, str | int] | None = None,
-    input: InputKind = "rate",  # noqa: A002  as in --input
-    scale: Mapping[str, float] | None = None,
-    offset: Mapping[str, float] | None = None,
-    topic: str | Sequence[str] | None = None,
-    layout: str | None = None,
-) -> Inspection:
+def inspect(path: str | os.PathLike[str], *, layout: str | None = None, **options_of_read: Any) -> Inspection:  # noqa: ANN401
     """Contents and faults of a file, without options.
 
     Tables that have a sensor, or that `topic` or `channels` ask for, are read. Of other tables only the names are listed.
     """
-    options = Options.check(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
-    )
+    options = Options.check(**options_of_read)
     with opened(path, layout) as (file, tables):
         wanting = ""
         try:

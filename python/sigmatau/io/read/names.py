@@ -145,7 +145,6 @@ def unit_of(column: Column) -> tuple[str, str | None]:
 
 def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     """The channel of each column, with its unit if the name states one; None for a column that is not recognised.
-
     Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
     """
     keys = [key_of(unit_of(column)[0]) for column in columns]

@@ -62,9 +62,8 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """One table of a file; its columns are loaded on demand.
-
-    Most files have one table. In others each topic, message, group or variable is a table, and ``--topic`` chooses it.
+    """One table of a file; its columns are loaded on demand. Most files have one table. In others each topic, message,
+    group or variable is a table, and ``--topic`` chooses it.
     """
 
     format: str  # ``"text"``, ``"npy"``, ``"mcap"`` …

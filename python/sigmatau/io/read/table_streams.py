@@ -206,9 +206,8 @@ def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
 def temperature_stream(
     label: str, found: Thermometer, raw: Mapping[int, NDArray[Any]], timing: Timing, *, missing: bool
 ) -> tuple[tuple[Stream, ...], str]:
-    """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`.
-
-    A thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
+    """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`. A
+    thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
     """
     column = raw[found.index]
     scale, offset = TO_CELSIUS[found.unit or "degC"]

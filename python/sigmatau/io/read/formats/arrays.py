@@ -72,7 +72,6 @@ def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
 
 def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, ...], bool] | None:
     """The shape (n,) or (n, k) of the columns of an array, and whether it is transposed; None if it has no columns.
-
     `lying`: whether vectors may be rows, as in MATLAB: then (k, n) with small k and large n is read as (n, k).
     """
     if len(shape) == 1:

@@ -29,9 +29,8 @@ def damaged(error: Exception, what: str = "damaged or cut off") -> DataError:
 
 @contextmanager
 def library_faults(convert: Callable[[Exception], DataError] = damaged) -> Iterator[None]:
-    """Turn the errors of a library on a damaged file into `DataError`.
-
-    `DataError`, `MemoryError` and errors of the operating system are not changed.
+    """Turn the errors of a library on a damaged file into `DataError`. `DataError`, `MemoryError` and errors of the
+    operating system are not changed.
     """
     try:
         yield
@@ -46,9 +45,8 @@ def library_faults(convert: Callable[[Exception], DataError] = damaged) -> Itera
 
 
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
-    """A finding of where the chain of messages breaks off; nothing if it reaches the end of the file.
-
-    `scan`: of `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
+    """A finding of where the chain of messages breaks off; nothing if it reaches the end of the file. `scan`: of
+    `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
     """
     if scan["broken"] is None:
         return ()
@@ -67,9 +65,8 @@ _END_RECORD, _END_LENGTH, _COMMENT = b"PK\x05\x06", 22, 1 << 16  # of zip archiv
 
 
 def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
-    """A finding of the bytes after the end of the contents; nothing if the file ends there.
-
-    `end`: where the contents end [bytes]; `what`: what ends there: ``"the array"``.
+    """A finding of the bytes after the end of the contents; nothing if the file ends there. `end`: where the contents
+    end [bytes]; `what`: what ends there: ``"the array"``.
     """
     size = path.stat().st_size
     if size <= end:
@@ -99,9 +96,8 @@ def _filler(path: Path, start: int) -> int | None:
 
 
 def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
-    """Findings of bytes before and after a zip archive; of several archives the library reads the last.
-
-    `first`: where the first member begins [bytes].
+    """Findings of bytes before and after a zip archive; of several archives the library reads the last. `first`: where
+    the first member begins [bytes].
     """
     found: tuple[Finding, ...] = ()
     if first > 0:

@@ -70,9 +70,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def declared_end(path: Path, start: int) -> int:
-    """The end of a file by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
-
-    `start`: offset of the superblock, which follows the user block [bytes].
+    """The end of a file by its superblock (HDF5 file format specification, version 3, section II.A). [bytes] `start`:
+    offset of the superblock, which follows the user block [bytes].
     """
     with path.open("rb") as stream:
         stream.seek(start)

@@ -45,9 +45,8 @@ def part_of(file: Path) -> tuple[Finding, ...]:
 
 
 def joined(folder: Path, files: Sequence[Path], read: Callable[[Path], Sequence[Table]]) -> tuple[Table, ...]:
-    """The tables of a bag: the parts of one topic with the same columns are joined.
-
-    `read`: returns the tables of one file. If it raises `DataError`, that part is left out, with a finding.
+    """The tables of a bag: the parts of one topic with the same columns are joined. `read`: returns the tables of one
+    file. If it raises `DataError`, that part is left out, with a finding.
     """
     lost: list[Finding] = []
     pieces: dict[tuple[str, tuple[str, ...]], list[tuple[PartMissing, Table]]] = {}

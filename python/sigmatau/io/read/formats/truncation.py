@@ -35,9 +35,8 @@ class Line:
 
 
 def lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most 1 MiB.
-
-    Damaged compressed data end without an error, which was raised before.
+    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most 1 MiB. Damaged
+    compressed data end without an error, which was raised before.
     """
     try:
         yield from _lines_of(source, encoding)

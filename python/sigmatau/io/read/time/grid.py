@@ -42,9 +42,8 @@ _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses mu
 
 
 def resolution(intervals: NDArray[Any], largest: float) -> float:
-    """The resolution of the clock if the intervals are whole multiples of a decimal step; else 0.
-
-    `largest`: largest absolute value of the stamps, which limits the accuracy of the intervals.
+    """The resolution of the clock if the intervals are whole multiples of a decimal step; else 0. `largest`: largest
+    absolute value of the stamps, which limits the accuracy of the intervals.
     """
     some = intervals[:: max(len(intervals) // 8192, 1)]
     if intervals.dtype.kind in "iu":

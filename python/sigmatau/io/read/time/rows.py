@@ -259,9 +259,8 @@ def _without_twins(
 
 
 def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least: int) -> Loaded:
-    """The rows of a damaged log before time goes backwards; raises `error`, with known damage, for other logs.
-
-    The last of these rows is left out as well: either it or the next row has a wrong stamp.
+    """The rows of a damaged log before time goes backwards; raises `error`, with known damage, for other logs. The last
+    of these rows is left out as well: either it or the next row has a wrong stamp.
     """
     known = (*table.findings, *loaded.findings)
     if choice.time is None or not any(finding.severity == "error" for finding in known):

@@ -52,21 +52,14 @@ class Gaps:
     """Missing samples of a channel, and their effect on each term; see `Gaps.of`.
 
     Channels with the same missing samples share one object and its cached results.
-
-    Attributes
-    ----------
-    n : int
-        Samples of the grid.
-    missing : int
-        How many of them are missing.
     """
 
     __slots__ = ("__weakref__", "_packed", "_rows", "_slopes", "missing", "n")
 
     def __init__(self, packed: NDArray[np.uint8], n: int) -> None:
         self._packed = packed
-        self.n = n
-        self.missing = n - int(self.there.sum())
+        self.n = n  # samples of the grid
+        self.missing = n - int(self.there.sum())  # how many samples are missing
         self._rows: dict[int, tuple[Floats, Floats]] = {}
         self._slopes: dict[int, float] = {}
 

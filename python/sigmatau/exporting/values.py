@@ -37,23 +37,13 @@ class Number:
 
 
 class Numbers:
-    """Numbers of a source for one target, after the choices of the user.
-
-    Attributes
-    ----------
-    source : Source
-    choices : Choices
-    whole : NoiseModel
-        The model of all channels; `model` may have one of them.
-    findings : list of Finding
-        Findings about the written file; targets add to it.
-    """
+    """Numbers of a source for one target, after the choices of the user."""
 
     def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
         self.source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
-        self.whole = self.source.model
-        self.findings: list[Finding] = []
+        self.whole = self.source.model  # of all channels; `model` may have one of them
+        self.findings: list[Finding] = []  # about the written file; targets add to it
 
     @property
     def model(self) -> NoiseModel:

@@ -32,7 +32,7 @@ class Interval:
     value: float
     low: float | None
     high: float | None
-    unit: str
+    unit: str  # SI
 
     def to_dict(self) -> dict[str, Any]:
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
@@ -40,42 +40,19 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedTerm:
-    """One of the five terms in a fit.
+    """One of the five terms in a fit."""
 
-    Attributes
-    ----------
-    term : str
-        Key of `sigmatau.noise.terms.TERMS`.
-    unit : str
-        SI.
-    observed : bool or None
-        Whether the term is significant; None if the verdict is ``"descriptive"``.
-    value : float or None
-        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
-    low, high : float or None
-        Its interval; None if the model is not adequate. [unit]
-    upper_limit : float or None
-        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
-    level : float
-        Confidence level of the interval or of the limit.
-    p_value : float or None
-        P-value of the term, all others free; None if it was not tested.
-    shows_in, shows : float or None
-        If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases. Computed
-        when they are first asked for, by `outlook`.
-    outlook : callable or None
-        Computes `shows_in` and `shows`.
-    """
-
-    term: str
+    term: str  # Key of `sigmatau.noise.terms.TERMS`
     unit: str
-    observed: bool | None
-    level: float
+    observed: bool | None  # Whether the term is significant; None if the verdict is ``"descriptive"``
+    level: float  # Confidence level of the interval or of the limit
+    # The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
     value: float | None = None
-    low: float | None = None
+    low: float | None = None  # Its interval; None if the model is not adequate. [unit]
     high: float | None = None
-    upper_limit: float | None = None
-    p_value: float | None = None
+    upper_limit: float | None = None  # Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
+    p_value: float | None = None  # P-value of the term, all others free; None if it was not tested
+    # Computes `shows_in` and `shows`: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases.
     outlook: Callable[[], tuple[float | None, float | None]] | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -17,8 +17,8 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Axes, Choices
 from sigmatau.exporting.export import check_all, check_choices, check_path, prepare, prepare_all
 from sigmatau.exporting.source import read_source
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target
+from sigmatau.exporting.values import Target
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 

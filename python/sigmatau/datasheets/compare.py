@@ -17,8 +17,7 @@ from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Protocol
 
-from sigmatau.datasheets.claims import QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
-from sigmatau.datasheets.file import AXES
+from sigmatau.datasheets.claims import AXES, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
 from sigmatau.datasheets.measured import Measured, measured
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet

@@ -13,10 +13,9 @@ from typing import Any, Protocol, TypeVar
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, NoPlaceError, NotChosenError, given
 from sigmatau.exporting.source import Source, one_rate, source_of
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import with_remarks
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
 from sigmatau.findings.wording import words

@@ -14,7 +14,6 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, plain
 from sigmatau.spectrum import coherence as law
-from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.estimate import (
     batches,
     segment_size,
@@ -29,7 +28,7 @@ from sigmatau.spectrum.estimate import (
 )
 from sigmatau.spectrum.estimate import default_size as default_segment
 from sigmatau.spectrum.result import Method
-from sigmatau.spectrum.tapers import hann
+from sigmatau.spectrum.tapers import bin_starts, hann, levelled, shared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed, plain
-from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.comparison import Comparison
-from sigmatau.spectrum.tapers import line_density
+from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,8 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 
 from sigmatau.errors import OptionError
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import templates
+from sigmatau.exporting.values import Target
 
 _OTHERS = {
     "gtsam": "gtsam.TARGET",

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import given
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, number, remark, single
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.results import seconds
 
 _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often

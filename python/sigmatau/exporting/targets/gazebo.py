@@ -12,9 +12,8 @@ import re
 from xml.sax.saxutils import quoteattr
 
 from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, joined, number, plain_name
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.exporting.values import Number, Numbers, Target
 from sigmatau.results import seconds
 
 _SENSORS = (

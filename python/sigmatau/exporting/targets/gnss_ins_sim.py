@@ -7,9 +7,8 @@ correlation time, or with an infinite one, its bias is white noise.
 from __future__ import annotations
 
 from sigmatau.exporting.gauss_markov import noises_and_processes, replaced_noise
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import joined, remark, vector
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.units import find
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits
-from sigmatau.exporting.values import Numbers, refuse
+from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.noise.terms import TERMS

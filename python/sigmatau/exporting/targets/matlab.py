@@ -14,9 +14,8 @@ import math
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.gauss_markov import bottom
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, joined, vector
-from sigmatau.exporting.values import Number, Numbers, by_axis, noises, refuse
+from sigmatau.exporting.values import Number, Numbers, Target, by_axis, noises, refuse
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
 

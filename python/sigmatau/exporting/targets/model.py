@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.target import Target
-from sigmatau.exporting.values import Numbers, refuse
+from sigmatau.exporting.values import Numbers, Target, refuse
 
 
 def write(numbers: Numbers) -> str:

@@ -12,9 +12,8 @@ import functools
 import numpy as np
 
 from sigmatau.errors import DataError
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import joined, vector
-from sigmatau.exporting.values import Number, Numbers, by_axis, refuse
+from sigmatau.exporting.values import Number, Numbers, Target, by_axis, refuse
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import CorrelatedSamples
 from sigmatau.model.channel import ChannelModel

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.target import Target
-from sigmatau.exporting.values import Numbers, refuse
+from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.processes import GaussMarkov

@@ -21,9 +21,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, number_with_comment, remark, topic
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.units import STANDARD_GRAVITY
 
 

@@ -99,9 +99,8 @@ sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
 }
 
+# Command lines of the help pages, which the tests run
 EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
-"""Command lines of the help pages, which the tests run."""
-
 app = App(
     name="sigmatau",
     help="Noise of inertial sensors at rest: the random errors that a record shows, their size and uncertainty.",

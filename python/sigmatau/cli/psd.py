@@ -95,19 +95,18 @@ def psd_command(
 
 def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: str | None) -> dict[str, Any]:
     """Arguments of `sigmatau.psd`; an option of the other method is an error."""
-    of: dict[str, dict[str, object]] = {"welch": {"segment": segment}, "multitaper": {"tapers": tapers, "f_max": f_max}}
-    for other, values in of.items():
-        for name, value in values.items():
-            if value is not None and other != method:
-                option = f"--{name.replace('_', '-')}"
-                raise OptionError(f"{option} needs --method {other}, not {method}", option=name)
+    asked = {
+        "segment": (segment, "welch", "s"),
+        "tapers": (tapers, "multitaper", ""),
+        "f_max": (f_max, "multitaper", "Hz"),
+    }
     given: dict[str, Any] = {}
-    if segment is not None:
-        given["segment"] = value_in_si(segment, "s", "--segment")
-    if tapers is not None:
-        given["tapers"] = tapers
-    if f_max is not None:
-        given["f_max"] = value_in_si(f_max, "Hz", "--f-max")
+    for name, (value, of_method, unit) in asked.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is not None and of_method != method:
+            raise OptionError(f"{option} needs --method {of_method}, not {method}", option=name)
+        if value is not None:
+            given[name] = value_in_si(value, unit, option) if isinstance(value, str) else value
     return given
 
 

@@ -42,6 +42,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.results import plain
 from sigmatau.units import find
 
 Sided = Literal["one", "two"]
@@ -146,16 +147,8 @@ class Claim:
         return _MEANINGS[self.key][convention]
 
     def to_dict(self) -> dict[str, Any]:
-        known = {"typical": self.typical, "maximum": self.maximum}
-        return {
-            "sensor": self.sensor,
-            "key": self.key,
-            "term": self.term,
-            "unit": self.unit,
-            **{name: value for name, value in known.items() if value is not None},
-            **({"convention": self.convention} if self.convention else {}),
-            **({"note": self.note} if self.note else {}),
-        }
+        known = [name for name in ("typical", "maximum") if getattr(self, name) is not None]
+        return plain(self, "sensor key term unit", *known, *(n for n in ("convention", "note") if getattr(self, n)))
 
 
 AXES = ("x", "y", "z")

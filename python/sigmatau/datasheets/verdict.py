@@ -77,14 +77,7 @@ class Judged:
         return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "channel": self.channel,
-            "claim": self.claim.to_dict(),
-            "status": self.status,
-            "may_be_out": self.may_be_out,
-            **({"reason": self.reason} if self.reason else {}),
-            "readings": [reading.to_dict() for reading in self.readings],
-        }
+        return plain(self, "channel claim status may_be_out", "reason" if self.reason else "", "readings")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -148,10 +148,9 @@ def degrees_of_freedom(
 def bias(
     kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float
 ) -> NDArray[np.float64]:
-    """Expected variance of ``"total"`` or ``"theo1"`` over the Allan variance at the same averaging time.
-
-    Total: 1 − a·τ/T with the a of [2]_, for one term; it was found right to 0.1 %, ends of the sum included. Theo1: exact,
-    from the sampled noise, for any mixture.
+    """Expected variance of ``"total"`` or ``"theo1"`` over the Allan variance at the same averaging time. Total: 1 −
+    a·τ/T with the a of [2]_, for one term; it was found right to 0.1 %, ends of the sum included. Theo1: exact, from
+    the sampled noise, for any mixture.
     """
     coefficients = {name: value for name, value in coefficients_of(noise).items() if value}
     if kind == "total":

@@ -49,9 +49,8 @@ class Expected:
 
 
 class Gaps:
-    """Missing samples of a channel, and their effect on each term; see `Gaps.of`.
-
-    Channels with the same missing samples share one object and its cached results.
+    """Missing samples of a channel, and their effect on each term; see `Gaps.of`. Channels with the same missing
+    samples share one object and its cached results.
     """
 
     __slots__ = ("__weakref__", "_packed", "_rows", "_slopes", "missing", "n")

@@ -25,12 +25,11 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
 
+# The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)
 PEAK_TIME = 1.8926178329250187668
-"""The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
 
+# Standard deviation of the process whose maximum Allan deviation is the plateau of flicker noise with B = 1
 SIGMA_OF_FLICKER = 1.0759975729152142369
-"""Standard deviation of the process whose maximum Allan deviation is the plateau of flicker noise with B = 1."""
-
 WALK_TIME = 10.0
 """Correlation time of a process that approximates a walk, in horizons: its Allan deviation is 3.6 % low there."""
 

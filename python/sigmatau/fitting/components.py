@@ -28,9 +28,8 @@ from sigmatau.estimators.gaps import Gaps
 
 Floats = NDArray[np.float64]
 
+# Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise.
 LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise."""
-
 _POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_random_walk": 3}
 
 _LOW_MODES = 512  # the lowest modes, which are all used
@@ -85,20 +84,18 @@ class Components:
         )
 
     def without_ramp(self, weights: Floats) -> Self:
-        """The components of Allan variances from which a ramp was removed, see `remove_ramp`.
-
-        The ramp is Σ weights·ramp(m). Its variance v and its covariance c with every ramp(m) are known, and hence the
-        expected variances after its removal.
+        """The components of Allan variances from which a ramp was removed, see `remove_ramp`. The ramp is Σ
+        weights·ramp(m). Its variance v and its covariance c with every ramp(m) are known, and hence the expected
+        variances after its removal.
         """
         c = np.einsum("pij,j->ip", self.slopes, weights)
         v = np.einsum("i,ip->p", weights, c)
         return replace(self, design=self.design - self.squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
 
     def covariance(self, theta: Floats) -> Floats:
-        """Covariance of the Allan variances, if θ is true.
-
-        After the removal of a ramp, a second difference is m²(β − 1) times the ramp's error plus a remainder, with β = c/v;
-        the remainder is taken as independent of the ramp's error, which holds on average over the record.
+        """Covariance of the Allan variances, if θ is true. After the removal of a ramp, a second difference is m²(β −
+        1) times the ramp's error plus a remainder, with β = c/v; the remainder is taken as independent of the ramp's
+        error, which holds on average over the record.
         """
         first, second = _pairs(len(theta))
         # Not @, which may start threads for such a small product.
@@ -158,10 +155,9 @@ def _pairs(n_terms: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def components(
     n: int, m: tuple[int, ...], *, correlation_time: float | None = None, frequency: float | None = None
 ) -> Components:
-    """The components of the four noise terms and at most one more.
-
-    `m`: cluster sizes, increasing, at most n/2; `correlation_time`: of a Gauss-Markov process; its θ is the variance
-    [samples]; `frequency`: of a sinusoid of random phase; its θ is the squared amplitude [cycles per sample].
+    """The components of the four noise terms and at most one more. `m`: cluster sizes, increasing, at most n/2;
+    `correlation_time`: of a Gauss-Markov process; its θ is the variance [samples]; `frequency`: of a sinusoid of random
+    phase; its θ is the squared amplitude [cycles per sample].
     """
     if frequency is not None:
         return with_sinusoid(components(n, m), frequency)

@@ -39,7 +39,6 @@ class Score:
 
 class Gls:
     """Generalised least squares problem: Allan variances and their components; squared coefficients θ in samples.
-
     `candidates`: indices of the terms that are fitted. Default: all; `tangent`: derivative of the variances by the
     shape of a term that was found by a search. Errors of the shape are then not evidence of any term.
     """
@@ -111,10 +110,9 @@ class Gls:
         return theta
 
     def p_value(self, theta: Floats) -> float:
-        """P-value of the goodness of fit: the larger of those for the variances and for their logarithms.
-
-        A variance with few degrees of freedom is skewed. The χ² of the differences is too large if the variances at the
-        longest times are large by chance; that of the logarithms, if they are small by chance. A wrong model shows in both.
+        """P-value of the goodness of fit: the larger of those for the variances and for their logarithms. A variance
+        with few degrees of freedom is skewed. The χ² of the differences is too large if the variances at the longest
+        times are large by chance; that of the logarithms, if they are small by chance. A wrong model shows in both.
         """
         from scipy.special import gammaincc, polygamma, psi
 

@@ -78,15 +78,7 @@ class FittedTerm:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        known = {
-            "value": self.value,
-            "low": self.low,
-            "high": self.high,
-            "upper_limit": self.upper_limit,
-            "p_value": self.p_value,
-            "record_at_least_s": self.shows_in,
-            "record_shows": self.shows,
-        }
+        known = plain(self, "value low high upper_limit p_value record_at_least_s=shows_in record_shows=shows")
         kept = {key: value for key, value in known.items() if value is not None}
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.gls import non_negative
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
-from sigmatau.results import Printed, seconds, value_error_text
+from sigmatau.results import Printed, plain, seconds, value_error_text
 from sigmatau.units import find
 
 LARGEST_ERROR = 0.35
@@ -79,13 +79,7 @@ class Coefficient:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "value": self.value,
-            "error": self.error,
-            "unit": self.unit,
-            "tau_s": [self.tau_min, self.tau_max],
-            "slope": self.slope,
-        }
+        return plain(self, "value error unit slope", tau_s=[self.tau_min, self.tau_max])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -317,10 +311,9 @@ class _Points:
         return None
 
     def explained(self, i: int, j: int, term: Term) -> str | None:
-        """Reason against the region if the other terms together explain it, as at the crossing of two lines.
-
-        The variances of the region and of a factor of 8 on either side are fitted by all terms and by all but this one, with
-        weights from δ; the term must reduce the misfit by more than `GAIN` per octave of points.
+        """Reason against the region if the other terms together explain it, as at the crossing of two lines. The
+        variances of the region and of a factor of 8 on either side are fitted by all terms and by all but this one,
+        with weights from δ; the term must reduce the misfit by more than `GAIN` per octave of points.
         """
         near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
         m, variance = self.m[near], np.exp(2 * self.ls[near])

@@ -98,9 +98,8 @@ def intervals(
     gls: Gls, theta: Floats, extension: Extension, *, level: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Value, low and high of the size (standard deviation or amplitude) and of the shape, symmetric in the logarithm.
-
-    The covariance has the shape as a free parameter: its column is the derivative of the variances by the logarithm of the
-    shape.
+    The covariance has the shape as a free parameter: its column is the derivative of the variances by the logarithm of
+    the shape.
     """
     from scipy.special import ndtri
 

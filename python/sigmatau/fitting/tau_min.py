@@ -24,12 +24,11 @@ LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degr
 LEAST_P = 0.002  # Smallest p-value of the goodness of fit with all averaging times for the model to be adequate
 LEAST_P_LATER = 0.01  # The same once shorter averaging times are left out, which are then known to deviate
 LEAST_P_EXTENDED = 0.05  # The same with a sixth term, which is the best of hundreds
+# A sixth term is tried only if five terms fit worse than this: the best of hundreds always fits a little better
 _SIXTH_TERM_P = 1e-4
-"""A sixth term is tried only if five terms fit worse than this: the best of hundreds always fits a little better."""
 
+# Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]
 LARGEST_START = 128
-"""Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]"""
-
 QUANTIZATION = LINEAR.index("quantization")
 _FAILURES = (FloatingPointError, np.linalg.LinAlgError)
 

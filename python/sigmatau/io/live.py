@@ -40,10 +40,9 @@ _GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
 
 
 def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
-    """The bytes of standard input (``-``) or of a growing file, as they come.
-
-    `every`: an empty piece is yielded whenever nothing has come for so long [s]; `idle`: end if nothing has come for
-    so long. [s] Without it, a file is followed for ever and standard input to its end.
+    """The bytes of standard input (``-``) or of a growing file, as they come. `every`: an empty piece is yielded
+    whenever nothing has come for so long [s]; `idle`: end if nothing has come for so long. [s] Without it, a file is
+    followed for ever and standard input to its end.
     """
     pieces: queue.Queue[bytes | DataError | None] = queue.Queue(_WAITING)
     stop = threading.Event()

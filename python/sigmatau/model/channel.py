@@ -30,9 +30,8 @@ from sigmatau.results import Printed
 
 Floats = NDArray[np.float64]
 
+# Terms that have an autocovariance. Only differences of the other terms are stationary.
 STATIONARY = ("quantization", "random_walk")
-"""Terms that have an autocovariance. Only differences of the other terms are stationary."""
-
 _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 

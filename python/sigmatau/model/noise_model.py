@@ -27,9 +27,8 @@ if TYPE_CHECKING:
 
 Correlation = Mapping[str, Mapping[tuple[str, str], float]]
 
+# Terms whose noise may be correlated between channels
 CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Terms whose noise may be correlated between channels."""
-
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 
 

@@ -14,7 +14,7 @@ from sigmatau.errors import OptionError
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 
 Floats = NDArray[np.float64]
 
@@ -218,32 +218,21 @@ class Imperfections(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, of what is given alone."""
-        content: dict[str, Any] = {"output": self.output}
-        if self.level:
-            content["level"] = dict(self.level)
-        if self.warm_up:
-            content["warm_up"] = {n: {"amplitude": w.amplitude, "time_s": w.time} for n, w in self.warm_up.items()}
-        if self.temperature is not None:
-            warm = self.temperature
-            content["temperature"] = {
-                "start_degC": warm.start,
-                "end_degC": warm.end,
-                "time_s": warm.time,
-                "swing_K": warm.swing,
-                "resolution_K": warm.resolution,
-                "sensitivity": dict(warm.sensitivity),
-            }
-        if self.saturation:
-            content["saturation"] = dict(self.saturation)
-        if self.lsb:
-            content["lsb"] = dict(self.lsb)
-        if self.lost:
-            content["lost"] = self.lost
-        if self.outages:
-            content["outages"] = [{"start_s": o.start, "length_s": o.length} for o in self.outages]
-        if self.jitter:
-            content["jitter_s"] = self.jitter
-        return content
+        warm = self.temperature
+        given = {
+            "level": self.level,
+            "warm_up": {name: plain(one, "amplitude time_s=time") for name, one in self.warm_up.items()},
+            "temperature": warm
+            and plain(
+                warm, "start_degC=start end_degC=end time_s=time swing_K=swing resolution_K=resolution sensitivity"
+            ),
+            "saturation": self.saturation,
+            "lsb": self.lsb,
+            "lost": self.lost,
+            "outages": [plain(one, "start_s=start length_s=length") for one in self.outages],
+            "jitter_s": self.jitter,
+        }
+        return plain(self, "output", **{key: value for key, value in given.items() if value})
 
     def __repr__(self) -> str:
         lines = [f"level of {name}: {value:.6g}" for name, value in self.level.items()]

@@ -20,9 +20,8 @@ __all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
 
 Floats = NDArray[np.float64]
 
+# Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's
 MOST_SAMPLES = 1 << 22
-"""Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's."""
-
 SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
 _LONGEST_SEGMENT = (
     1 << 12

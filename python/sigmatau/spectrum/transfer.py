@@ -36,9 +36,8 @@ _DENSITY_FLOOR = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MinimumPhase(Printed):
-    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter, which is an assumption.
-
-    A spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
+    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter, which is an assumption. A
+    spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
     sensor, made of analogue poles or averages, is nearly always minimum-phase except for a delay.
     """
 

@@ -24,12 +24,11 @@ from sigmatau.statespace.state_space import check_channel_model, flicker_of
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+# Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded
 _MOST_GAIN_CHANGE = 1e-6
-"""Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded."""
 
+# Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]
 _LONGEST_PERIOD = 1e12
-"""Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]"""
-
 _PER_DECADE = 8  # frequencies at which the spectrum is compared
 
 _MOST_SPECTRUM_ERROR = 1e-4
@@ -40,7 +39,6 @@ which is 1e-4 of it at a correlation time of 10¹² samples; other errors are be
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Arma(Printed):
     """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
-
     Filter with `sections`. Flicker noise and long correlation times have roots close to 1, for which polynomial
     coefficients in double precision are not accurate enough: such a filter would be unstable.
     """

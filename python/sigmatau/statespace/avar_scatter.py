@@ -31,9 +31,8 @@ Floats = NDArray[np.float64]
 
 _LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 
+# Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros
 _SMALLEST_SINE = 1e-9
-"""Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros."""
-
 _MOST_PHASE_SHARE = 0.1
 """Of a standard error of a variance, what may be wrong with it because the share x that a sinusoid's phase moves it by is
 not small: the law of the variances is followed to x, and the next order is x²/2."""
@@ -160,9 +159,8 @@ Phase = Callable[[Floats], Floats]
 
 _SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0])
 
+# Time constants of the slowest pole after which the memory of a filter, e^−20 = 2e-9, is neglected
 _FILTER_MEMORY = 20.0
-"""Time constants of the slowest pole after which the memory of a filter, e^−20 = 2e-9, is neglected."""
-
 _WHOLE_LAGS = 24  # Lags on either side of a coincidence of cluster ends that are summed one by one
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 

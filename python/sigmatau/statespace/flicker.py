@@ -50,29 +50,13 @@ class FlickerPoles(Printed):
 def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerPoles:
     """The fewest Gauss-Markov processes that approximate flicker noise, sampled every `dt`.
 
-    Parameters
-    ----------
-    dt : float
-        Sample interval, the shortest averaging time. [s]
-    tau_max : float
-        The longest averaging time. [s]
-    error : float
-        Largest relative error of the Allan deviation; at least 0.0001.
-
-    Returns
-    -------
-    FlickerPoles
-        With the error that is reached.
-
-    Raises
-    ------
-    OptionError
-        For times that are not positive or too far apart, or an error that cannot be reached.
-
     Notes
     -----
     Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
     :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
+
+    `dt`: sample interval, the shortest averaging time [s]; `tau_max`: the longest averaging time [s]; `error`:
+    largest relative error of the Allan deviation; at least 0.0001.
     """
     interval("dt", dt)
     if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):

@@ -28,9 +28,8 @@ _DIGITS = 60  # Digits left after the expected cancellation
 _LEAST_DIGITS = 25  # Correct digits that a spectrum must have; otherwise `DataError`
 _NEGLIGIBLE = Decimal("1e-14")  # Correlation of neighbouring samples below which a process counts as white
 _ITERATIONS = 300
+# Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root
 _ROOT_TOLERANCE = Decimal("1e-20")
-"""Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root."""
-
 _ZERO, _ONE, _TWO = Decimal(0), Decimal(1), Decimal(2)
 
 
@@ -77,10 +76,9 @@ class Spectrum:
         processes: Sequence[tuple[float, float]],
         filtered: tuple[float, LowPass] | None,
     ) -> Self:
-        """The spectrum, over dt, of samples.
-
-        `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K [unit/√s]; `processes`: standard
-        deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N of white noise behind a filter.
+        """The spectrum, over dt, of samples. `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K
+        [unit/√s]; `processes`: standard deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N
+        of white noise behind a filter.
         """
         digits = _DIGITS + max([math.ceil(abs(math.log10(t) - math.log10(dt))) for _, t in processes], default=0)
         if filtered:

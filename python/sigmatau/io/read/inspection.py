@@ -106,9 +106,8 @@ def _lines(table: TableInfo, *, several: bool) -> list[str]:
 
 
 def inspect(path: str | os.PathLike[str], *, layout: str | None = None, **options_of_read: Any) -> Inspection:  # noqa: ANN401
-    """Contents and faults of a file, without options.
-
-    Tables that have a sensor, or that `topic` or `channels` ask for, are read. Of other tables only the names are listed.
+    """Contents and faults of a file, without options. Tables that have a sensor, or that `topic` or `channels` ask for,
+    are read. Of other tables only the names are listed.
     """
     options = Options.check(**options_of_read)
     with opened(path, layout) as (file, tables):

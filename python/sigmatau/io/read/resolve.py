@@ -16,9 +16,8 @@ from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
 
+# The columns chosen, the unit of each channel as spelled, notes and findings
 Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
-"""The columns chosen, the unit of each channel as spelled, notes and findings."""
-
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 

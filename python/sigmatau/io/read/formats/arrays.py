@@ -117,10 +117,9 @@ def gather(
     findings: tuple[Finding, ...] = (),
     rate_source: str = "",
 ) -> tuple[Table, ...]:
-    """The tables of a container: the arrays of one group and one length are a table.
-
-    `root`: what the names of topics begin with; it is the name of what is in no group; `notes, findings`: of the
-    file; every table gets them; `rate_source`: where the rates of the leaves are from, in words.
+    """The tables of a container: the arrays of one group and one length are a table. `root`: what the names of topics
+    begin with; it is the name of what is in no group; `notes, findings`: of the file; every table gets them;
+    `rate_source`: where the rates of the leaves are from, in words.
     """
     long = [leaf for leaf in leaves if leaf.shape[0] >= MIN_SAMPLES]
     left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]

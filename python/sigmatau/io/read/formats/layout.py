@@ -69,10 +69,9 @@ class _Line:
 
 
 def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
-    """The layout of the table that begins with `data`.
-
-    `data`: beginning of the file, decompressed; `whole`: true if the file ends there; else the last line is ignored;
-    `encoding`: encoding of the file, if it differs from that of `data`; for the notes.
+    """The layout of the table that begins with `data`. `data`: beginning of the file, decompressed; `whole`: true if
+    the file ends there; else the last line is ignored; `encoding`: encoding of the file, if it differs from that of
+    `data`; for the notes.
     """
     text, read_as = _decode(data, whole=whole)
     written = f", {encoding}" if encoding else read_as

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from sigmatau.errors import DataError
 from sigmatau.io.read.table import Column
 
+# Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs
 Step = tuple[str, int, int]
-"""Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
-
 LOG_TIME = "log_time [ns]"  # The time stamp that the recorder gave to a message
 _NUMBERS = {
     "bool": "u1",
@@ -114,10 +113,9 @@ class _Builder:
 
 
 def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
-    """Columns and steps of a message.
-
-    `definition`: the text, with the definitions of the types that it uses; `type_name`: ``sensor_msgs/msg/Imu`` or
-    ``sensor_msgs/Imu``; `ros1`: whether the definition is of ROS 1, where ``time`` is a type.
+    """Columns and steps of a message. `definition`: the text, with the definitions of the types that it uses;
+    `type_name`: ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``; `ros1`: whether the definition is of ROS 1, where
+    ``time`` is a type.
     """
     name = _short(type_name)
     builder = _Builder(types=_types(definition, name), numbers=_ROS1 if ros1 else _ROS2)

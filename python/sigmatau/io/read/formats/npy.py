@@ -36,10 +36,9 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
-    """The columns of an array of shape (n, C), of a structured array, or of the arrays of an archive.
-
-    In an archive an array of shape (n,) is a column, and an array of shape (n, 3) is three: ``gyro`` gives ``gyro_x``,
-    ``gyro_y`` and ``gyro_z``.
+    """The columns of an array of shape (n, C), of a structured array, or of the arrays of an archive. In an archive an
+    array of shape (n,) is a column, and an array of shape (n, 3) is three: ``gyro`` gives ``gyro_x``, ``gyro_y`` and
+    ``gyro_z``.
     """
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 

@@ -65,10 +65,9 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The messages of a log, by instance: ``sensor_combined``, ``sensor_gyro:0``, ``sensor_gyro:1`` …
-
-    Times are microseconds since the flight computer started. Messages of the sensor's buffer (``sensor_gyro_fifo``) are
-    split into samples, whose times are spread evenly over the time since the previous message.
+    """The messages of a log, by instance: ``sensor_combined``, ``sensor_gyro:0``, ``sensor_gyro:1`` … Times are
+    microseconds since the flight computer started. Messages of the sensor's buffer (``sensor_gyro_fifo``) are split
+    into samples, whose times are spread evenly over the time since the previous message.
     """
     try:
         scan = logs.scan_ulog(str(path))

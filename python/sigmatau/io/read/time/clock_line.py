@@ -185,10 +185,9 @@ class Allowed:
 
 
 def few_steps(n: int, steps: int) -> bool:
-    """Whether the least-squares line is less accurate than the line that the corners of the staircase allow.
-
-    A staircase changes the slope of the least-squares line by up to 1/steps² (exactly that in the worst phase); its corners
-    are one sample wide and leave about 1/n.
+    """Whether the least-squares line is less accurate than the line that the corners of the staircase allow. A
+    staircase changes the slope of the least-squares line by up to 1/steps² (exactly that in the worst phase); its
+    corners are one sample wide and leave about 1/n.
     """
     return steps > 0 and steps * steps < n
 

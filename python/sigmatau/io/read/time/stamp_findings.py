@@ -25,9 +25,8 @@ from sigmatau.io.read.time.clock_line import GridFit
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
+# Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk
 EQUAL_RATES = 1e-3
-"""Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk."""
-
 _NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times a power of ten: rates that datasheets state. [Hz]
 _NEAR_NOMINAL = (
     0.02  # relative difference up to which the nominal rate may have been meant: RC oscillators are within 2 %

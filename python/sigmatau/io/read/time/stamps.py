@@ -53,10 +53,9 @@ class Fit:
 
 
 def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None) -> Fit:
-    """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`.
-
-    `second`: one unit of the stamps; if None, it follows from `rate` [s]; `where`: place of a row in the file, for
-    the messages; `name`: the column, as messages name it; `rate`: sampling rate given by the user [Hz].
+    """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`. `second`: one unit of the stamps; if
+    None, it follows from `rate` [s]; `where`: place of a row in the file, for the messages; `name`: the column, as
+    messages name it; `rate`: sampling rate given by the user [Hz].
     """
     stamps = used.stamps
     with np.errstate(over="ignore"):

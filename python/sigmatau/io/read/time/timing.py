@@ -149,10 +149,9 @@ def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set
 def own_rows(
     raw: Mapping[int, NDArray[Any]], by_stream: Mapping[str, Sequence[int]], missing: set[int]
 ) -> dict[str, NDArray[np.int64]]:
-    """Rows of each stream that fills only part of the rows, where other streams fill the rest.
-
-    Logging programs that write a row for each sample of any sensor make such tables. Streams that fill (nearly) all rows are
-    not in the result.
+    """Rows of each stream that fills only part of the rows, where other streams fill the rest. Logging programs that
+    write a row for each sample of any sensor make such tables. Streams that fill (nearly) all rows are not in the
+    result.
     """
     empty: dict[str, NDArray[np.bool_]] = {}
     for name, indices in by_stream.items():
@@ -185,10 +184,9 @@ def mostly_missing(
     *,
     timed: bool,
 ) -> dict[str, Finding]:
-    """Findings about channels that are empty in more than half of the rows of their stream.
-
-    `where, label`: places of rows and names of columns, for the messages; `timed`: whether the rows have time stamps;
-    without them, the times of streams with separate rows are unknown.
+    """Findings about channels that are empty in more than half of the rows of their stream. `where, label`: places of
+    rows and names of columns, for the messages; `timed`: whether the rows have time stamps; without them, the times of
+    streams with separate rows are unknown.
     """
     found: dict[str, Finding] = {}
     refused: NonFiniteError | None = None
@@ -267,10 +265,9 @@ _INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
 def jitter_findings(
     streams: Sequence[Stream], times: Sequence[Timing], *, least: float = _LEAST_JITTER
 ) -> tuple[Finding, ...]:
-    """Findings about jitter of more than the share `least` of the interval that the resolution does not explain.
-
-    An integrating sensor whose intervals scatter shows its mean times the scatter as noise of its angle or velocity: σ_j |m|
-    is quantization noise. The mean of a rate does not depend on the instant of sampling.
+    """Findings about jitter of more than the share `least` of the interval that the resolution does not explain. An
+    integrating sensor whose intervals scatter shows its mean times the scatter as noise of its angle or velocity: σ_j
+    |m| is quantization noise. The mean of a rate does not depend on the instant of sampling.
     """
     found: list[Finding] = []
     for timing in times:

@@ -18,7 +18,7 @@ from benches import text
 from benches.measure import Settings, status_bytes
 from benches.text import Gate
 from sigmatau import Accumulator
-from sigmatau.estimators.allan import TauGrid
+from sigmatau.estimators.deviation_kinds import TauGrid
 
 CHUNK = 1 << 16
 GRIDS: tuple[TauGrid, ...] = ("octave", "half")

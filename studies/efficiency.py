@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
-from sigmatau.estimators.allan import DeviationCurve, TauGrid, cluster_sizes
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
 from studies.mixtures import GRADES, crb

@@ -13,17 +13,8 @@ from numpy.typing import ArrayLike
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import accumulate, strided_sizes
-from sigmatau.estimators.allan import (
-    Counting,
-    Curves,
-    DeviationCurve,
-    Overlap,
-    TauGrid,
-    allan,
-    channel_curve,
-    cluster_sizes,
-    refuse_missing,
-)
+from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, allan, channel_curve, refuse_missing
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.estimators.stability import DynamicAllan, dynamic_allan
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator, Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 __all__ = [
     "ByChannel",
@@ -13,6 +13,7 @@ __all__ = [
     "duration_text",
     "interval_texts",
     "option_seconds",
+    "plain",
     "printable",
     "seconds",
     "two_digits",
@@ -54,6 +55,27 @@ class ByChannel(Mapping[str, T], Printed):
 
     def __repr__(self) -> str:
         return "\n".join(map(repr, self._by_channel.values()))
+
+
+def plain(result: object, *names: str, **values: object) -> dict[str, Any]:
+    """Attributes of a result, ``"name"`` or ``"key=attribute"`` with blanks between them, then `values`, as JSON has them.
+
+    Examples
+    --------
+    >>> plain(1 + 2j, "real im=imag", sides=("left", "right"))
+    {'real': 1.0, 'im': 2.0, 'sides': ['left', 'right']}
+    """
+    found = {name.partition("=")[0]: getattr(result, name.rpartition("=")[2]) for name in " ".join(names).split()}
+    return {key: _plain(value) for key, value in (found | values).items()}
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, Mapping):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    convert = getattr(value, "to_dict", None) or getattr(value, "tolist", None)
+    return value if convert is None else convert()
 
 
 def value_error_text(value: float, error: float) -> str:

@@ -8,7 +8,7 @@ import pytest
 from sigmatau import Accumulator, NoiseModel, Record, allan, analyze, simulate
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import strided_sizes
-from sigmatau.estimators.allan import cluster_sizes
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.record import memory as memory_module
 
 

@@ -14,7 +14,7 @@ from sigmatau import Record, allan, analyze
 from sigmatau._native import arguments
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import accumulate
-from sigmatau.estimators.allan import cluster_sizes
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 
 
 def record(y, rate=1.0):

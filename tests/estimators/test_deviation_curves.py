@@ -9,8 +9,7 @@ import known
 from sigmatau import NoiseModel, Record, deviation, simulate
 from sigmatau.cli import main
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.estimators.deviation_kinds import KINDS
-from sigmatau.estimators.deviation_moments import bias, degrees_of_freedom
+from sigmatau.estimators.deviation_kinds import KINDS, bias, degrees_of_freedom
 
 TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 

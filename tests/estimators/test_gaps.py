@@ -11,12 +11,11 @@ from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, deviation, fit, simulate
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.estimators.allan import cluster_sizes
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples
 from sigmatau.fitting.components import LINEAR, components, pairs_of_terms
-from sigmatau.fitting.heavy_loss import white_covariance
-from sigmatau.fitting.masked_components import components_with_gaps
+from sigmatau.fitting.masked_components import components_with_gaps, white_covariance
 
 N = 1024
 SIZES = np.array([int(m) for m in cluster_sizes("half", n=N, tau0=1.0) if m <= N // 3])

@@ -9,8 +9,7 @@ import pytest
 from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
-from sigmatau.exporting.export import export
-from sigmatau.exporting.prepare import prepare, prepare_all
+from sigmatau.exporting.export import export, prepare, prepare_all
 from sigmatau.exporting.source import Source, read_source
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.model.channel import ChannelModel

@@ -11,8 +11,7 @@ from simulators import AXES, EXACT, RATE, N, block_yaml, every_axis_policy, expe
 from known import seed_of
 from sigmatau import DataError, OptionError, Record, analyze
 from sigmatau.exporting.choices import Choices
-from sigmatau.exporting.export import export
-from sigmatau.exporting.prepare import prepare
+from sigmatau.exporting.export import export, prepare
 from sigmatau.exporting.source import Source
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel

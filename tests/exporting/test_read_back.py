@@ -8,8 +8,7 @@ from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
-from sigmatau.exporting.read_back import read_yaml
-from sigmatau.exporting.source import one_rate, read_source
+from sigmatau.exporting.source import one_rate, read_source, read_yaml
 
 KALIBR = """\
 #Accelerometers

@@ -7,7 +7,7 @@ from studies.mixtures import crb
 
 from known import seed_of
 from sigmatau._native import kernels
-from sigmatau.estimators.allan import cluster_sizes
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.ramp import least_variance

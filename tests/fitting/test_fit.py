@@ -11,7 +11,8 @@ from known import seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
-from sigmatau.estimators.allan import DeviationCurve, cluster_sizes
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import Misfit, TooFewTimes
 from sigmatau.fitting.components import LINEAR
 from sigmatau.noise.terms import TERMS, avar

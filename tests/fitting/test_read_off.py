@@ -5,7 +5,8 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, allan, read_off, simulate
-from sigmatau.estimators.allan import DeviationCurve, cluster_sizes
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.fitting.read_off import RULES
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.noise.uncertainty import percentage_error

@@ -6,7 +6,7 @@ from stamping import codes, found, record_of
 
 from known import seed_of
 from sigmatau.errors import DataError
-from sigmatau.io.read.time.coarse_clock import allowed, few_steps
+from sigmatau.io.read.time.clock_line import allowed, few_steps
 
 EPOCH = 1_700_000_000.0
 

@@ -6,7 +6,7 @@ import pytest
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff
-from sigmatau.io.read import assemble, topics
+from sigmatau.io.read import assemble
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Loaded, Table
 
@@ -30,7 +30,7 @@ def table(topic, names, rate=100.0, n=50, findings=(), late=()):
 
 
 def chosen(tables, *asked):
-    return [t.topic for t in topics.choose_tables(tables, asked)]
+    return [t.topic for t in assemble.choose_tables(tables, asked)]
 
 
 def options(**said):
@@ -68,7 +68,7 @@ class TestChoice:
     )
     def test_doubt_is_asked_about(self, tables, words):
         with pytest.raises(OptionError, match=words):
-            topics.choose_tables(tables, ())
+            assemble.choose_tables(tables, ())
 
     def test_by_name(self):
         tables = [table("/a/imu", (*GYRO, *ACCEL)), table("/b/imu", (*GYRO, *ACCEL)), table("/b/Gyro", GYRO)]

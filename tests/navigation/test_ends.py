@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from known import interruptible
-from sigmatau.io.hdf5 import _Patient
 from sigmatau.io.write import RECORD_ENDINGS
+from sigmatau.io.writers import _Patient
 
 resource = pytest.importorskip("resource")
 

@@ -12,7 +12,7 @@ from sigmatau._native import generators, kernels
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.noise import terms
-from sigmatau.simulation.generators import correlation_root
+from sigmatau.simulation.rows import correlation_root
 
 TAU0 = 0.01
 RECORDS = 300

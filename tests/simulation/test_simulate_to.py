@@ -8,8 +8,8 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, Imperfections, NoiseModel, OptionError, read, simulate, simulate_to
-from sigmatau.io.hdf5 import Hdf5Table
 from sigmatau.io.write import RECORD_ENDINGS
+from sigmatau.io.writers import Hdf5Table
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.simulation.imperfections import Outage, Temperature, WarmUp

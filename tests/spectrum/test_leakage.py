@@ -11,7 +11,7 @@ from sigmatau import DataError, NoiseModel, from_frame, simulate
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import Sinusoid
 from sigmatau.spectrum.estimate import psd
-from sigmatau.spectrum.leakage import line_density
+from sigmatau.spectrum.tapers import line_density
 
 N, RATE = 2**14, 50.0
 LINE = 135.5 * RATE / 2048  # between two frequencies of Welch's estimate, where it leaks most

@@ -10,7 +10,7 @@ from sigmatau import NoiseModel, psd, read, simulate
 from sigmatau.cli import main
 from sigmatau.io.write import write
 from sigmatau.simulation.imperfections import Imperfections, Temperature
-from sigmatau.spectrum.bins import bin_starts
+from sigmatau.spectrum.tapers import bin_starts
 
 MODEL = """\
 [channels.gyro_x]

@@ -12,8 +12,7 @@ from sigmatau.model import covariance as covariances
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.noise.uncertainty import avar_covariance, degrees_of_freedom
-from sigmatau.statespace.avar_scatter import covariance_of_model
-from sigmatau.statespace.bandlimited import filtered_covariance
+from sigmatau.statespace.avar_scatter import covariance_of_model, filtered_covariance
 from sigmatau.statespace.verify import verify
 
 RATE = 10.0

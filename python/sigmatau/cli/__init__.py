@@ -10,8 +10,6 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 
-__all__ = ["main"]
-
 _UNUSED_HINT = " Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
 
 

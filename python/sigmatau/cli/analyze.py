@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -15,27 +14,26 @@ from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli import batch
-from sigmatau.cli.analysis_exports import Exports
-from sigmatau.cli.export_options import Choosing
+from sigmatau.cli.export import Choosing, Exports
 from sigmatau.cli.options import (
+    FIGURE_ENDINGS,
+    Reading,
     averaging_times,
     bandwidths,
     check_folder,
     check_output,
     finding_lines,
+    read_log,
     refuse_same,
     say,
     working,
+    write_figure,
+    write_json,
+    write_result,
 )
-from sigmatau.cli.reading_options import Reading, read_log
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.io.read.formats.split import files_of
-from sigmatau.io.write import atomic
-
-__all__ = ["FIGURE_ENDINGS", "analyze_command", "write_figure", "write_json"]
-
-FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
 def analyze_command(
@@ -148,14 +146,9 @@ class Outputs:
     json: Path | None
 
     @property
-    def as_text(self) -> bool:
-        """Whether the JSON goes to standard output."""
-        return self.json is not None and str(self.json) == "-"
-
-    @property
     def files(self) -> dict[str, Path | None]:
         """Output paths by option; None for standard output."""
-        return {"plot": self.plot, "stability": self.stability, "json": None if self.as_text else self.json}
+        return {"plot": self.plot, "stability": self.stability, "json": None if str(self.json) == "-" else self.json}
 
 
 def _one(
@@ -173,16 +166,11 @@ def _one(
         say(line, quiet=quiet)
     if outputs.plot is not None:
         with working(f"drawing {outputs.plot}", quiet=quiet):
-            write_figure(analysis, outputs.plot)
+            write_figure(analysis.plot(), outputs.plot)
     if outputs.stability is not None and analysis.stability:
         with working(f"drawing {outputs.stability}", quiet=quiet):
-            write_stability(analysis, outputs.stability)
-    if outputs.as_text:
-        sys.stdout.write(_json_text(analysis))
-    else:
-        if outputs.json is not None:
-            write_json(analysis, outputs.json)
-        sys.stdout.write(f"{analysis.summary()}\n")
+            write_figure(analysis.plot_stability(), outputs.stability)
+    write_result(analysis.summary(), analysis.to_dict() if outputs.json is not None else None, outputs.json)
     exports.write(analysis, result=outputs.files["json"], quiet=quiet)
     return damaged(analysis.findings)
 
@@ -225,47 +213,13 @@ def _many(
 
 
 def _in_a_process(
-    log: Path,
-    *,
-    names: dict[Path, str],
-    reading: Reading | None,
-    settings: dict[str, Any],
-    outputs: Outputs,
+    log: Path, *, names: dict[Path, str], reading: Reading | None, settings: dict[str, Any], outputs: Outputs
 ) -> Analysis:
     analysis = analyze(read_log(log, reading, quiet=True), **settings)
     if outputs.plot is not None:
-        write_figure(analysis, outputs.plot / f"{names[log]}.png")
+        write_figure(analysis.plot(), outputs.plot / f"{names[log]}.png")
     if outputs.stability is not None and analysis.stability:
-        write_stability(analysis, outputs.stability / f"{names[log]}.png")
+        write_figure(analysis.plot_stability(), outputs.stability / f"{names[log]}.png")
     if outputs.json is not None:
-        write_json(analysis, outputs.json / f"{names[log]}.json")
+        write_json(analysis.to_dict(), outputs.json / f"{names[log]}.json")
     return analysis
-
-
-def write_figure(analysis: Analysis, path: Path) -> None:
-    """Draw and write the figure; an error leaves no file."""
-    from sigmatau.plot.curves import save
-
-    figure = analysis.plot()
-    with atomic(path) as temporary:
-        save(figure, str(temporary))
-
-
-def write_stability(analysis: Analysis, path: Path) -> None:
-    """Draw and write the deviations over the record; an error leaves no file."""
-    from sigmatau.plot.curves import save
-
-    figure = analysis.plot_stability()
-    with atomic(path) as temporary:
-        save(figure, str(temporary))
-
-
-def write_json(analysis: Analysis, path: Path) -> None:
-    """Write the JSON; an error leaves no file."""
-    text = _json_text(analysis)
-    with atomic(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def _json_text(analysis: Analysis) -> str:
-    return json.dumps(analysis.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

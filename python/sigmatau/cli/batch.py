@@ -17,8 +17,6 @@ from sigmatau.findings.finding import Finding, damaged
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.results import duration_text
 
-__all__ = ["Outcome", "gather", "names", "run", "summary"]
-
 # Files in folders of logs that are not logs.
 _BESIDE = (
     *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
@@ -31,25 +29,13 @@ _HEAD = 1 << 16  # bytes that decide whether a file is a log
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """The outcome of one log.
-
-    Attributes
-    ----------
-    log : Path
-    error : str
-        Why there is no result; empty if there is one.
-    findings : tuple of Finding
-    rows : tuple of tuple of str
-        Rows of the table: channel, length, rate, coefficients, verdict.
-    usage : bool
-        Whether the error is about an option.
-    """
+    """The outcome of one log."""
 
     log: Path
-    error: str = ""
+    error: str = ""  # Why there is no result; empty if there is one
     findings: tuple[Finding, ...] = ()
-    rows: tuple[tuple[str, ...], ...] = ()
-    usage: bool = False
+    rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, verdict
+    usage: bool = False  # Whether the error is about an option
 
     @property
     def code(self) -> int:
@@ -58,16 +44,8 @@ class Outcome:
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped.
-
-    A log that is named, and is in a named folder too, is read once.
-
-    Raises
-    ------
-    DataError
-        If a folder contains no log.
-    OptionError
-        If a log is named twice.
+    """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped. A log that
+    is named, and is in a named folder too, is read once.
     """
     named = [place for place in places if _is_log(place)]
     logs: dict[Path, Path] = {}  # by resolved path
@@ -130,23 +108,12 @@ def _may_be_a_log(file: Path) -> bool:
     if file.suffix.lower() in _TABLES or b"\0" in head:
         return True
     # A log has a line of mostly digits in its first 64 KiB; prose has none.
-    return any(map(_mostly_digits, head.splitlines()))
-
-
-def _mostly_digits(line: bytes) -> bool:
-    return 3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0
+    return any(3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0 for line in head.splitlines())
 
 
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
-    """Outcomes of logs in the order of completion, `jobs` of them in parallel.
-
-    Parameters
-    ----------
-    logs : sequence of Path
-    work : callable
-        Analyses one log and writes its outputs. It is sent to another process, so it is a function of a module or a
-        `functools.partial` of one.
-    jobs : int
+    """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
+    outputs. It is sent to another process, so it is a function of a module or a `functools.partial` of one.
     """
     context = multiprocessing.get_context("spawn")  # a forked process would lack the threads of this one
     waiting = list(logs)

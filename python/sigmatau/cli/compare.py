@@ -20,8 +20,6 @@ from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.results import printable
 
-__all__ = ["compare_command"]
-
 _OUT = 3
 _UNUSABLE = 1  # one of the files; precedes _OUT, because the batch is incomplete
 

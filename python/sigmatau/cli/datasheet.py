@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json as json_module
 import sys
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.cli.options import json_text
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.sheet import list_datasheets
 from sigmatau.errors import OptionError
-
-__all__ = ["datasheet_command"]
 
 
 def datasheet_command(
@@ -51,7 +49,7 @@ def datasheet_command(
         if model:
             raise OptionError("--model needs one datasheet: sigmatau datasheet show NAME --model", option="model")
         library = list_datasheets()
-        text = _json({key: sheet.to_dict() for key, sheet in library.items()}) if json else f"{library!r}\n"
+        text = json_text({key: sheet.to_dict() for key, sheet in library.items()}) if json else f"{library!r}\n"
     else:
         if name is None:
             raise OptionError("show needs a name; see sigmatau datasheet list", option="name")
@@ -65,10 +63,6 @@ def datasheet_command(
             origins = "".join(f"# {line}\n" for line in sheet.origins(use=use, sided=sided, bias=bias))
             text = f"# {sheet.name} ({sheet.maker}); {sheet.source}\n{origins}\n{content}"
         else:
-            text = _json(sheet.to_dict()) if json else f"{sheet!r}\n"
+            text = json_text(sheet.to_dict()) if json else f"{sheet!r}\n"
     sys.stdout.write(text)
     return 0
-
-
-def _json(content: object) -> str:
-    return json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"

@@ -10,16 +10,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
-from sigmatau.cli.analyze import write_figure, write_json
-from sigmatau.cli.options import say, working
+from sigmatau.cli.options import say, working, write_figure, write_json
 from sigmatau.errors import DataError
 from sigmatau.io.read import read
 from sigmatau.io.write import write
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.simulation.in_memory import simulate
-
-__all__ = ["demo_command"]
 
 _HOURS, _RATE = 2.0, 100.0
 
@@ -61,8 +58,8 @@ def demo_command(
         analysis = analyze(record)
     figure, result = output / "allan.png", output / "result.json"
     with working(f"drawing {figure}", quiet=quiet):
-        write_figure(analysis, figure)
-    write_json(analysis, result)
+        write_figure(analysis.plot(), figure)
+    write_json(analysis.to_dict(), result)
     sys.stdout.write(f"{analysis.summary()}\n\n{_beside_truth(analysis, model)}\n")
     say(f"\nwritten: {model_file}, {log}, {figure}, {result}", quiet=quiet)
     return 0

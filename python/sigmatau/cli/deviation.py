@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import json as json_module
-import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from sigmatau._version import __version__
-from sigmatau.cli.analyze import FIGURE_ENDINGS
-from sigmatau.cli.options import averaging_times, check_output, refuse_same, say, working
-from sigmatau.cli.reading_options import Reading, read_log
-from sigmatau.estimators.deviation import Deviations, deviation
+from sigmatau.cli.options import (
+    Reading,
+    averaging_times,
+    check_outputs,
+    read_log,
+    say,
+    working,
+    write_figure,
+    write_result,
+)
+from sigmatau.estimators.deviation import deviation
 from sigmatau.estimators.deviation_kinds import Kind
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
-from sigmatau.io.write import atomic
-
-__all__ = ["deviation_command"]
 
 
 def deviation_command(
@@ -60,10 +62,7 @@ def deviation_command(
     quiet
         Print only errors on standard error.
     """
-    as_text = json is not None and str(json) == "-"
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(None if as_text else json, (), "json")
-    refuse_same(log, plot=plot, json=None if as_text else json)
+    check_outputs(log, plot, json)
     averaging: Any = averaging_times(taus)
     record = read_log(log, reading, quiet=quiet)
     for finding in record.findings:
@@ -71,28 +70,8 @@ def deviation_command(
     with working(f"computing {kind}", quiet=quiet) as done:
         found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads, progress=done)
         table = deviation_table(found, noise=noise)
-    text = _json_text(found, noise=noise)
     if plot is not None:
         with working(f"drawing {plot}", quiet=quiet):
-            _write_figure(found, plot, noise=noise)
-    if as_text:
-        sys.stdout.write(text)
-        return damaged(record.findings)
-    if json is not None:
-        with atomic(json) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    sys.stdout.write(f"{table}\n")
+            write_figure(found.plot(noise=noise), plot)
+    write_result(table, {"sigmatau": __version__, "noise": noise, "channels": found.to_dict(noise=noise)}, json)
     return damaged(record.findings)
-
-
-def _json_text(found: Deviations, *, noise: str | None) -> str:
-    result = {"sigmatau": __version__, "noise": noise, "channels": found.to_dict(noise=noise)}
-    return json_module.dumps(result, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def _write_figure(found: Deviations, path: Path, *, noise: str | None) -> None:
-    from sigmatau.plot.curves import save
-
-    figure = found.plot(noise=noise)
-    with atomic(path) as temporary:
-        save(figure, str(temporary))

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import json as json_module
-import sys
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import bandwidths, check_output, finding_lines, refuse_same
+from sigmatau.cli.options import (
+    Reading,
+    bandwidths,
+    check_outputs,
+    finding_lines,
+    write_result,
+)
 from sigmatau.cli.options import reading as showing
-from sigmatau.cli.reading_options import Reading
 from sigmatau.findings.finding import damaged
-from sigmatau.io.write import atomic
 from sigmatau.quality.inspection import inspect
-
-__all__ = ["inspect_command"]
 
 
 def inspect_command(
@@ -45,19 +45,10 @@ def inspect_command(
     quiet
         Print only errors on standard error.
     """
-    as_text = json is not None and str(json) == "-"
-    check_output(None if as_text else json, (), "json")
-    refuse_same(log, json=None if as_text else json)
+    check_outputs(log, None, json)
     options = (reading or Reading()).options()
     with showing(log, quiet=quiet):
         found = inspect(log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, **options)
-    text = json_module.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    if as_text:
-        sys.stdout.write(text)
-    else:
-        if json is not None:
-            with atomic(json) as temporary:
-                temporary.write_text(text, encoding="utf-8")
-        lines = [*found.contents(), *finding_lines(found.findings), *found.wants()]
-        sys.stdout.write("\n".join(lines) + "\n")
+    lines = [*found.contents(), *finding_lines(found.findings), *found.wants()]
+    write_result("\n".join(lines), found.to_dict(), json)
     return damaged(found.findings)

@@ -1,37 +1,30 @@
-"""Options of the form KEY=VALUE, progress, and checks of output files, for several commands."""
+"""Options of reading, options of the form KEY=VALUE, progress, and checks of output files, for several commands."""
 
 from __future__ import annotations
 
 import contextlib
+import json as json_module
 import math
 import re
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import get_args
+from typing import Annotated, Any, Literal, get_args
+
+from cyclopts import Parameter
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.estimators.allan import TauGrid
+from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import line
+from sigmatau.io.read import read
+from sigmatau.io.write import atomic
+from sigmatau.record.record import Record
 
-__all__ = [
-    "averaging_times",
-    "bandwidths",
-    "check_folder",
-    "check_output",
-    "finding_lines",
-    "key_numbers",
-    "key_values",
-    "reading",
-    "refuse_same",
-    "say",
-    "working",
-]
-
-
+FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 _PROGRESS_INTERVAL = 0.2  # [s]
 _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 
@@ -100,6 +93,44 @@ def refuse_same(log: Path, /, **outputs: Path | None) -> None:
             raise OptionError(f"--{option} {path} is the file that is read; name another file", option=option)
         if seen.setdefault(path, option) != option:
             raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
+
+
+def check_outputs(log: Path, plot: Path | None, json: Path | None) -> None:
+    """Check ``--plot`` and ``--json`` of one log."""
+    file = None if str(json) == "-" else json
+    check_output(plot, FIGURE_ENDINGS, "plot")
+    check_output(file, (), "json")
+    refuse_same(log, plot=plot, json=file)
+
+
+def json_text(content: object) -> str:
+    """JSON as commands write it."""
+    return json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def write_json(content: object, path: Path) -> None:
+    """Write a JSON file; an error leaves no file."""
+    text = json_text(content)
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib is optional
+    """Write a figure; an error leaves no file."""
+    from sigmatau.plot.curves import save
+
+    with atomic(path) as temporary:
+        save(figure, str(temporary))
+
+
+def write_result(table: str, content: object, json: Path | None) -> None:
+    """Print a table and write the JSON to its file, or print the JSON alone."""
+    if json is not None and str(json) == "-":
+        sys.stdout.write(json_text(content))
+        return
+    if json is not None:
+        write_json(content, json)
+    sys.stdout.write(table + "\n")
 
 
 def averaging_times(text: str) -> str | list[float]:
@@ -184,9 +215,8 @@ def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
 
 @contextlib.contextmanager
 def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """Show an activity and its duration on a terminal.
-
-    It yields a function that takes the completed share, 0 to 1, and then shows a bar.
+    """Show an activity and its duration on a terminal. It yields a function that takes the completed share, 0 to 1, and
+    then shows a bar.
     """
     if quiet or not sys.stderr.isatty():
         yield lambda _: None
@@ -209,3 +239,59 @@ def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], Non
             progress.update(task, total=1.0, completed=part)
 
         yield done
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """Options of reading.
+
+    Parameters
+    ----------
+    rate
+        Sampling rate in Hz. Default: computed from the time stamps of the log.
+    unit
+        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
+    topic
+        Topic, message or variable to read if the log contains several: one, or one for each sensor.
+    layout
+        Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
+    channels
+        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
+        time=none ignores the time stamps.
+    input
+        Content of the columns: rates, increments per sample, or accumulated angle and velocity.
+    scale
+        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+    offset
+        Reading at zero, in counts or volts: gyro=2048.
+    """
+
+    rate: float | None = None
+    unit: Annotated[list[str] | None, Parameter(negative=())] = None
+    topic: Annotated[list[str] | None, Parameter(negative=())] = None
+    layout: str | None = None
+    channels: Annotated[list[str] | None, Parameter(negative=())] = None
+    input: Literal["rate", "increments", "accumulated"] = "rate"
+    scale: Annotated[list[str] | None, Parameter(negative=())] = None
+    offset: Annotated[list[str] | None, Parameter(negative=())] = None
+
+    def options(self) -> dict[str, Any]:
+        """Arguments of `sigmatau.read`."""
+        return {
+            "rate": self.rate,
+            "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
+            "topic": self.topic,
+            "layout": self.layout,
+            "channels": key_values(self.channels or [], "channels", "gyro_x=wx"),
+            "input": self.input,
+            "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),
+            "offset": key_numbers(self.offset or [], "offset", "gyro=2048"),
+        }
+
+
+def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:
+    """Read the record, with progress on the terminal."""
+    options = (how or Reading()).options()
+    with reading(log, quiet=quiet):
+        return read(log, **options)

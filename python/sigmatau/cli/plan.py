@@ -20,8 +20,6 @@ from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
 
-__all__ = ["plan_command"]
-
 
 @dataclass(frozen=True)
 class _Channel:

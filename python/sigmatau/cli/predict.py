@@ -19,11 +19,7 @@ from sigmatau.navigation.predict import predict
 from sigmatau.navigation.prediction import Prediction
 from sigmatau.record.record import stream_name
 
-__all__ = ["predict_command"]
-
-_RATE = 100.0
-"""Default steps per second: only the velocity error of quantization noise depends on them. [Hz]"""
-
+_RATE = 100.0  # Default steps per second: only the velocity error of quantization noise depends on them. [Hz]
 _SPAN, _POINTS = 1000.0, 50
 """Ratio of the last to the first time of a figure, and its number of times besides those of ``--after``."""
 
@@ -124,10 +120,7 @@ def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
             raise OptionError(f"--turn-on {key}: the model has {', '.join(model.channels)}", option="turn_on")
         for name in named:
             if stream_name(name) not in ("gyro", "accel"):
-                raise OptionError(
-                    f"--turn-on {key}: {name} is neither a gyro nor an accelerometer",
-                    option="turn_on",
-                )
+                raise OptionError(f"--turn-on {key}: {name} is neither a gyro nor an accelerometer", option="turn_on")
             value = value_in_si(text, model.channels[name].unit, f"--turn-on {key}")
             if name not in found or key == name:
                 found[name] = value

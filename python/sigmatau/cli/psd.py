@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json as json_module
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +11,17 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from sigmatau._version import __version__
-from sigmatau.cli.analyze import FIGURE_ENDINGS
-from sigmatau.cli.options import check_output, refuse_same, say, working
-from sigmatau.cli.reading_options import Reading, read_log
+from sigmatau.cli.options import (
+    Reading,
+    check_outputs,
+    read_log,
+    say,
+    working,
+    write_figure,
+    write_result,
+)
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
-from sigmatau.io.write import atomic
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import coefficient_unit, display_units
@@ -27,8 +30,6 @@ from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.units import find
-
-__all__ = ["psd_command"]
 
 _DATASHEET = {"angular_rate": "mdeg/s/sqrt(Hz)", "acceleration": "ug/sqrt(Hz)"}
 
@@ -73,10 +74,7 @@ def psd_command(
     quiet
         Print only errors on standard error.
     """
-    as_text = json is not None and str(json) == "-"
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(None if as_text else json, (), "json")
-    refuse_same(log, plot=plot, json=None if as_text else json)
+    check_outputs(log, plot, json)
     options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
     named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
     expected = None if model is None else NoiseModel.read(model)
@@ -87,37 +85,28 @@ def psd_command(
         found = psd(_of(record, named), method=method, **options)
     compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
     if plot is not None:
-        from sigmatau.plot.curves import save
-
         known = None if expected is None else expected.of([name for name in expected.channels if name in found])
-        with working(f"drawing {plot}", quiet=quiet), atomic(plot) as temporary:
-            save(found.plot(model=known), str(temporary))
-    text = _json_text(found, compared) if json is not None else ""
-    if as_text:
-        sys.stdout.write(text)
-        return damaged(record.findings)
-    if json is not None:
-        with atomic(json) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    sys.stdout.write("\n\n".join(_table(found[name], compared.get(name)) for name in found) + "\n")
+        with working(f"drawing {plot}", quiet=quiet):
+            write_figure(found.plot(model=known), plot)
+    tables = "\n\n".join(_table(found[name], compared.get(name)) for name in found)
+    write_result(tables, _content(found, compared), json)
     return damaged(record.findings)
 
 
 def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: str | None) -> dict[str, Any]:
     """Arguments of `sigmatau.psd`; an option of the other method is an error."""
-    of: dict[str, dict[str, object]] = {"welch": {"segment": segment}, "multitaper": {"tapers": tapers, "f_max": f_max}}
-    for other, values in of.items():
-        for name, value in values.items():
-            if value is not None and other != method:
-                option = f"--{name.replace('_', '-')}"
-                raise OptionError(f"{option} needs --method {other}, not {method}", option=name)
+    asked = {
+        "segment": (segment, "welch", "s"),
+        "tapers": (tapers, "multitaper", ""),
+        "f_max": (f_max, "multitaper", "Hz"),
+    }
     given: dict[str, Any] = {}
-    if segment is not None:
-        given["segment"] = value_in_si(segment, "s", "--segment")
-    if tapers is not None:
-        given["tapers"] = tapers
-    if f_max is not None:
-        given["f_max"] = value_in_si(f_max, "Hz", "--f-max")
+    for name, (value, of_method, unit) in asked.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is not None and of_method != method:
+            raise OptionError(f"{option} needs --method {of_method}, not {method}", option=name)
+        if value is not None:
+            given[name] = value_in_si(value, unit, option) if isinstance(value, str) else value
     return given
 
 
@@ -185,11 +174,10 @@ def _ratios(compared: Comparison) -> dict[float, str]:
     return {float(f): f"{r:.4f} [{a:.4f}, {b:.4f}]" for f, r, a, b in rows}
 
 
-def _json_text(found: Spectra, compared: Mapping[str, Comparison]) -> str:
+def _content(found: Spectra, compared: Mapping[str, Comparison]) -> dict[str, Any]:
     channels: dict[str, Any] = {}
     for name, spectrum in found.items():
         channels[name] = spectrum.binned(per_octave=3).to_dict() | {"trusted_from_hz": spectrum.trusted}
         if name in compared:
             channels[name]["over_model"] = compared[name].to_dict()
-    result = {"sigmatau": __version__, "sided": "two", "channels": channels}
-    return json_module.dumps(result, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return {"sigmatau": __version__, "sided": "two", "channels": channels}

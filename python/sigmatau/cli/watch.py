@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
-from sigmatau.cli.analyze import FIGURE_ENDINGS, write_figure, write_json
-from sigmatau.cli.options import check_output, key_numbers, key_values, say
+from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding
@@ -27,8 +26,6 @@ from sigmatau.record.record import MIN_SAMPLES, Provenance
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-__all__ = ["watch_command"]
 
 _EQUAL_RATES = 1e-3  # relative difference up to which two rates are taken as equal
 _FIRST_FIT = 1000  # samples from which on the screen shows a fit
@@ -128,9 +125,9 @@ def watch_command(
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
     if plot is not None:
-        write_figure(analysis, plot)
+        write_figure(analysis.plot(), plot)
     if json is not None:
-        write_json(analysis, json)
+        write_json(analysis.to_dict(), json)
     sys.stdout.write(f"{analysis.summary()}\n")
     if broken is not None:
         raise broken
@@ -228,10 +225,7 @@ class _Watched:
         room = max(size.lines - 1, 2)
         if len(lines) > room:
             more = len(lines) - room + 1
-            lines = [
-                *lines[: room - 1],
-                f"… {more} more lines than the window; Ctrl-C ends and prints the whole table",
-            ]
+            lines = [*lines[: room - 1], f"… {more} more lines than the window; Ctrl-C ends and prints the whole table"]
         return Text("\n".join(lines), no_wrap=True, overflow="ellipsis")
 
 

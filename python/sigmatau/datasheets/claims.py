@@ -1,29 +1,54 @@
-"""`Claim`: a number of a datasheet and its possible meanings.
+"""Datasheet files, and `Claim`: a number of a datasheet and its possible meanings.
 
 A density may be one-sided (√2 times N) or two-sided (N); an "in-run bias stability" may be the minimum of the Allan
 deviation or the coefficient B, 1/0.664 of a plateau. A number whose convention is not stated has two meanings, and a status
 is decided only if both agree.
+
+A file is TOML in which each value has a unit and a stated convention.
+
+.. code-block:: toml
+
+    name = "ISM330DHCX"
+    maker = "STMicroelectronics"
+    kind = "MEMS, industrial"
+    source = "DS13012 revision 6, table 2"
+    confirmed = "https://…, page 9"            # where the values were looked up
+
+    [gyro]
+    axes = ["x", "y", "z"]                                                # axes of a unit; default: all three
+    noise_density = { typical = "5 mdeg/s/sqrt(Hz)", sided = "one" }      # or "two", or "unknown"
+    random_walk = { typical = "0.21 deg/sqrt(h)" }
+    bias_instability = { typical = "3 deg/h", as = "minimum" }            # or "coefficient", or "unknown"
+    full_scale = ["125 deg/s", "2000 deg/s"]                              # several values, or a range
+    bandwidth = ["300 Hz"]
+    output_rate = ["12.5 Hz to 6.66 kHz"]
+    beside_noise = ["zero-rate level 1 deg/s"]                            # not visible in a record at rest
+
+    [accel_z]                                                             # one axis, replaces [accel]
+    noise_density = { typical = "60 ug/sqrt(Hz)", maximum = "100 ug/sqrt(Hz)", sided = "one" }
 """
 
 from __future__ import annotations
 
 import math
 import re
+import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
+from sigmatau.model.file import value_in_si
+from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.results import plain
 from sigmatau.units import find
-
-__all__ = ["KEYS", "MINIMUM", "QUANTITIES", "Bias", "Claim", "Meaning", "Sided", "check_meanings"]
 
 Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
-MINIMUM = "minimum"
-"""Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms."""
-
+MINIMUM = "minimum"  # Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms
 KEYS = {
     "noise_density": "random_walk",
     "random_walk": "random_walk",
@@ -34,8 +59,7 @@ KEYS = {
 }
 """Keys of a datasheet and their terms."""
 
-QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-"""Quantity and SI unit by sensor."""
+QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}  # Quantity and SI unit by sensor
 
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
@@ -43,21 +67,11 @@ _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meaning:
-    """An interpretation of a claim.
+    """An interpretation of a claim."""
 
-    Attributes
-    ----------
-    of : str
-        A term, or `MINIMUM`: the quantity of the result to compare with.
-    factor : float
-        Multiplies the number of the datasheet for the comparison.
-    words : str
-        ``"one-sided"``; empty if there is only one interpretation.
-    """
-
-    of: str
-    factor: float
-    words: str
+    of: str  # A term, or `MINIMUM`: the quantity of the result to compare with
+    factor: float  # Multiplies the number of the datasheet for the comparison
+    words: str  # ``"one-sided"``; empty if there is only one interpretation
 
 
 _ONE = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
@@ -67,11 +81,7 @@ _COEFFICIENT = Meaning(of="bias_instability", factor=1.0, words="coefficient B")
 
 _MEANINGS = {
     "noise_density": {"one": (_ONE,), "two": (_TWO,), "unknown": (_ONE, _TWO)},
-    "bias_instability": {
-        "minimum": (_MINIMUM,),
-        "coefficient": (_COEFFICIENT,),
-        "unknown": (_MINIMUM, _COEFFICIENT),
-    },
+    "bias_instability": {"minimum": (_MINIMUM,), "coefficient": (_COEFFICIENT,), "unknown": (_MINIMUM, _COEFFICIENT)},
 }
 
 
@@ -85,33 +95,18 @@ def check_meanings(sided: str | None, bias: str | None) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """Specification of one term of one sensor.
+    """Specification of one term of one sensor."""
 
-    Attributes
-    ----------
-    sensor : str
-        ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``.
-    key : str
-        One of `KEYS`.
-    typical, maximum : float or None
-        Numbers of the datasheet in SI; at least one of them. [unit]
-    typical_text, maximum_text : str
-        The same in the unit of the datasheet.
-    convention : str
-        Noise density: ``"one"``, ``"two"`` (sided) or ``"unknown"``; bias instability: ``"minimum"`` (of the Allan
-        deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty.
-    note : str
-        Conditions, or the reason for the convention.
-    """
-
-    sensor: str
-    key: str
-    typical: float | None = None
+    sensor: str  # ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``
+    key: str  # One of `KEYS`
+    typical: float | None = None  # Numbers of the datasheet in SI; at least one of them. [unit]
     maximum: float | None = None
-    typical_text: str = ""
+    typical_text: str = ""  # The same in the unit of the datasheet
     maximum_text: str = ""
+    # Noise density: ``"one"``, ``"two"`` (sided) or ``"unknown"``; bias instability: ``"minimum"`` (of the Allan
+    # deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty
     convention: str = ""
-    note: str = ""
+    note: str = ""  # Conditions, or the reason for the convention
 
     @property
     def term(self) -> str:
@@ -152,13 +147,169 @@ class Claim:
         return _MEANINGS[self.key][convention]
 
     def to_dict(self) -> dict[str, Any]:
-        known = {"typical": self.typical, "maximum": self.maximum}
-        return {
-            "sensor": self.sensor,
-            "key": self.key,
-            "term": self.term,
-            "unit": self.unit,
-            **{name: value for name, value in known.items() if value is not None},
-            **({"convention": self.convention} if self.convention else {}),
-            **({"note": self.note} if self.note else {}),
-        }
+        known = [name for name in ("typical", "maximum") if getattr(self, name) is not None]
+        return plain(self, "sensor key term unit", *known, *(n for n in ("convention", "note") if getattr(self, n)))
+
+
+AXES = ("x", "y", "z")
+
+TEXTS = ("name", "maker", "kind", "source", "confirmed", "note")
+SENSORS = (*QUANTITIES, *(f"{sensor}_{axis}" for sensor in QUANTITIES for axis in AXES))
+
+_NEEDED = ("name", "maker", "source")
+_LONGEST_TEXT = 400  # characters
+_LARGEST_FILE = 1 << 20  # bytes; a datasheet has a few hundred
+_CONVENTIONS = {
+    "noise_density": ("sided", ("one", "two", "unknown"), "a one-sided density is √2 times the two-sided one"),
+    "bias_instability": (
+        "as",
+        ("minimum", "coefficient", "unknown"),
+        "the minimum of the Allan deviation is 0.664 times the coefficient B",
+    ),
+}
+_LISTS = ("full_scale", "bandwidth", "output_rate", "beside_noise")
+
+
+def parsed(path: Path) -> dict[str, Any]:
+    """The tables of a file; raises `DataError` with the name of the file."""
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_LARGEST_FILE + 1)
+        if len(raw) > _LARGEST_FILE:
+            raise DataError(f"{path}: not a datasheet: more than {_LARGEST_FILE >> 20} MiB")
+        return tomllib.loads(raw.decode("utf-8-sig"))
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror or error}") from None
+    except DataError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{path}: not a TOML file: {error}") from None
+
+
+def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
+    """Text fields: name, maker, source and others."""
+    unknown = next((key for key in content if key not in TEXTS and key not in SENSORS), None)
+    if unknown is not None:
+        raise DataError(f"unknown key {unknown!r}; a datasheet has {', '.join(TEXTS)} and [{'], ['.join(SENSORS)}]")
+    missing = next((key for key in _NEEDED if key not in content), None)
+    if missing is not None:
+        raise DataError(f'{missing} is missing; write e.g. {missing} = "…"')
+    return {key: _text(content[key], key) for key in TEXTS if key in content}
+
+
+def claims_of(content: Mapping[str, Any]) -> tuple[Claim, ...]:
+    """The noise specifications; raises `DataError` with sensor and key."""
+    claims = []
+    for sensor in SENSORS:
+        for key in KEYS:
+            table = _table(content, sensor).get(key)
+            if table is not None:
+                claims.append(_claim(sensor, key, table))
+    return tuple(claims)
+
+
+def data_of(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Other specifications by sensor, as text: full scale, bandwidth, output rates, biases."""
+    found: dict[str, dict[str, tuple[str, ...]]] = {}
+    for sensor in SENSORS:
+        table = _table(content, sensor)
+        allowed = (*KEYS, *_LISTS, *(("axes",) if sensor in QUANTITIES else ()))
+        unknown = next((key for key in table if key not in allowed), None)
+        if unknown is not None:
+            raise DataError(f"{sensor}: unknown key {unknown!r}; keys: {', '.join(allowed)}")
+        for key in _LISTS:
+            if key in table:
+                found.setdefault(sensor, {})[key] = _listed(sensor, key, table[key])
+    return found
+
+
+def axes_of(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    """The axes of a unit by sensor, if stated."""
+    found = {}
+    for sensor in QUANTITIES:
+        axes = _table(content, sensor).get("axes")
+        if axes is None:
+            continue
+        if not isinstance(axes, list) or not axes or any(axis not in AXES for axis in axes) or len({*axes}) < len(axes):
+            raise DataError(f'{sensor}: axes = {axes!r}; list the axes of a unit, axes = ["x", "y", "z"]')
+        other = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
+        if other is not None:
+            raise DataError(f"{sensor}: axes = {axes!r} contradicts [{sensor}_{other}]")
+        found[sensor] = tuple(axis for axis in AXES if axis in axes)
+    return found
+
+
+def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
+    table = content.get(sensor, {})
+    if not isinstance(table, Mapping):
+        raise DataError(f"{sensor} = {table!r}; write a table, [{sensor}]")
+    return table
+
+
+def _claim(sensor: str, key: str, table: object) -> Claim:
+    example = f'{key} = {{ typical = "…", maximum = "…" }}'
+    if not isinstance(table, Mapping):
+        raise DataError(f"{sensor}: {key} = {table!r}; write e.g. {example}")
+    where, choices, why = _CONVENTIONS.get(key, ("", (), ""))
+    unknown = next((k for k in table if k not in ("typical", "maximum", "note", where)), None)
+    if unknown is not None:
+        raise DataError(f"{sensor}: {key}: unknown key {unknown!r}; write e.g. {example}")
+    if "typical" not in table and "maximum" not in table:
+        raise DataError(f"{sensor}: {key} has neither typical nor maximum; write e.g. {example}")
+    convention = ""
+    if where:
+        convention = table.get(where, "")
+        if convention not in choices:
+            listed = ", ".join(f'{where} = "{choice}"' for choice in choices)
+            raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}; got {table.get(where)!r}")
+    si = coefficient_unit(KEYS[key], *QUANTITIES[sensor.partition("_")[0]])
+    values = {k: _value(sensor, key, k, table[k], si) for k in ("typical", "maximum") if k in table}
+    if len(values) > 1 and values["typical"] > values["maximum"]:
+        raise DataError(f"{sensor}: {key}: typical {table['typical']} is above maximum {table['maximum']}")
+    return Claim(
+        sensor=sensor,
+        key=key,
+        typical=values.get("typical"),
+        maximum=values.get("maximum"),
+        typical_text=table.get("typical", ""),
+        maximum_text=table.get("maximum", ""),
+        convention=convention,
+        note=_text(table.get("note", ""), f"{sensor}: note of {key}", empty=True),
+    )
+
+
+def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:
+    what = f"{sensor}: {which} of {key}"
+    try:
+        value = value_in_si(_text(text, what), si, what)
+    except OptionError as error:
+        raise DataError(str(error)) from None
+    if not (math.isfinite(value) and value > 0):
+        raise DataError(f"{what} must be positive, not {text}")
+    if not SMALLEST <= value <= LARGEST:
+        raise DataError(f"{what} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {text}")
+    return value
+
+
+def _listed(sensor: str, key: str, values: object) -> tuple[str, ...]:
+    if not isinstance(values, list) or not values:
+        raise DataError(f'{sensor}: {key} = {values!r}; write a list, {key} = ["…"]')
+    texts = tuple(_text(value, f"{sensor}: {key}") for value in values)
+    if key != "beside_noise":
+        si = QUANTITIES[sensor.partition("_")[0]][1] if key == "full_scale" else "Hz"
+        for text in texts:
+            ends = [_value(sensor, key, "value", part, si) for part in text.split(" to ")]
+            if len(ends) > 2 or ends != sorted(ends):
+                raise DataError(f"{sensor}: {key}: {text!r} is not a range; write e.g. 1 Hz to 2 Hz")
+    return texts
+
+
+def _text(value: object, what: str, *, empty: bool = False) -> str:
+    """A printable line; texts are written to terminals and files."""
+    if not isinstance(value, str):
+        raise DataError(f'{what} = {value!r} is not text; write it in quotes, "…"')
+    if not value and empty:
+        return value
+    if not value.strip() or not value.isprintable() or len(value) > _LONGEST_TEXT:
+        raise DataError(f"{what} must be one line of up to {_LONGEST_TEXT} printable characters, not {value[:60]!r}")
+    return value

@@ -17,8 +17,7 @@ from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Protocol
 
-from sigmatau.datasheets.claims import QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
-from sigmatau.datasheets.file import AXES
+from sigmatau.datasheets.claims import AXES, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
 from sigmatau.datasheets.measured import Measured, measured
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
@@ -31,8 +30,6 @@ from sigmatau.model.from_result import models_of, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST
 from sigmatau.record.record import stream_name
-
-__all__ = ["Fitted", "compare_with"]
 
 _EQUAL = 1e-9  # relative difference of numbers without errors that count as equal
 _MOST_SIGMAS = 1e6  # distance in standard errors for an interval without width
@@ -129,9 +126,8 @@ def _is_number(value: object) -> bool:
 
 
 def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
-    """Sensors and axes in the datasheet that are not in the result.
-
-    A channel named like the sensor stands for all its axes.
+    """Sensors and axes in the datasheet that are not in the result. A channel named like the sensor stands for all its
+    axes.
     """
     absent = {claim.sensor for claim in datasheet.claims}
     absent -= {*channels, *map(stream_name, channels)}
@@ -203,9 +199,8 @@ def _compared(
 
 
 def _sigmas(value: float, low: float, high: float, limit: float, level: float) -> float:
-    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit.
-
-    In logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
+    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit. In
+    logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
     """
     reach = NormalDist().inv_cdf((1 + level) / 2)
     end = low if value > limit else high
@@ -213,11 +208,9 @@ def _sigmas(value: float, low: float, high: float, limit: float, level: float) -
         return reach * (value - limit) / value
     width = abs(math.log(value / end))
     distance = reach * math.log(value / limit)
-    return math.copysign(min(abs(distance) / width, _MOST_SIGMAS), distance) if width else _sign(distance)
-
-
-def _sign(distance: float) -> float:
-    return math.copysign(_MOST_SIGMAS, distance) if distance else 0.0
+    if not width and not distance:
+        return 0.0
+    return math.copysign(min(abs(distance) / width, _MOST_SIGMAS) if width else _MOST_SIGMAS, distance)
 
 
 def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:

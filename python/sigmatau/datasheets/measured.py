@@ -16,8 +16,6 @@ from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import BIAS_LEVEL
 
-__all__ = ["NOTHING", "Measured", "measured"]
-
 Floats = NDArray[np.float64]
 
 NOTHING = "not in the result"
@@ -29,31 +27,15 @@ _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """A measured quantity. [unit of the claim]
+    """A measured quantity. [unit of the claim]"""
 
-    Attributes
-    ----------
-    value : float or None
-        None if not observed.
-    low, high : float or None
-        Interval, if known.
-    upper_limit : float or None
-        Upper limit, if not observed.
-    lower_limit : float or None
-        Lower bound, if only a part is known.
-    level : float
-        Confidence level of interval or limits; 1 for a limit from a model without intervals.
-    words : str
-        Why nothing is known, or terms that were not observed and may contribute.
-    """
-
-    value: float | None = None
-    low: float | None = None
+    value: float | None = None  # None if not observed
+    low: float | None = None  # Interval, if known
     high: float | None = None
-    upper_limit: float | None = None
-    lower_limit: float | None = None
-    level: float = 0.95
-    words: str = ""
+    upper_limit: float | None = None  # Upper limit, if not observed
+    lower_limit: float | None = None  # Lower bound, if only a part is known
+    level: float = 0.95  # Confidence level of interval or limits; 1 for a limit from a model without intervals
+    words: str = ""  # Why nothing is known, or terms that were not observed and may contribute
 
     @property
     def anything(self) -> bool:
@@ -86,10 +68,9 @@ def measured(model: ChannelModel, of: str) -> Measured:
 
 
 def _minimum(model: ChannelModel) -> Measured:
-    """The minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + …
-
-    A maker reads it from a sufficiently long record. Every term adds to it, so that the observed terms give a lower bound,
-    and the observed terms with the limits of the others give an upper bound.
+    """The minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + … A maker reads
+    it from a sufficiently long record. Every term adds to it, so that the observed terms give a lower bound, and the
+    observed terms with the limits of the others give an upper bound.
     """
     seen = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
     unseen = {term: limit for term, limit in model.limits.items() if term in _SLOW}
@@ -131,11 +112,9 @@ def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: 
 
 
 def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
-    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends.
-
-    The covariance of the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the
-    error of the minimum is larger: of 183 simulated records of N and B exactly at the limit, 3.8 % were out at 99 % instead
-    of 1 %.
+    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends. The covariance
+    of the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the error of the
+    minimum is larger: of 183 simulated records of N and B exactly at the limit, 3.8 % were out at 99 % instead of 1 %.
     """
     found = {term: measured(model, term) for term in seen}
     if all(one.low is None for one in found.values()):

@@ -9,15 +9,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from sigmatau.datasheets import file
+from sigmatau.datasheets import claims
 from sigmatau.datasheets.claims import MINIMUM, Bias, Claim, Sided, check_meanings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import BIAS_LEVEL
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
-
-__all__ = ["Datasheet", "Library", "datasheet", "list_datasheets"]
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
 _OPEN = {
@@ -66,7 +64,7 @@ class Datasheet(Printed):
         DataError
             If it cannot be read; names file, sensor, key and value.
         """
-        content = file.parsed(Path(path))
+        content = claims.parsed(Path(path))
         try:
             return cls.from_dict(content)
         except DataError as error:
@@ -75,9 +73,9 @@ class Datasheet(Printed):
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
         """The datasheet of a parsed file; raises `DataError` with sensor and key."""
-        texts = file.texts_of(content)
-        data, axes = file.data_of(content), file.axes_of(content)
-        return cls(**texts, data=data, axes=axes, claims=file.claims_of(content))
+        texts = claims.texts_of(content)
+        data, axes = claims.data_of(content), claims.axes_of(content)
+        return cls(**texts, data=data, axes=axes, claims=claims.claims_of(content))
 
     def of(self, channel: str) -> tuple[Claim, ...]:
         """The claims for a channel: those for its axis if there are any, else those for its sensor."""
@@ -89,15 +87,11 @@ class Datasheet(Printed):
 
     def channels(self, sensor: str) -> tuple[str, ...]:
         """The channels of ``"gyro"`` or ``"accel"`` with claims: ``("gyro_x", …)``."""
-        names = (f"{sensor}_{axis}" for axis in self.axes.get(sensor, file.AXES))
+        names = (f"{sensor}_{axis}" for axis in self.axes.get(sensor, claims.AXES))
         return tuple(name for name in names if self.of(name))
 
     def model(
-        self,
-        *,
-        use: Literal["typical", "maximum"] = "typical",
-        sided: Sided | None = None,
-        bias: Bias | None = None,
+        self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> NoiseModel:
         """A noise model with the numbers of the datasheet for each axis of a unit, for `simulate` and `plan`.
 
@@ -132,11 +126,7 @@ class Datasheet(Printed):
         return NoiseModel(channels=channels)
 
     def origins(
-        self,
-        *,
-        use: Literal["typical", "maximum"] = "typical",
-        sided: Sided | None = None,
-        bias: Bias | None = None,
+        self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> tuple[str, ...]:
         """Origin of each number of `model`, a line each: typical or maximum value, and its convention."""
         lines = []
@@ -169,7 +159,7 @@ class Datasheet(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
         return {
-            **{key: getattr(self, key) for key in file.TEXTS if getattr(self, key)},
+            **{key: getattr(self, key) for key in claims.TEXTS if getattr(self, key)},
             "claims": [claim.to_dict() for claim in self.claims],
             **({"axes": {sensor: list(axes) for sensor, axes in self.axes.items()}} if self.axes else {}),
             "data": {sensor: {k: list(v) for k, v in table.items()} for sensor, table in self.data.items()},

@@ -8,10 +8,8 @@ from typing import Any, Literal
 from sigmatau.datasheets.claims import Claim, Meaning
 from sigmatau.datasheets.measured import NOTHING, Measured
 from sigmatau.errors import OptionError
-from sigmatau.results import Printed, interval_texts, printable, two_digits
+from sigmatau.results import Printed, interval_texts, plain, printable, two_digits
 from sigmatau.units import find
-
-__all__ = ["Comparison", "Judged", "Reading", "Side", "Status", "Verdict"]
 
 Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
@@ -23,19 +21,11 @@ _MOST_PRINTED_SIGMAS = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A measured value against one limit.
+    """A measured value against one limit."""
 
-    Attributes
-    ----------
-    limit : float
-        In the convention of the comparison. [SI]
-    side : {"below", "undecided", "above"}
-    sigmas : float or None
-        Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed.
-    """
-
-    limit: float
+    limit: float  # In the convention of the comparison. [SI]
     side: Side
+    # Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed
     sigmas: float | None = None
 
     def words(self) -> str:
@@ -73,25 +63,13 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """The status of one claim for one channel.
-
-    Attributes
-    ----------
-    channel : str
-    claim : Claim
-    readings : tuple of Reading
-        One for each possible meaning.
-    status : {"within", "above typical", "undecided", "out"}
-        ``"above typical"``: not above the maximum, if there is one.
-    reason : str
-        Reason for ``"undecided"``.
-    """
+    """The status of one claim for one channel."""
 
     channel: str
     claim: Claim
-    readings: tuple[Reading, ...]
-    status: Status
-    reason: str = ""
+    readings: tuple[Reading, ...]  # One for each possible meaning
+    status: Status  # ``"above typical"``: not above the maximum, if there is one
+    reason: str = ""  # Reason for ``"undecided"``
 
     @property
     def may_be_out(self) -> bool:
@@ -99,14 +77,7 @@ class Judged:
         return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "channel": self.channel,
-            "claim": self.claim.to_dict(),
-            "status": self.status,
-            "may_be_out": self.may_be_out,
-            **({"reason": self.reason} if self.reason else {}),
-            "readings": [reading.to_dict() for reading in self.readings],
-        }
+        return plain(self, "channel claim status may_be_out", "reason" if self.reason else "", "readings")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -182,18 +153,9 @@ class Verdict(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, no NaN."""
-        return {
-            "unit": self.unit,
-            "datasheet": self.datasheet,
-            "status": self.status,
-            "may_be_out": self.may_be_out,
-            "level": self.level,
-            **({} if self.factor is None else {"factor": self.factor}),
-            "claims": [judged.to_dict() for judged in self.judged],
-            "not_in_the_datasheet": [{"channel": channel, "term": term} for channel, term in self.unsaid],
-            "missing": list(self.missing),
-            "not_in_the_result": list(self.absent),
-        }
+        known = "unit datasheet status may_be_out level missing claims=judged not_in_the_result=absent"
+        unsaid = [{"channel": channel, "term": term} for channel, term in self.unsaid]
+        return plain(self, known, "" if self.factor is None else "factor", not_in_the_datasheet=unsaid)
 
     def __repr__(self) -> str:
         lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]
@@ -235,9 +197,8 @@ def _hint(absent: tuple[str, ...]) -> str:
 
 
 def _rows(judged: Judged) -> list[tuple[str, ...]]:
-    """Channel, claim, value, limits and status; a separate row for the reason.
-
-    Measured values are converted to the unit and convention of the datasheet.
+    """Channel, claim, value, limits and status; a separate row for the reason. Measured values are converted to the
+    unit and convention of the datasheet.
     """
     claim = judged.claim
     if not any(reading.measured.anything for reading in judged.readings):

@@ -16,12 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.estimators.allan import Curves, DeviationCurve, TauGrid, cluster_sizes, refuse_missing
+from sigmatau.estimators.allan import Curves, DeviationCurve, refuse_missing
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.record.record import conversion, real_numbers
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed
-
-__all__ = ["Accumulator", "Long", "accumulate", "strided_sizes"]
 
 Long = Literal["exact", "strided"]
 
@@ -94,7 +93,9 @@ class Accumulator(Printed):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
         self.channels = channels
         self.tau0 = 1.0 / float(rate)
-        self.long = _checked(long)
+        if long not in ("exact", "strided"):
+            raise OptionError(f"{{option}} must be 'exact' or 'strided', not {long!r}", option="long")
+        self.long = long
         self.start = int(start)
         kinds = [conversion(channel, unit or {}, input) for channel in channels]
         unknown = set(unit or {}) - {name for channel in channels for name in (channel, channel.split("_")[0])}
@@ -244,13 +245,7 @@ class Accumulator(Printed):
 
 
 def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strided") -> Curves:
-    """Curves of a stream that is read in pieces; see `Accumulator`.
-
-    Raises
-    ------
-    NonFiniteError
-        If a sample is missing.
-    """
+    """Curves of a stream that is read in pieces; see `Accumulator`."""
     refuse_missing(stream, "a sum in bounded memory")
     if isinstance(taus, str) and taus == "all":
         raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")
@@ -271,9 +266,3 @@ def strided_sizes(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
         strides = kernels.strides(rounded)
         rounded = np.rint(rounded / strides).astype(np.int64) * strides
     return np.unique(rounded)
-
-
-def _checked(long: Long) -> Long:
-    if long not in ("exact", "strided"):
-        raise OptionError(f"{{option}} must be 'exact' or 'strided', not {long!r}", option="long")
-    return long

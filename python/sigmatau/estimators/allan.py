@@ -18,28 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.estimators.gaps import Gaps
-from sigmatau.estimators.tau_grid import TauGrid, cluster_sizes
 from sigmatau.noise.uncertainty import chi2_factors, percentage_error
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import ByChannel, Printed
+from sigmatau.results import ByChannel, Printed, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = [
-    "Counting",
-    "Curves",
-    "DeviationCurve",
-    "Overlap",
-    "TauGrid",
-    "allan",
-    "channel_curve",
-    "cluster_sizes",
-    "refuse_missing",
-]
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
@@ -163,20 +151,10 @@ class DeviationCurve(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        return {
-            "m": self.m.tolist(),
-            "tau_s": self.tau.tolist(),
-            "adev": self.adev.tolist(),
-            "low": low.tolist(),
-            "high": high.tolist(),
-            "interval": self.interval_text,
-            **({} if self.edf is None else {"edf": self.edf.tolist()}),
-            "n_pairs": self.n_pairs.tolist(),
-            **({} if self.stride is None else {"stride": self.stride.tolist()}),
-            "estimator": "overlapped" if self.overlap == "full" else "non-overlapped",
-            "counting": self.counting,
-            "unit": self.unit,
-        }
+        optional = [name for name in ("edf", "stride") if getattr(self, name) is not None]
+        estimator = "overlapped" if self.overlap == "full" else "non-overlapped"
+        known = "m tau_s=tau adev interval=interval_text n_pairs counting unit"
+        return plain(self, known, *optional, low=low, high=high, estimator=estimator)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
         """Draw the curve with its band, see `interval`; returns the axes."""

@@ -17,20 +17,18 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
-from sigmatau.estimators import deviation_moments
-from sigmatau.estimators.allan import Overlap, TauGrid, refuse_missing
-from sigmatau.estimators.deviation_kinds import KINDS, Kind, estimator, sizes_for
+from sigmatau.estimators import deviation_kinds
+from sigmatau.estimators.allan import Overlap, refuse_missing
+from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import ByChannel, Printed
+from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.units import integral
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["Deviation", "Deviations", "deviation"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -96,22 +94,22 @@ class Deviation(Printed):
 
     def edf(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
         """Equivalent degrees of freedom of the squared deviations; see
-        `sigmatau.estimators.deviation_moments.degrees_of_freedom`.
+        `sigmatau.estimators.deviation_kinds.degrees_of_freedom`.
 
         Parameters
         ----------
         noise : str or mapping of str to float
             The name of a term, or coefficients in SI such as `NoiseFit.model`.
         """
-        return deviation_moments.degrees_of_freedom(
+        return deviation_kinds.degrees_of_freedom(
             self.kind, noise, n=self.n, m=self.m, tau0=self.tau0, overlap=self.overlap
         )
 
     def bias(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
         """Expected square over the Allan variance at `tau`, of total and Theo1; see
-        `sigmatau.estimators.deviation_moments.bias`.
+        `sigmatau.estimators.deviation_kinds.bias`.
         """
-        return deviation_moments.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
+        return deviation_kinds.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
 
     def interval(
         self, *, noise: str | Mapping[str, float], level: float = 0.95
@@ -135,15 +133,7 @@ class Deviation(Printed):
 
     def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library; with a `noise`, the 95 % interval too."""
-        columns: dict[str, Any] = {
-            "kind": self.kind,
-            "m": self.m.tolist(),
-            "tau_s": self.tau.tolist(),
-            "deviation": self.deviation.tolist(),
-            "n_terms": self.n_terms.tolist(),
-            "overlap": self.overlap,
-            "unit": self.unit,
-        }
+        columns = plain(self, "kind m tau_s=tau deviation n_terms overlap unit")
         if noise is not None:
             low, high = self.interval(noise=noise)
             columns |= {"low": low.tolist(), "high": high.tolist(), "edf": self.edf(noise=noise).tolist()}

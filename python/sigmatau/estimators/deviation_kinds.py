@@ -1,12 +1,15 @@
-"""Table of the estimators: names, units, requirements and averaging times.
+"""Table of the estimators: names, units, requirements, averaging times; degrees of freedom and bias for a given noise.
 
 References
 ----------
-.. [1] W. J. Riley, "Handbook of Frequency Stability Analysis," NIST Special Publication 1065, 2008.
+.. [1] C. A. Greenhall, W. J. Riley, "Uncertainty of stability variances based on finite differences," Proc. 35th PTTI,
+   2003.
+.. [2] W. J. Riley, "Handbook of Frequency Stability Analysis," NIST Special Publication 1065, 2008.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -16,9 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.estimators.tau_grid import TauGrid, averaging_times, cluster_sizes
-
-__all__ = ["KINDS", "Estimator", "Kind", "estimator", "sizes_for"]
+from sigmatau.noise.terms import TERMS
 
 _ALL = 20_000  # samples up to which every averaging time is done one by one
 
@@ -27,24 +28,12 @@ Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimator:
-    """An entry of `KINDS`.
+    """An entry of `KINDS`."""
 
-    Attributes
-    ----------
-    label : str
-        As it is printed.
-    kernel : str
-        The estimator of the core that it is made of.
-    of_phase : bool
-        Whether it is in the unit of the phase (rad, m/s), not of the rate.
-    tau_per_m : float
-        Averaging time over the cluster size in samples.
-    """
-
-    label: str
-    kernel: str
-    of_phase: bool = False
-    tau_per_m: float = 1.0
+    label: str  # As it is printed
+    kernel: str  # The estimator of the core that it is made of
+    of_phase: bool = False  # Whether it is in the unit of the phase (rad, m/s), not of the rate
+    tau_per_m: float = 1.0  # Averaging time over the cluster size in samples
 
 
 KINDS: Mapping[str, Estimator] = {
@@ -56,7 +45,7 @@ KINDS: Mapping[str, Estimator] = {
     "mtie": Estimator(label="MTIE", kernel="mtie", of_phase=True),
     "tie_rms": Estimator(label="TIE rms", kernel="tie_rms", of_phase=True),
 }
-"""Estimators by name; section 5.2 of [1]_."""
+"""Estimators by name; section 5.2 of [2]_."""
 
 
 def estimator(kind: str) -> Estimator:
@@ -98,3 +87,143 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
             option="taus",
         )
     return np.unique(rounded).astype(np.int64)
+
+
+_NOISE = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
+
+# E[TOTVAR]/AVAR = 1 - a τ/T: NIST SP 1065, section 5.2.11; white noise has none.
+_TOTAL_BIAS = {"random_walk": 0.0, "bias_instability": 0.481, "rate_random_walk": 0.750}
+
+
+def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
+    """A term's name, or coefficients in SI, as coefficients; raises `OptionError` for anything else."""
+    if isinstance(noise, str):
+        noise = {noise: 1.0}
+    if not isinstance(noise, Mapping):
+        raise OptionError(
+            f"{{option}} must be the name of a term or a mapping from terms to coefficients, not {noise!r}",
+            option="noise",
+        )
+    unknown = [name for name in noise if name not in TERMS]
+    if unknown:
+        raise OptionError(f"unknown term {unknown[0]!r} in {{option}}; terms: {', '.join(TERMS)}", option="noise")
+    if not all(math.isfinite(value) for value in noise.values()):
+        raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
+    if not any(noise.get(name) for name in _NOISE):
+        raise OptionError(f"{{option}} has no noise in it: want one of {', '.join(_NOISE)}", option="noise")
+    return dict(noise)
+
+
+def degrees_of_freedom(
+    kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float, overlap: str = "full"
+) -> NDArray[np.float64]:
+    """Equivalent degrees of freedom of each variance, 2·E²/Var, for Gaussian noise of the given coefficients.
+
+    Modified Allan, time and Hadamard: exact, the sum over all lags of the squared autocovariance of the terms [1]_. Total
+    and Theo1: exact for records up to 384 samples; a longer one is taken as a short one of the same shape, which is right
+    to 0.1 % for the total variance and to 3 % for Theo1. A ramp counts in the modified Allan variance, is nothing to
+    the Hadamard variance, and is refused by the other two. MTIE and TIE rms: no law is known.
+
+    `noise`: a term's name, or coefficients in SI, as in `sigmatau.noise.terms.TERMS`; `tau0`: sample interval [s].
+    """
+    kernel = estimator(kind).kernel
+    if kernel in ("mtie", "tie_rms"):
+        raise OptionError(
+            f"no law of the {estimator(kind).label} is known, so that it has no degrees of freedom and no interval",
+            option="noise",
+        )
+    coefficients = coefficients_of(noise)
+    if kernel in ("modified", "hadamard"):
+        _, edf = kernels.stationary_moments(kernel, overlap=overlap, n=n, m=m, coefficients=coefficients, tau0=tau0)
+        return edf
+    if coefficients.get("rate_ramp"):
+        raise OptionError(
+            f"the degrees of freedom of the {estimator(kind).label} do not allow for a ramp: leave `rate_ramp` out of"
+            " {option}, or take the Hadamard deviation, which does not see it",
+            option="noise",
+        )
+    return kernels.quadratic_edf(kernel, n=n, m=m, coefficients=coefficients, tau0=tau0)
+
+
+def bias(
+    kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float
+) -> NDArray[np.float64]:
+    """Expected variance of ``"total"`` or ``"theo1"`` over the Allan variance at the same averaging time. Total: 1 −
+    a·τ/T with the a of [2]_, for one term; it was found right to 0.1 %, ends of the sum included. Theo1: exact, from
+    the sampled noise, for any mixture.
+    """
+    coefficients = {name: value for name, value in coefficients_of(noise).items() if value}
+    if kind == "total":
+        if len(coefficients) != 1 or next(iter(coefficients)) not in _TOTAL_BIAS:
+            raise OptionError(
+                f"the bias of the total deviation is known for one of {', '.join(_TOTAL_BIAS)} alone,"
+                f" not for {', '.join(coefficients)}",
+                option="noise",
+            )
+        return np.asarray(1 - _TOTAL_BIAS[next(iter(coefficients))] * m / n)
+    if kind != "theo1":
+        raise OptionError(f"only total and theo1 estimate the Allan deviation with a bias, not {kind!r}", option="kind")
+    expected = kernels.theo1_expectation(m, coefficients, tau0)
+    # 0.75 m is a half-integer for every other even m: on a power law between its neighbours.
+    low, high = np.floor(0.75 * m).astype(np.int64), np.ceil(0.75 * m).astype(np.int64)
+    share = np.log(0.75 * m / low) / np.log(np.maximum(high / low, 1 + 1e-9))
+    avar = _allan(coefficients, low, tau0) ** (1 - share) * _allan(coefficients, high, tau0) ** share
+    return np.asarray(expected / avar)
+
+
+def _allan(coefficients: Mapping[str, float], m: NDArray[np.int64], tau0: float) -> NDArray[np.float64]:
+    n = 2 * int(m.max())
+    return kernels.stationary_moments("allan", overlap="full", n=n, m=m, coefficients=coefficients, tau0=tau0)[0]
+
+
+TauGrid = Literal["octave", "half", "quarter", "eighth", "all"]
+
+# First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j, and so on. Such
+# grids are chains (2m of one size is m of another), which the kernel can share work along.
+_SEEDS: Mapping[str, tuple[int, ...]] = {
+    "octave": (8,),
+    "half": (8, 12),
+    "quarter": (8, 10, 12, 14),
+    "eighth": tuple(range(8, 16)),
+}
+
+
+def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[np.int64]:
+    """Cluster sizes in samples for a record of `n` samples, increasing, each at most n/2; see `allan`."""
+    largest = n // 2
+    if largest < 1:
+        raise RecordTooShortError(f"{n} samples have no two clusters to compare", need=2, got=n)
+    if isinstance(taus, str):
+        if taus == "all":
+            return np.arange(1, largest + 1, dtype=np.int64)
+        if taus not in _SEEDS:
+            grids = ", ".join((*_SEEDS, "all"))
+            raise OptionError(f"unknown grid of τ {taus!r}; grids: {grids}, or times in s", option="taus")
+        seeds = _SEEDS[taus]
+        sizes = {seed << j for seed in seeds for j in range(largest.bit_length())}
+        sizes |= {size // step for size in sizes for step in (2, 4, 8) if size % step == 0}
+        return np.array(sorted(size for size in sizes if size <= largest), dtype=np.int64)
+    times = averaging_times(taus)
+    sizes_of = np.rint(times / tau0)
+    if sizes_of.min() < 1:
+        raise OptionError(
+            f"τ = {times.min():.6g} s is shorter than half a sample interval ({tau0:.6g} s); the shortest is {tau0:.6g} s",
+            option="taus",
+        )
+    if sizes_of.max() > largest:
+        raise OptionError(
+            f"τ = {times.max():.6g} s is longer than half the record; the longest is {largest * tau0:.6g} s",
+            option="taus",
+        )
+    return np.unique(sizes_of).astype(np.int64)
+
+
+def averaging_times(taus: ArrayLike) -> NDArray[np.float64]:
+    """Averaging times as an array of shape (n_tau,); `OptionError` unless all of them are positive. [s]"""
+    times = np.atleast_1d(np.asarray(taus, dtype=float))
+    if times.ndim != 1 or times.size == 0:
+        raise OptionError("{option} must be a list of averaging times in s", option="taus")
+    bad = times[~(np.isfinite(times) & (times > 0))]
+    if bad.size:
+        raise OptionError(f"averaging times must be positive, got {float(bad[0])!r}", option="taus")
+    return times

@@ -19,84 +19,53 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 
-__all__ = ["TERMS", "Expected", "Gaps"]
-
 Floats = NDArray[np.float64]
 
-TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Columns of `Expected.avar`."""
+TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")  # Columns of `Expected.avar`
 
 # What the kernel gives, column by column: pairs, TERMS[0], telescoping, TERMS[1:], square distance.
 _PAIRS, _TELESCOPING, _DISTANCE = 0, 2, 6
 _OF_TERMS = [1, 3, 4, 5]
 _MOST_EXACT_SIZES = 100
-_NO_CORRELATION = 0.1
-"""Samples; e^(−10) is left of a process with this correlation time one sample on."""
-
+_NO_CORRELATION = 0.1  # Samples; e^(−10) is left of a process with this correlation time one sample on
 _known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Expected:
-    """Expected Allan variances for unit coefficients, one sample interval being 1.
+    """Expected Allan variances for unit coefficients, one sample interval being 1."""
 
-    Attributes
-    ----------
-    m : ndarray of int, shape (n_tau,)
-        Cluster sizes.
-    n_pairs : ndarray of int, shape (n_tau,)
-        Pairs of clusters that are both at least half full. Of a size without one, all else is NaN.
-    avar : ndarray, shape (n_tau, 4)
-        Of each of `TERMS`.
-    telescoping : ndarray, shape (n_tau,)
-        The part of quantization noise that is as without gaps, over 3/m²; what else there is of it is white.
-    square_distance : ndarray, shape (n_tau,)
-        Mean square of the distance of the mean times of the two clusters; m² without gaps. [samples²]
-    times : ndarray, shape (n_times,)
-        Correlation times of Gauss-Markov processes. [samples]
-    ratios : ndarray, shape (n_tau, n_times)
-        Variance of each such process over that without gaps.
-    """
-
-    m: NDArray[np.int64]
+    m: NDArray[np.int64]  # shape (n_tau,); cluster sizes
+    # shape (n_tau,); pairs of clusters that are both at least half full. Of a size without one, all else is NaN.
     n_pairs: NDArray[np.int64]
-    avar: Floats
+    avar: Floats  # shape (n_tau, 4); of each of `TERMS`
+    # shape (n_tau,); the part of quantization noise that is as without gaps, over 3/m²; what else there is of it is
+    # white
     telescoping: Floats
+    # shape (n_tau,); mean square of the distance of the mean times of the two clusters; m² without gaps. [samples²]
     square_distance: Floats
-    times: Floats
-    ratios: Floats
+    times: Floats  # shape (n_times,); correlation times of Gauss-Markov processes. [samples]
+    ratios: Floats  # shape (n_tau, n_times); variance of each such process over that without gaps
 
 
 class Gaps:
-    """Missing samples of a channel, and their effect on each term; see `Gaps.of`.
-
-    Channels with the same missing samples share one object and its cached results.
-
-    Attributes
-    ----------
-    n : int
-        Samples of the grid.
-    missing : int
-        How many of them are missing.
+    """Missing samples of a channel, and their effect on each term; see `Gaps.of`. Channels with the same missing
+    samples share one object and its cached results.
     """
 
     __slots__ = ("__weakref__", "_packed", "_rows", "_slopes", "missing", "n")
 
     def __init__(self, packed: NDArray[np.uint8], n: int) -> None:
         self._packed = packed
-        self.n = n
-        self.missing = n - int(self.there.sum())
+        self.n = n  # samples of the grid
+        self.missing = n - int(self.there.sum())  # how many samples are missing
         self._rows: dict[int, tuple[Floats, Floats]] = {}
         self._slopes: dict[int, float] = {}
 
     @classmethod
     def of(cls, missing: NDArray[np.bool_]) -> Self:
-        """The gaps of a channel.
-
-        Parameters
-        ----------
-        missing : ndarray of bool, shape (n,)
-            True where a sample is missing, as in `sigmatau.record.streams.Stream.mask`.
+        """The gaps of a channel. `missing`: true where a sample is missing, as in
+        `sigmatau.record.streams.Stream.mask`.
         """
         return cls._shared(np.packbits(~missing), len(missing))
 
@@ -157,17 +126,8 @@ class Gaps:
         return np.array([self._slopes[size] for size in sizes])
 
     def gauss_markov_ratio(self, time: float, m: ArrayLike) -> Floats:
-        """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation time.
-
-        Parameters
-        ----------
-        time : float
-            Correlation time. [samples]
-        m : array_like of int, shape (n_tau,)
-
-        Returns
-        -------
-        ndarray, shape (n_tau,)
+        """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation
+        time. `time`: correlation time [samples].
         """
         from scipy.interpolate import PchipInterpolator
 
@@ -178,9 +138,8 @@ class Gaps:
         return np.asarray(PchipInterpolator(log_times, np.column_stack([white, e.ratios]), axis=1)(at))
 
     def ratio(self, term: str, m: ArrayLike) -> Floats:
-        """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair.
-
-        Of more than 100 sizes, the rest is interpolated between 100.
+        """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair. Of
+        more than 100 sizes, the rest is interpolated between 100.
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         grid = np.unique(sizes)

@@ -22,15 +22,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.estimators.allan import TauGrid, allan, cluster_sizes
+from sigmatau.estimators.allan import allan
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed, duration_text, seconds
+from sigmatau.results import Printed, duration_text, plain, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-__all__ = ["DynamicAllan", "dynamic_allan"]
 
 _DEFAULT_WINDOWS = 10
 _LEAST_SAMPLES = 16
@@ -41,34 +40,18 @@ _MOST_MISSING = 0.1  # of the samples of a window
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DynamicAllan(Printed):
-    """Allan deviation of one channel over time and averaging time.
-
-    Attributes
-    ----------
-    channel : str
-    quantity, unit : str
-        Of the rate; SI.
-    times : ndarray, shape (n_times,)
-        Middle of each window, from the first sample of the stream. [s]
-    tau : ndarray, shape (n_tau,)
-        Averaging times. [s]
-    adev : ndarray, shape (n_times, n_tau)
-        Overlapped Allan deviation of each window; NaN where a window misses more than a
-        tenth of its samples. [unit]
-    n : int
-        Samples in a window.
-    window, step : float
-        Length of a window, and from the beginning of one to that of the next. [s]
-    """
+    """Allan deviation of one channel over time and averaging time."""
 
     channel: str
-    quantity: str
+    quantity: str  # Of the rate; SI
     unit: str
-    times: NDArray[np.float64]
-    tau: NDArray[np.float64]
+    times: NDArray[np.float64]  # shape (n_times,); middle of each window, from the first sample of the stream. [s]
+    tau: NDArray[np.float64]  # shape (n_tau,); averaging times. [s]
+    # shape (n_times, n_tau); overlapped Allan deviation of each window; NaN where a window misses more than a tenth of
+    # its samples. [unit]
     adev: NDArray[np.float64]
-    n: int
-    window: float
+    n: int  # Samples in a window
+    window: float  # Length of a window, and from the beginning of one to that of the next. [s]
     step: float
 
     def __post_init__(self) -> None:
@@ -85,18 +68,9 @@ class DynamicAllan(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON; None for a window without a deviation."""
-        return {
-            "channel": self.channel,
-            "quantity": self.quantity,
-            "unit": self.unit,
-            "window_s": self.window,
-            "step_s": self.step,
-            "samples_in_window": self.n,
-            "estimator": "overlapped",
-            "time_s": self.times.tolist(),
-            "tau_s": self.tau.tolist(),
-            "adev": [row.tolist() if np.isfinite(row).all() else None for row in self.adev],
-        }
+        known = "channel quantity unit window_s=window step_s=step samples_in_window=n time_s=times tau_s=tau"
+        adev = [row.tolist() if np.isfinite(row).all() else None for row in self.adev]
+        return plain(self, known, estimator="overlapped", adev=adev)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
         """Draw the map with its colour bar; returns the axes."""

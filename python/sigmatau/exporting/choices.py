@@ -11,8 +11,6 @@ from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, RATES, SMALLEST, real
 from sigmatau.noise.terms import coefficient_unit
 
-__all__ = ["KINDS", "RANGES", "Axes", "Choices", "NoPlaceError", "NotChosenError", "given"]
-
 Axes = Literal["worst", "mean", "each"]
 
 KINDS = {"gyro": "gyros", "accel": "accelerometers"}

@@ -1,45 +1,34 @@
-"""`export`: write a noise model as the file that a filter or a simulator reads."""
+"""`export`: write a noise model as the file that a filter or a simulator reads.
+
+The files of one or several targets are prepared completely before any is written.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, Protocol, TypeVar
 
-from sigmatau.exporting.choices import Axes, Choices
-from sigmatau.exporting.prepare import Prepared, check_all, check_choices, check_path, prepare, prepare_all
-from sigmatau.exporting.source import Source, read_source
-from sigmatau.exporting.target import Target
-from sigmatau.exporting.targets import NAMES, target
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.errors import OptionError
+from sigmatau.exporting.choices import Choices, NoPlaceError, NotChosenError, given
+from sigmatau.exporting.source import Source, one_rate, source_of
+from sigmatau.exporting.targets import target
+from sigmatau.exporting.text import with_remarks
+from sigmatau.exporting.values import Numbers, Target
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
+from sigmatau.findings.wording import words
+from sigmatau.io.write import atomic
 from sigmatau.model.noise_model import NoiseModel
-
-if TYPE_CHECKING:
-    from typing import Protocol
-
-    class HasSource(Protocol):
-        """An `Analysis`, which this package cannot import."""
-
-        def to_source(self) -> Source: ...
+from sigmatau.record.record import stream_name
+from sigmatau.results import Printed
 
 
-__all__ = [
-    "NAMES",
-    "Axes",
-    "Choices",
-    "Number",
-    "Numbers",
-    "Prepared",
-    "Source",
-    "Target",
-    "check_all",
-    "check_choices",
-    "check_path",
-    "export",
-    "prepare",
-    "prepare_all",
-    "read_source",
-    "target",
-]
+class HasSource(Protocol):
+    """An `Analysis`, which this package cannot import."""
+
+    def to_source(self) -> Source: ...
 
 
 def export(
@@ -75,3 +64,219 @@ def export(
     if prepared.path is not None:
         prepared.write()
     return prepared.content
+
+
+T = TypeVar("T")
+
+_SAME_RATE = 1e-3  # relative difference
+# Extensions of binary formats.
+_BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prepared(Printed):
+    """The content of a file for another program."""
+
+    to: str  # The target
+    path: Path | None  # File that `write` writes
+    content: str | bytes
+    findings: tuple[Finding, ...]  # Findings about the file; comments in the file state them too
+
+    def write(self) -> None:
+        """Write the file atomically; raises `DataError` if it cannot be written."""
+        if self.path is None:
+            raise OptionError(f"{self.to}: no {{option}} to write to", option="path")
+        with atomic(self.path) as temporary:
+            if isinstance(self.content, bytes):
+                temporary.write_bytes(self.content)
+            else:
+                temporary.write_text(self.content, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        text = self.content if isinstance(self.content, str) else f"{len(self.content)} bytes for {self.to}"
+        return "\n".join([text, *map(str, self.findings)])
+
+
+def prepare(model: object, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> Prepared:
+    """Content and findings of the file that `export` writes; parameters and errors as there."""
+    try:
+        file = None if path is None else Path(path)
+    except TypeError:
+        raise OptionError(f"{{option}} must be the name of a file, not {path!r}", option="path") from None
+    return prepare_all(model, {to: file}, choices=choices)[0]
+
+
+def prepare_all(
+    model: object, files: Mapping[str, Path | None], *, choices: Choices | None = None, named: bool = False
+) -> list[Prepared]:
+    """The same for several targets. A choice that does not apply to one of them is ignored there, with a finding.
+    `named`: whether errors begin with the name of the target.
+    """
+    source, chosen = source_of(model), _chosen(choices)
+
+    def one(to: str, used: Choices) -> Prepared:
+        wanted, path = target(to), files[to]
+        check_choices(wanted, used)
+        if path is not None:
+            check_path(wanted, path)
+        content, findings = _written(wanted, source, used, path)
+        return Prepared(to=to, path=path, content=content, findings=findings)
+
+    return _placed(list(files), chosen, one, named=named)
+
+
+def check_all(names: Iterable[str], choices: Choices) -> None:
+    """Raise `OptionError` for choices that apply to none of the targets; needs no model."""
+
+    def one(name: str, used: Choices) -> Prepared:
+        check_choices(target(name), used)
+        return Prepared(to=name, path=None, content="", findings=())
+
+    _placed(list(names), choices, one, named=False)
+
+
+def check_choices(target: Target, choices: Choices) -> None:
+    """Raise `OptionError` for choices that do not apply to a target; needs no model."""
+    for key in sorted(set(choices.names) - set(target.names)):
+        listed = ", ".join(target.names) or "none"
+        raise NoPlaceError(f"{target.name} has no name {key!r}; names: {listed}", choice="names", key=key)
+    if choices.step is not None and not target.has_step:
+        raise NoPlaceError(
+            f"{{@step}} does not apply to {target.name}, whose file does not depend on a step", choice="step"
+        )
+    if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
+        raise NoPlaceError(
+            f"{{@horizon}} does not apply to {target.name} without {given('walk', 'horizon', 'gyro')}", choice="horizon"
+        )
+    if choices.axes == "each" and not (target.per_axis or target.every_axis):
+        raise NoPlaceError(f"{target.name} has one number for all axes: choose worst or mean, not each", choice="axes")
+    if choices.axes == "mean" and target.every_axis:
+        raise NoPlaceError(f"{target.name} has every axis separately, and no mean: omit {{@axes}}", choice="axes")
+
+
+def check_path(target: Target, path: str | Path) -> None:
+    """Raise `OptionError` for the extension of a binary format that a target does not write."""
+    ending = Path(path).suffix.lower()
+    if ending in _BINARY and ending not in target.binary:
+        endings = ", ".join((target.ending, *target.binary))
+        raise OptionError(
+            f"{Path(path).name!r}: {target.name} has no form for {ending}, a binary format; extensions: {endings}",
+            option="path",
+        )
+
+
+def _chosen(choices: object) -> Choices:
+    if choices is None:
+        return Choices()
+    if not isinstance(choices, Choices):
+        raise OptionError(
+            f"{{option}} must be a sigmatau.exporting.choices.Choices, e.g. Choices(rate=100), not {choices!r}",
+            option="choices",
+        )
+    return choices
+
+
+def _placed(
+    names: list[str], choices: Choices, attempt: Callable[[str, Choices], Prepared], *, named: bool
+) -> list[Prepared]:
+    """Apply `attempt` to each target, with the choices that apply to it."""
+
+    def of(name: str, error: OptionError) -> OptionError:
+        return error.about(name) if named else error
+
+    made: list[Prepared] = []
+    dropped: list[dict[tuple[str, str | None], NoPlaceError]] = []
+    for name in names:
+        used, without = choices, dict[tuple[str, str | None], NoPlaceError]()
+        while True:
+            try:
+                found = attempt(name, used)
+                break
+            except NoPlaceError as error:
+                without[error.choice, error.key] = error
+                used = used.without(error.choice, error.key)
+            except OptionError as error:
+                if without and len(names) == 1:  # the refused choice is the first error
+                    raise of(name, next(iter(without.values()))) from None
+                raise of(name, error) from None
+        omitted = tuple(
+            Finding(
+                severity="info",
+                details=ChoiceWithoutPlace(target=name, option=error.option or error.choice, key=error.key or ""),
+            )
+            for error in without.values()
+        )
+        made.append(replace(found, findings=(*found.findings, *omitted)))
+        dropped.append(without)
+    for key, refused in dropped[0].items() if dropped else ():
+        if all(key in without for without in dropped):
+            raise of(names[0], refused)
+    return made
+
+
+def _written(
+    wanted: Target, source: Source, choices: Choices, path: Path | None
+) -> tuple[str | bytes, tuple[Finding, ...]]:
+    write = wanted.write if path is None else wanted.binary.get(path.suffix.lower(), wanted.write)
+    numbers = Numbers(source, choices)
+    if wanted.needs_rate:
+        numbers.rate()
+    try:
+        content = write(numbers)
+    except NotChosenError as error:
+        raise _not_chosen(write, source, choices, error) from None
+    findings = [*_doubts(wanted, source), *numbers.findings, *numbers.not_used()]
+    if rate := _other_rate(source, choices):
+        findings.append(rate)
+    if isinstance(content, str):
+        content = with_remarks(content, wanted.ending, [words(f).message for f in findings if f.code == OtherRate.code])
+    return content, tuple(findings)
+
+
+def _not_chosen(
+    write: Callable[[Numbers], str | bytes], source: Source, choices: Choices, first: NotChosenError
+) -> OptionError:
+    """One error for all missing choices of all sensors."""
+    found = [first]
+    while True:
+        last = found[-1]
+        more: Any = {
+            last.choice: {**getattr(choices, last.choice), last.sensor: 1.0}
+        }  # to find further missing choices
+        choices = replace(choices, **more)
+        try:
+            write(Numbers(source, choices))
+        except NotChosenError as error:
+            found.append(error)
+            continue
+        except ValueError:  # the next attempt reports it
+            pass
+        if len(found) == 1:
+            return first
+        return OptionError("; ".join(error.message for error in found), option=first.option)
+
+
+def _doubts(wanted: Target, source: Source) -> list[Finding]:
+    """One finding for all channels whose fit is not adequate."""
+    every = wanted.every_axis or wanted.name == "model"
+    found = [
+        name
+        for name, channel in source.model.channels.items()
+        if not channel.adequate and (every or stream_name(name) in ("gyro", "accel"))
+    ]
+    if not found:
+        return []
+    return [Finding(severity="warning", channels=tuple(found), details=NotAdequate())]
+
+
+def _other_rate(source: Source, choices: Choices) -> Finding | None:
+    """A finding if the given rate is not that of the record."""
+    if choices.rate is None or not source.rates:
+        return None
+    try:
+        of_record = one_rate(source.rates)
+    except OptionError:  # channels with several rates
+        return None
+    if of_record is None or abs(choices.rate / of_record - 1) <= _SAME_RATE:
+        return None
+    return Finding(severity="info", details=OtherRate(rate=choices.rate, record_rate=of_record))

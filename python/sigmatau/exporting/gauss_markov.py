@@ -15,10 +15,8 @@ import numpy as np
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
-from sigmatau.exporting.axes import by_axis, noises, of_channel, refuse
 from sigmatau.exporting.choices import given
-from sigmatau.exporting.horizon import slow_avar
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.exporting.values import Number, Numbers, by_axis, noises, of_channel, refuse, slow_avar
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel
@@ -27,24 +25,11 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
 
-__all__ = [
-    "PEAK_TIME",
-    "SIGMA_OF_FLICKER",
-    "WALK_TIME",
-    "Process",
-    "bottom",
-    "noises_and_processes",
-    "process",
-    "relative_avar",
-    "replaced_noise",
-]
-
+# The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)
 PEAK_TIME = 1.8926178329250187668
-"""The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)."""
 
+# Standard deviation of the process whose maximum Allan deviation is the plateau of flicker noise with B = 1
 SIGMA_OF_FLICKER = 1.0759975729152142369
-"""Standard deviation of the process whose maximum Allan deviation is the plateau of flicker noise with B = 1."""
-
 WALK_TIME = 10.0
 """Correlation time of a process that approximates a walk, in horizons: its Allan deviation is 3.6 % low there."""
 
@@ -55,36 +40,16 @@ _MOST_SLOW_NOISE = 1.1  # Allan deviation of all slow noise over that of the pro
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
-    """A first-order Gauss-Markov process in SI, before the conversion of a target.
+    """A first-order Gauss-Markov process in SI, before the conversion of a target."""
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation, including the factor. [rad/s or m/s²]
-    time : float
-        Correlation time. [s]
-    origin : str
-        What it approximates, for a comment.
-    fit : str
-        Averaging time at which it is exact, and errors elsewhere, for a comment.
-    place : str
-        Name of this averaging time.
-    omitted : str
-        What it does not include, for a comment.
-    walk : bool
-        Whether it approximates a random walk, up to a tenth of its correlation time.
-    own : bool
-        Whether it is a process of the model, which no horizon affects.
-    """
-
-    sigma: float
-    time: float
-    origin: str
-    fit: str
-    place: str
-    omitted: str = ""
-    walk: bool = False
-    own: bool = False
+    sigma: float  # Standard deviation, including the factor. [rad/s or m/s²]
+    time: float  # Correlation time. [s]
+    origin: str  # What it approximates, for a comment
+    fit: str  # Averaging time at which it is exact, and errors elsewhere, for a comment
+    place: str  # Name of this averaging time
+    omitted: str = ""  # What it does not include, for a comment
+    walk: bool = False  # Whether it approximates a random walk, up to a tenth of its correlation time
+    own: bool = False  # Whether it is a process of the model, which no horizon affects
 
     @property
     def words(self) -> str:
@@ -130,13 +95,7 @@ def relative_avar(x: float) -> float:
 
 
 def process(numbers: Numbers, sensor: str) -> Process:
-    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time.
-
-    Raises
-    ------
-    OptionError
-        If the model has no slow noise, or no averaging time to match it at; the message lists the choices.
-    """
+    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time."""
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
         return _of_walk(numbers, sensor)
@@ -199,9 +158,8 @@ def noises_and_processes(
 
 
 def bottom(model: ChannelModel) -> float | None:
-    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s]
-
-    The terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
+    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] The
+    terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
     """
     q, n, k, r = (
         model.get(term, 0.0) ** 2 for term in ("quantization", "random_walk", "rate_random_walk", "rate_ramp")
@@ -278,9 +236,8 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
 
 
 def replaced_noise(numbers: Numbers) -> list[str]:
-    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each.
-
-    A walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
+    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each. A
+    walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
     """
     sentences = []
     for sensor, wanted in numbers.choices.walk.items():

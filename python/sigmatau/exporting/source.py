@@ -1,22 +1,29 @@
-"""`Source`: noise model with sampling rates and sample variances, read from a model file, a result or a YAML file."""
+"""`Source`: noise model with sampling rates and sample variances, read from a model file, a result or a YAML file.
+
+YAML is ``imu.yaml`` of Kalibr or a result of imu_utils. The file of Kalibr has one number for three axes, in the units of a
+model. imu_utils writes two numbers per axis with misleading names: ``gyr_n`` is the standard deviation of a sample, √f times
+the density; ``gyr_w`` is the minimum of the Allan deviation, 0.664 times the bias instability if there is any, in rad/s and
+not in rad/s²/√Hz. The first is converted, the second is omitted, each with a finding.
+"""
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.read_back import read_yaml
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
-
-__all__ = ["Source", "one_rate", "read_source", "source_of"]
+from sigmatau.units import find
 
 _SAME_RATE = 1e-3  # relative difference of rates: two sensors of one unit, each with its own stamps
 _FILTER = "low_pass_filter"
@@ -25,44 +32,23 @@ _SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """Measured variance of a sample.
+    """Measured variance of a sample."""
 
-    Attributes
-    ----------
-    variance : float
-        About the mean over `time`. [(rate unit)²]
-    time : float
-        Length of this mean. [s]
-    """
-
-    variance: float
-    time: float
+    variance: float  # About the mean over `time`. [(rate unit)²]
+    time: float  # Length of this mean. [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source(Printed):
-    """A noise model and the data about its record that an export needs.
-
-    Attributes
-    ----------
-    model : NoiseModel
-    rates : mapping of str to float
-        Sampling rate by channel, if known. [Hz]
-    findings : tuple of Finding
-        Findings about the file that was read.
-    corners : mapping of str to float
-        Corner of the low-pass filter that the analysis found, by channel. [Hz]
-    samples : mapping of str to Sample
-        Measured variance of a sample, by channel.
-    names : mapping of str to str
-        Fields of the file beside the noise parameters, such as a topic.
-    """
+    """A noise model and the data about its record that an export needs."""
 
     model: NoiseModel
-    rates: Mapping[str, float]
-    findings: tuple[Finding, ...] = ()
+    rates: Mapping[str, float]  # Sampling rate by channel, if known. [Hz]
+    findings: tuple[Finding, ...] = ()  # Findings about the file that was read
+    # Corner of the low-pass filter that the analysis found, by channel. [Hz]
     corners: Mapping[str, float] = field(default_factory=dict)
-    samples: Mapping[str, Sample] = field(default_factory=dict)
+    samples: Mapping[str, Sample] = field(default_factory=dict)  # Measured variance of a sample, by channel
+    # Fields of the file beside the noise parameters, such as a topic
     names: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -119,19 +105,7 @@ def source_of(given: object) -> Source:
 
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
-
-    Parameters
-    ----------
-    path : str or Path
-    rate : float, optional
-        Sampling rate; replaces that of a YAML file. [Hz]
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read or understood.
-    OptionError
-        If the file needs a rate and none is given.
+    `rate`: sampling rate; replaces that of a YAML file [Hz].
     """
     path = Path(path)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -157,11 +131,10 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
 
 
 def _sample(curve: Mapping[str, Any]) -> Sample | None:
-    """The variance of a sample, from the Allan variances up to the minimum of the curve.
-
-    A record minus its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
-    (Haar's decomposition), so that its variance is half the sum of their Allan variances. It includes filtered noise, lines
-    and quantization. None if the curve lacks an octave, or ends before means of 32 samples.
+    """The variance of a sample, from the Allan variances up to the minimum of the curve. A record minus its means of 2ᵏ
+    samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples (Haar's decomposition), so
+    that its variance is half the sum of their Allan variances. It includes filtered noise, lines and quantization. None
+    if the curve lacks an octave, or ends before means of 32 samples.
     """
     pairs = zip(curve["m"], curve["adev"], strict=True)
     adev = {m: float(sigma) for m, sigma in pairs if sigma is not None}
@@ -184,13 +157,7 @@ def _check_rate(value: object) -> None:
 
 
 def one_rate(rates: Mapping[str, float]) -> float | None:
-    """The sampling rate of gyros and accelerometers; None if not known.
-
-    Raises
-    ------
-    OptionError
-        If the rates differ.
-    """
+    """The sampling rate of gyros and accelerometers; None if not known."""
     found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
     if not found:
         return None
@@ -200,3 +167,191 @@ def one_rate(rates: Mapping[str, float]) -> float | None:
             f"the channels have several sampling rates ({listed}): give {{option}} of the filter", option="rate"
         )
     return next(iter(found.values()))
+
+
+_KALIBR = {
+    "gyroscope_noise_density": ("gyro", "random_walk"),
+    "gyroscope_random_walk": ("gyro", "rate_random_walk"),
+    "accelerometer_noise_density": ("accel", "random_walk"),
+    "accelerometer_random_walk": ("accel", "rate_random_walk"),
+}
+_RATES = ("update_rate", "rate_hz")
+_IMU_UTILS = {"Gyr": ("gyro", "gyr", "rad/s"), "Acc": ("accel", "acc", "m/s^2")}
+_AXES = ("x-axis", "y-axis", "z-axis", "avg-axis")
+_IGNORED = (  # keys of Kalibr, OpenVINS and EuRoC that are not noise parameters
+    *("rostopic", "topic", "time_offset", "model", "sensor_type", "comment"),
+    *("T_i_b", "T_ib", "T_BS", "Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"),
+)
+_LINE = re.compile(r"""( *)(?:"([^"\\]*)"|'([^']*)'|([A-Za-z_][^\s:#'"]*))[ \t]*:(?:[ \t]+(.*))?""")
+_OTHER = re.compile(r"^\s*<<\s*:|:\s*[*{]", flags=re.MULTILINE)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadBack(Printed):
+    """A model from another program's file."""
+
+    model: NoiseModel  # Channels ``gyro`` and ``accel`` if the file has one number for all axes
+    rate: float | None  # Sampling rate of the file or the caller. [Hz]
+    findings: tuple[Finding, ...]  # Numbers that the file misnames, and numbers that were omitted
+    names: Mapping[str, str] = field(default_factory=dict)  # The topic, if the file has one
+
+    def __repr__(self) -> str:
+        return "\n".join([repr(self.model), *map(str, self.findings)])
+
+
+def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
+    """The model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; detected from the keys.
+    `rate`: sampling rate of the record; required for imu_utils, whose file does not contain it [Hz].
+    """
+    values = _values(text)
+    other = "; anchors and {…} are not supported: write each key on a separate line" if _OTHER.search(text) else ""
+    imus = sorted({path[:-1] for path in values if path[-1] in _KALIBR})
+    if len(imus) > 1:
+        listed = ", ".join(".".join(imu) or "the top" for imu in imus)
+        raise DataError(f"several IMUs ({listed}); keep only one")
+    if imus:
+        return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate, other)
+    if any(path[0] in _IMU_UTILS and len(path) == 3 and path[-1].endswith("_n") for path in values):
+        return _imu_utils(values, rate)
+    raise DataError(
+        f"not an imu.yaml of Kalibr ({', '.join(_KALIBR)}) or a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
+        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS)) or other}"
+    )
+
+
+def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBack:
+    others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _IGNORED]
+    missing = [key for key in _KALIBR if key not in values]
+    nearly = _nearly(others, (*_KALIBR, *_RATES))
+    if missing:
+        raise DataError(f"missing {', '.join(missing)}: all four densities are needed{nearly or other}")
+    if nearly:
+        raise DataError(f"unknown key{nearly}")
+    channels: dict[str, dict[str, float]] = {}
+    for key, (sensor, term) in _KALIBR.items():
+        channels.setdefault(sensor, {})[term] = _positive(key, values[key])
+    if rate is None:
+        rate = next((_positive(key, values[key]) for key in _RATES if key in values), None)
+    findings = [Finding(severity="info", details=ImportedWithoutIntervals())]
+    if others:
+        findings.append(Finding(severity="info", details=KeysNotRead(keys=tuple(others))))
+    topic = values.get("rostopic", "").strip("\"'")
+    return ReadBack(
+        model=NoiseModel(channels=channels),
+        rate=rate,
+        findings=tuple(findings),
+        names={"topic": topic} if topic else {},
+    )
+
+
+def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:
+    if rate is None:
+        raise OptionError(
+            "gyr_n and acc_n of imu_utils are standard deviations of a sample, not densities: give --rate, the sampling rate"
+            " of the record in Hz",
+            option="rate",
+        )
+    for path in values:
+        if len(path) > 1:
+            _understood(path)
+    channels: dict[str, dict[str, float]] = {}
+    walks: list[str] = []
+    for block, (sensor, prefix, si) in _IMU_UTILS.items():
+        size = _unit(block, values.get((block, "unit"), si), si) / math.sqrt(rate)
+        axes = [axis for axis in "xyz" if (block, f"{axis}-axis", f"{prefix}_n") in values]
+        for axis in axes:
+            key = (block, f"{axis}-axis", f"{prefix}_n")
+            channels[f"{sensor}_{axis}"] = {"random_walk": _positive(".".join(key), values[key]) * size}
+        average = (block, "avg-axis", f"{prefix}_n")
+        if not axes and average in values:
+            channels[sensor] = {"random_walk": _positive(".".join(average), values[average]) * size}
+        if any(path[0] == block and path[-1] == f"{prefix}_w" for path in values):
+            walks.append(f"{prefix}_w")
+    if not channels:
+        raise DataError("a result of imu_utils without gyr_n or acc_n")
+    findings = [Finding(severity="warning", size=math.sqrt(rate), details=DeviationAsDensity(rate=rate))]
+    if walks:
+        findings.append(Finding(severity="warning", details=MinimumAsWalk(keys=tuple(walks))))
+    return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=tuple(findings))
+
+
+def _positive(key: str, text: str) -> float:
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise DataError(f"{key}: {text[:80]!r} is not a positive number")
+    return value
+
+
+def _understood(path: tuple[str, ...]) -> None:
+    """Raise `DataError` for an unknown key in a block of imu_utils."""
+    block, name, *rest = path
+    known: Iterable[str] = _IMU_UTILS
+    if block in _IMU_UTILS:
+        prefix = _IMU_UTILS[block][1]
+        leaves = (f"{prefix}_n", f"{prefix}_w")
+        if path[1:] == ("unit",) or (name in _AXES and len(rest) == 1 and rest[0] in leaves):
+            return
+        known = ("unit", *_AXES) if name not in _AXES else leaves
+    wrong = next((key for key in path if key not in _IMU_UTILS and key not in _AXES), name)
+    hint = _nearly([wrong], known) or f"; known keys: {', '.join(known)}"
+    raise DataError(f"{'.'.join(path)}: unknown key{hint}")
+
+
+def _unit(block: str, text: str, si: str) -> float:
+    """A unit of imu_utils in SI; raises `DataError` for an unknown unit or another quantity."""
+    symbol = text.strip("\"' \t")
+    try:
+        unit = find(symbol)
+    except OptionError as error:
+        raise DataError(f"{block}.unit: {error}") from None
+    if unit.si != si:
+        raise DataError(f"{block}.unit: {symbol!r} is not a unit of {block}, whose numbers are in {si} or a multiple")
+    return unit.factor
+
+
+def _nearly(keys: Iterable[str], known: Iterable[str]) -> str:
+    """``; 'Gyr_n': did you mean gyr_n?`` for misspelled keys, or empty."""
+    names = {name.lower(): name for name in known}
+    found = []
+    for key in dict.fromkeys(keys):
+        close = difflib.get_close_matches(key.lower()[:80], names, n=1, cutoff=0.75)
+        if close and key not in names.values():
+            found.append(f"; {key[:80]!r}: did you mean {names[close[0]]}?")
+    return "".join(found)
+
+
+def _values(text: str) -> dict[tuple[str, ...], str]:
+    """Scalars of the nested block mappings of a YAML file, by their path of keys; lists are skipped. These files use no
+    more of YAML. A scalar may follow a tab, stand on the next line, or continue there: deeper lines belong to the key
+    above. Raises `DataError` for a duplicate key.
+    """
+    values: dict[tuple[str, ...], str] = {}
+    above: list[tuple[int, str]] = []
+    last: tuple[str, ...] = ()  # the key to which deeper lines belong
+    depth, filled = 0, False
+    for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
+        content = re.sub(r"(?:^|\s)#.*", "", line).rstrip()
+        if not content.strip() or content.startswith(("%", "---", "...")):
+            continue
+        indent = len(content) - len(content.lstrip(" "))
+        match = _LINE.fullmatch(content)
+        if last and indent > depth and (filled or not (match or content.lstrip().startswith("-"))):
+            if not filled and last in values:
+                raise DataError(f"{'.'.join(last)} is a duplicate key")
+            values[last] = f"{values[last]} {content.strip()}" if filled else content.strip()
+            filled = True
+        elif match is not None:
+            key = next(name for name in match.groups()[1:4] if name is not None)
+            while above and above[-1][0] >= indent:
+                above.pop()
+            last, depth = (*(name for _, name in above), key), indent
+            scalar = re.sub(r"^(?:[!&]\S*\s*)+", "", (match[5] or "").strip())  # without tag and anchor
+            filled = bool(scalar)
+            if not filled:
+                above.append((indent, key))
+            elif last in values:
+                raise DataError(f"{'.'.join(last)} is a duplicate key")
+            else:
+                values[last] = scalar
+    return values

@@ -12,33 +12,15 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 
-__all__ = [
-    "comment",
-    "digits",
-    "joined",
-    "number",
-    "number_with_comment",
-    "plain_name",
-    "quoted",
-    "remark",
-    "single",
-    "topic",
-    "vector",
-    "with_remarks",
-]
-
-LARGEST = 1e9
-"""Largest value of a constant beside the noise, in any unit."""
-
+LARGEST = 1e9  # Largest value of a constant beside the noise, in any unit
 _LONGEST = 2000  # characters of a comment; the YAML reader of OpenCV had a buffer of 4096 per line
 _NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() also accepts 9_8 and digits of other alphabets
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
 def digits(value: float) -> str:
-    """A number that reads back to the same bits, in a form that YAML 1.1 accepts as a number.
-
-    Raises `DataError` for a value that is not finite, or too small for full precision.
+    """A number that reads back to the same bits, in a form that YAML 1.1 accepts as a number. Raises `DataError` for a
+    value that is not finite, or too small for full precision.
     """
     text = repr(_written(float(value), value, "double"))
     if "e" in text:
@@ -96,9 +78,8 @@ def plain_name(text: str, key: str) -> str:
 
 
 def topic(text: str) -> str:
-    """A ROS topic in quotes; raises `OptionError` for an invalid name.
-
-    Quotes alone are not enough: YAML readers support different escapes.
+    """A ROS topic in quotes; raises `OptionError` for an invalid name. Quotes alone are not enough: YAML readers
+    support different escapes.
     """
     if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
         raise OptionError(
@@ -120,9 +101,8 @@ def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) ->
 
 
 def single(value: float, name: str) -> str:
-    """A number in single precision without an exponent, as autopilots store a parameter.
-
-    Raises `DataError`, with the name of the parameter, for a value out of range of single precision.
+    """A number in single precision without an exponent, as autopilots store a parameter. Raises `DataError`, with the
+    name of the parameter, for a value out of range of single precision.
     """
     with np.errstate(over="ignore", under="ignore"):
         kept = np.float32(value)

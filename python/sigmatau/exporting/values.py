@@ -7,12 +7,12 @@ states it, and no coefficient is written under the name of another.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import KINDS, RANGES, Choices, NotChosenError, given
-from sigmatau.exporting.horizon import matching_walk, sampled
+from sigmatau.exporting.choices import KINDS, RANGES, Choices, NoPlaceError, NotChosenError, given
 from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import number
 from sigmatau.findings.finding import Finding
@@ -25,45 +25,25 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds, two_digits
 
-__all__ = ["Number", "Numbers"]
-
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Number:
-    """A number in SI, before the conversion of a target.
+    """A number in SI, before the conversion of a target."""
 
-    Attributes
-    ----------
-    value : float
-        Estimate times factor.
-    words : str
-        Origin, for a comment; one line.
-    """
-
-    value: float
-    words: str
+    value: float  # Estimate times factor
+    words: str  # Origin, for a comment; one line
 
 
 class Numbers:
-    """Numbers of a source for one target, after the choices of the user.
-
-    Attributes
-    ----------
-    source : Source
-    choices : Choices
-    whole : NoiseModel
-        The model of all channels; `model` may have one of them.
-    findings : list of Finding
-        Findings about the written file; targets add to it.
-    """
+    """Numbers of a source for one target, after the choices of the user."""
 
     def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
         self.source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
-        self.whole = self.source.model
-        self.findings: list[Finding] = []
+        self.whole = self.source.model  # of all channels; `model` may have one of them
+        self.findings: list[Finding] = []  # about the written file; targets add to it
 
     @property
     def model(self) -> NoiseModel:
@@ -269,7 +249,7 @@ class Numbers:
 
     def _at_horizon(self, channel: str) -> float:
         """K that approximates the slow noise of one channel."""
-        walk = self._matching(channel)
+        walk = matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
         if not walk > 0:
             limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
             more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
@@ -281,13 +261,9 @@ class Numbers:
                 else ""
             )
             raise OptionError(
-                f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}",
-                option="rate_random_walk",
+                f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}", option="rate_random_walk"
             )
         return walk
-
-    def _matching(self, channel: str) -> float:
-        return matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
 
     def _one(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by `Choices.axes`."""
@@ -316,3 +292,95 @@ def _number(estimate: float, words: str, factor: float) -> Number:
     if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # an upper limit can be so small that its square is 0
         raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")
+
+
+_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov")
+_SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if no rate is known: flicker noise is then exact to 4e-12
+
+
+def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) -> float:
+    """K of the random walk that has the Allan variance of the slow noise at a horizon; 0 without slow noise.
+
+    Slow noise is bias instability, rate random walk, ramp and Gauss-Markov processes: K² = 3·σ²(T)/T of these. Random walk,
+    quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there, and the bias
+    state of a filter does not follow it.
+
+    `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
+    horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.
+    """
+    return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
+
+
+def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
+    """Allan variance of the slow noise of the model at an averaging time; see `matching_walk`. [(rate unit)²]"""
+    m, tau0 = _samples(tau, rate)
+    parts = model.avar_of_parts(m=[m], tau0=tau0)
+    return sum(float(parts[term][0]) for term in _SLOW if term in parts)
+
+
+def sampled(horizon: float, rate: float | None) -> float:
+    """The horizon rounded to whole samples, at least one: the averaging time that is matched. [s]"""
+    m, tau0 = _samples(horizon, rate)
+    return m * tau0
+
+
+def _samples(horizon: float, rate: float | None) -> tuple[int, float]:
+    if rate is None:
+        return _SAMPLES_WITHOUT_RATE, horizon / _SAMPLES_WITHOUT_RATE
+    return max(round(horizon * rate), 1), 1 / rate
+
+
+T = TypeVar("T")
+
+
+def of_channel(numbers: Numbers, channel: str) -> Numbers:
+    """The same choices for one channel alone."""
+    return numbers.of(channel)
+
+
+def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
+    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
+    channels = numbers.channels(sensor)
+    if numbers.choices.axes != "each":
+        one = of(numbers)
+        return one, one, one
+    names = [f"{sensor}_{axis}" for axis in "xyz"]
+    missing = [name for name in names if name not in channels]
+    if missing:
+        raise DataError(
+            f"`axes` is each, and the model has no {', '.join(missing)}; {given('axes', 'worst')} writes one value for all"
+        )
+    x, y, z = (of(of_channel(numbers, name)) for name in names)
+    return x, y, z
+
+
+def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
+    """N of x, y and z."""
+    return by_axis(numbers, sensor, lambda one: one.noise(sensor))
+
+
+def refuse(numbers: Numbers, target: str, why: str, *choices: str) -> None:
+    """Raise `NoPlaceError` for a choice that differs from the default and does not apply to a target."""
+    default = Choices()
+    for name in choices:
+        if getattr(numbers.choices, name) != getattr(default, name):
+            raise NoPlaceError(f"{{@{name}}} does not apply to {target}: {why}", choice=name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A target of ``sigmatau export``."""
+
+    name: str  # As it is typed
+    summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
+    ending: str  # File name extension, with the dot
+    write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
+    needs_rate: bool = False  # Whether the file depends on the sampling rate
+    has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
+    has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
+    per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
+    every_axis: bool = False  # Whether the file always has each axis separately
+    # Writers of other forms of the file, by extension, from `Numbers` to bytes
+    binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
+    # Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``
+    names: Mapping[str, str] = field(default_factory=dict)

@@ -26,13 +26,10 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
 
-__all__ = ["LINEAR", "Components", "components", "pairs_of_terms", "power_of_interval", "with_sinusoid"]
-
 Floats = NDArray[np.float64]
 
+# Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise.
 LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise."""
-
 _POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_random_walk": 3}
 
 _LOW_MODES = 512  # the lowest modes, which are all used
@@ -50,47 +47,27 @@ def power_of_interval(name: str) -> int:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Components:
-    """Terms at the cluster sizes `m` of a record of `n` samples.
+    """Terms at the cluster sizes `m` of a record of `n` samples."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if one is fitted.
-    n : int
-    m : ndarray of int, shape (n_tau,)
-    design : ndarray, shape (n_tau, n_terms)
-        Expected Allan variance for θ = 1.
-    noise : ndarray, shape (n_terms·(n_terms+1)/2, n_tau, n_tau)
-        Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together.
-    slopes : ndarray, shape (n_terms, n_tau, n_tau)
-        Covariance, for θ = 1, of the ramps estimated from the mean second differences.
-    spectra : ndarray, shape (n_terms, n_modes)
-        Power of a mode for θ = 1, over n.
-    gains : ndarray, shape (n_tau, n_modes)
-    modes : ndarray, shape (n_modes,)
-        Number of modes that each represents.
-    squares : ndarray, shape (n_tau,)
-        Mean square of the distance of the two clusters of a pair, m² without gaps: twice the variance of a ramp of 1.
-    ramp_weights : ndarray or None, shape (n_tau,)
-        Weights of the ramp that was removed, if any.
-    gaps : Gaps or None
-        Missing samples.
-    powers : ndarray or None, shape (n_terms, n_tau, n_modes)
-        With gaps, gain times power for θ = 1: the share of a mode then depends on the averaging time.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # The four of `LINEAR`, then ``"gauss_markov"`` or ``"sinusoid"`` if one is fitted
     n: int
-    m: NDArray[np.int64]
-    design: Floats
-    noise: Floats
+    m: NDArray[np.int64]  # shape (n_tau,)
+    design: Floats  # shape (n_tau, n_terms); expected Allan variance for θ = 1
+    noise: (
+        Floats  # shape (n_terms·(n_terms+1)/2, …); Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together
+    )
+    # shape (n_terms, n_tau, n_tau); covariance, for θ = 1, of the ramps estimated from the mean second differences
     slopes: Floats
-    spectra: Floats
-    gains: Floats
-    modes: Floats
+    spectra: Floats  # shape (n_terms, n_modes); power of a mode for θ = 1, over n
+    gains: Floats  # shape (n_tau, n_modes)
+    modes: Floats  # shape (n_modes,); number of modes that each represents
+    # shape (n_tau,); mean square of the distance of the two clusters of a pair, m² without gaps: twice the variance of
+    # a ramp of 1
     squares: Floats
-    ramp_weights: Floats | None = None
-    gaps: Gaps | None = None
+    ramp_weights: Floats | None = None  # shape (n_tau,); weights of the ramp that was removed, if any
+    gaps: Gaps | None = None  # Missing samples
+    # shape (n_terms, n_tau, n_modes); with gaps, gain times power for θ = 1: the share of a mode then depends on the
+    # averaging time
     powers: Floats | None = None
 
     def from_index(self, first: int) -> Self:
@@ -107,20 +84,18 @@ class Components:
         )
 
     def without_ramp(self, weights: Floats) -> Self:
-        """The components of Allan variances from which a ramp was removed, see `remove_ramp`.
-
-        The ramp is Σ weights·ramp(m). Its variance v and its covariance c with every ramp(m) are known, and hence the
-        expected variances after its removal.
+        """The components of Allan variances from which a ramp was removed, see `remove_ramp`. The ramp is Σ
+        weights·ramp(m). Its variance v and its covariance c with every ramp(m) are known, and hence the expected
+        variances after its removal.
         """
         c = np.einsum("pij,j->ip", self.slopes, weights)
         v = np.einsum("i,ip->p", weights, c)
         return replace(self, design=self.design - self.squares[:, None] * (c - 0.5 * v), ramp_weights=weights)
 
     def covariance(self, theta: Floats) -> Floats:
-        """Covariance of the Allan variances, if θ is true.
-
-        After the removal of a ramp, a second difference is m²(β − 1) times the ramp's error plus a remainder, with β = c/v;
-        the remainder is taken as independent of the ramp's error, which holds on average over the record.
+        """Covariance of the Allan variances, if θ is true. After the removal of a ramp, a second difference is m²(β −
+        1) times the ramp's error plus a remainder, with β = c/v; the remainder is taken as independent of the ramp's
+        error, which holds on average over the record.
         """
         first, second = _pairs(len(theta))
         # Not @, which may start threads for such a small product.
@@ -178,24 +153,11 @@ def _pairs(n_terms: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 @functools.lru_cache(maxsize=32)
 def components(
-    n: int,
-    m: tuple[int, ...],
-    *,
-    correlation_time: float | None = None,
-    frequency: float | None = None,
+    n: int, m: tuple[int, ...], *, correlation_time: float | None = None, frequency: float | None = None
 ) -> Components:
-    """The components of the four noise terms and at most one more.
-
-    Parameters
-    ----------
-    n : int
-        Samples in the record.
-    m : tuple of int
-        Cluster sizes, increasing, at most n/2.
-    correlation_time : float, optional
-        Of a Gauss-Markov process; its θ is the variance. [samples]
-    frequency : float, optional
-        Of a sinusoid of random phase; its θ is the squared amplitude. [cycles per sample]
+    """The components of the four noise terms and at most one more. `m`: cluster sizes, increasing, at most n/2;
+    `correlation_time`: of a Gauss-Markov process; its θ is the variance [samples]; `frequency`: of a sinusoid of random
+    phase; its θ is the squared amplitude [cycles per sample].
     """
     if frequency is not None:
         return with_sinusoid(components(n, m), frequency)
@@ -261,9 +223,8 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
 
 
 def _positive_definite(matrix: Floats) -> Floats:
-    """The matrix, with the smallest eigenvalues of its correlations raised if it is not positive definite.
-
-    With gaps, the covariance of a term at two averaging times is approximate, which matters if one term dominates.
+    """The matrix, with the smallest eigenvalues of its correlations raised if it is not positive definite. With gaps,
+    the covariance of a term at two averaging times is approximate, which matters if one term dominates.
     """
     root = np.sqrt(np.diag(matrix))
     correlation = matrix / np.outer(root, root)
@@ -278,9 +239,8 @@ def _positive_definite(matrix: Floats) -> Floats:
 
 
 def _covariance_with(matrix: Floats, other: Floats) -> Floats:
-    """The matrix, or its variances with the correlations of another matrix if it is not positive definite.
-
-    With gaps, the effect of the removal of a ramp is approximate, which matters for trial values far from the fit.
+    """The matrix, or its variances with the correlations of another matrix if it is not positive definite. With gaps,
+    the effect of the removal of a ramp is approximate, which matters for trial values far from the fit.
     """
     try:
         np.linalg.cholesky(matrix / np.sqrt(np.outer(np.diag(other), np.diag(other))))

@@ -19,8 +19,6 @@ from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
 from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
 from sigmatau.noise.terms import TERMS
 
-__all__ = ["fit"]
-
 _PER_OCTAVE = 8  # averaging times, at most
 _LEAST_CONSECUTIVE = 1e-3  # share of the samples with a predecessor, below which all samples count as isolated
 _LEAST_PAIRS = 0.5
@@ -28,11 +26,7 @@ _LEAST_PAIRS = 0.5
 
 
 def fit(
-    curve: DeviationCurve,
-    *,
-    terms: Iterable[str] | None = None,
-    tau_min: float | None = None,
-    level: float = 0.95,
+    curve: DeviationCurve, *, terms: Iterable[str] | None = None, tau_min: float | None = None, level: float = 0.95
 ) -> NoiseFit:
     """Fit the five noise terms to an overlapped Allan deviation curve.
 
@@ -126,9 +120,8 @@ def _isolated(gaps: Gaps) -> bool:
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
-    """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if possible.
-
-    With missing samples, the sizes end where too few pairs are left.
+    """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if
+    possible. With missing samples, the sizes end where too few pairs are left.
     """
     chosen: list[int] = []
     longest = n // LONGEST_SHARE

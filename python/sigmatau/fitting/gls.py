@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from sigmatau._native.kernels import Factor
 from sigmatau.fitting.components import Components
 
-__all__ = ["Gls", "Score", "non_negative", "relative_fit"]
-
 Floats = NDArray[np.float64]
 
 _STEPS = 40  # of the iteration, at most
@@ -30,49 +28,25 @@ _LEAST_EIGENVALUE = 1e-9  # of correlations
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value.
+    """Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value."""
 
-    Attributes
-    ----------
-    z : float
-        (estimate − trial) / sigma; the estimate is unconstrained and may be negative.
-    sigma, skewness : float
-        Of the estimate, if the trial value is true.
-    theta : ndarray
-        The trial value, and the other coefficients fitted.
-    weights : ndarray
-        Of the Allan variances in the estimate.
-    """
-
-    z: float
-    sigma: float
+    z: float  # (estimate − trial) / sigma; the estimate is unconstrained and may be negative
+    sigma: float  # Of the estimate, if the trial value is true
     skewness: float
-    theta: Floats
-    weights: Floats
+    theta: Floats  # The trial value, and the other coefficients fitted
+    weights: Floats  # Of the Allan variances in the estimate
 
 
 class Gls:
     """Generalised least squares problem: Allan variances and their components; squared coefficients θ in samples.
-
-    Parameters
-    ----------
-    parts : Components
-    avar : ndarray, shape (n_tau,)
-    candidates : sequence of int, optional
-        Indices of the terms that are fitted. Default: all.
-    tangent : ndarray, shape (n_tau,), optional
-        Derivative of the variances by the shape of a term that was found by a search. Errors of the shape are then not
-        evidence of any term.
+    `candidates`: indices of the terms that are fitted. Default: all; `tangent`: derivative of the variances by the
+    shape of a term that was found by a search. Errors of the shape are then not evidence of any term.
     """
 
     __slots__ = ("avar", "candidates", "parts", "tangent")
 
     def __init__(
-        self,
-        parts: Components,
-        avar: Floats,
-        candidates: Sequence[int] | None = None,
-        tangent: Floats | None = None,
+        self, parts: Components, avar: Floats, candidates: Sequence[int] | None = None, tangent: Floats | None = None
     ) -> None:
         self.parts = parts
         self.avar = avar
@@ -107,9 +81,8 @@ class Gls:
         fixed: tuple[int, float] | None = None,
         start: Floats | None = None,
     ) -> Floats:
-        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one keeps its value.
-
-        Raises FloatingPointError if the covariance is not positive definite.
+        """Non-negative θ of the active terms (default: all candidates); the others are 0, the fixed one keeps its
+        value. Raises FloatingPointError if the covariance is not positive definite.
         """
         design = self.parts.design
         terms = [p for p in (self.candidates if active is None else active) if fixed is None or p != fixed[0]]
@@ -137,10 +110,9 @@ class Gls:
         return theta
 
     def p_value(self, theta: Floats) -> float:
-        """P-value of the goodness of fit: the larger of those for the variances and for their logarithms.
-
-        A variance with few degrees of freedom is skewed. The χ² of the differences is too large if the variances at the
-        longest times are large by chance; that of the logarithms, if they are small by chance. A wrong model shows in both.
+        """P-value of the goodness of fit: the larger of those for the variances and for their logarithms. A variance
+        with few degrees of freedom is skewed. The χ² of the differences is too large if the variances at the longest
+        times are large by chance; that of the logarithms, if they are small by chance. A wrong model shows in both.
         """
         from scipy.special import gammaincc, polygamma, psi
 
@@ -196,11 +168,10 @@ def relative_fit(columns: Floats, avar: Floats, errors: Floats) -> Floats:
 
 
 def _positive_definite(covariance: Floats) -> Floats:
-    """A covariance with the signs of slightly negative eigenvalues changed.
-
-    The covariance without the ramp is approximate: in the direction of the ramp it may be slightly negative if quantization
-    noise leaves the other directions hardly any variance. The size of the negative eigenvalue is the error of the
-    approximation and is taken as the variance. Raises FloatingPointError if the covariance is worse than that.
+    """A covariance with the signs of slightly negative eigenvalues changed. The covariance without the ramp is
+    approximate: in the direction of the ramp it may be slightly negative if quantization noise leaves the other
+    directions hardly any variance. The size of the negative eigenvalue is the error of the approximation and is taken
+    as the variance. Raises FloatingPointError if the covariance is worse than that.
     """
     sd = np.sqrt(np.maximum(covariance.diagonal(), 0))
     if not sd.all():

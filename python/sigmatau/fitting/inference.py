@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 
 from sigmatau.fitting.gls import Gls, Score
 
-__all__ = ["Evidence", "detectable_theta", "evidence", "skewed_tails"]
-
 Floats = NDArray[np.float64]
 
 _SMALLEST_PROBABILITY = 1e-300
@@ -34,22 +32,12 @@ _TOLERANCE = 1e-4  # relative error of a coefficient, below the printed digits
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Test and interval of one squared coefficient.
+    """Test and interval of one squared coefficient."""
 
-    Attributes
-    ----------
-    p_value : float
-        Probability of such an estimate or a larger one if the term is absent.
-    low, high : float
-        Interval of θ; low is 0 if the term is not found.
-    null : ndarray
-        All θ, fitted without the term.
-    """
-
-    p_value: float
-    low: float
+    p_value: float  # Probability of such an estimate or a larger one if the term is absent
+    low: float  # Interval of θ; low is 0 if the term is not found
     high: float
-    null: Floats
+    null: Floats  # All θ, fitted without the term
 
 
 def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
@@ -69,17 +57,8 @@ def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
 
 
 def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
-    """Test, interval and limit of one term.
-
-    Parameters
-    ----------
-    gls : Gls
-    term : int
-        Its index.
-    theta : ndarray
-        The fit with all terms: the starting point.
-    level : float
-        Of the interval; the term is found if p < 1 − level.
+    """Test, interval and limit of one term. `theta`: the fit with all terms: the starting point; `level`: of the
+    interval; the term is found if p < 1 − level.
     """
     estimate = max(float(theta[term]), 0.0)
     try:
@@ -123,9 +102,8 @@ def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
 
 
 def detectable_theta(gls: Gls, term: int, others: Floats, *, level: float, power: float) -> float:
-    """The smallest θ of a term that the test of `evidence` finds with probability `power`; inf if there is none.
-
-    No data are needed: the Allan variances are those expected for the other terms' θ.
+    """The smallest θ of a term that the test of `evidence` finds with probability `power`; inf if there is none. No
+    data are needed: the Allan variances are those expected for the other terms' θ.
     """
 
     def excess(theta_of_term: float) -> float:
@@ -186,10 +164,9 @@ def _upper_share(ratio: float, level: float) -> float:
 
 @functools.lru_cache(maxsize=16)
 def _feldman_cousins(level: float) -> tuple[Floats, Floats]:
-    """Upper tail of the acceptance interval [μ − b, μ + d] of a normal x with mean μ ≥ 0, by the likelihood ratio.
-
-    Both ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains
-    x < 0.
+    """Upper tail of the acceptance interval [μ − b, μ + d] of a normal x with mean μ ≥ 0, by the likelihood ratio. Both
+    ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains x
+    < 0.
     """
     from scipy.optimize import brentq
     from scipy.special import ndtr

@@ -17,10 +17,8 @@ from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import Printed, duration_text, interval_texts, seconds, two_digits
+from sigmatau.results import Printed, duration_text, interval_texts, plain, seconds, two_digits
 from sigmatau.units import find
-
-__all__ = ["FittedTerm", "GaussMarkov", "Interval", "NoiseFit", "Sinusoid", "Verdict"]
 
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
@@ -34,7 +32,7 @@ class Interval:
     value: float
     low: float | None
     high: float | None
-    unit: str
+    unit: str  # SI
 
     def to_dict(self) -> dict[str, Any]:
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
@@ -42,42 +40,19 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedTerm:
-    """One of the five terms in a fit.
+    """One of the five terms in a fit."""
 
-    Attributes
-    ----------
-    term : str
-        Key of `sigmatau.noise.terms.TERMS`.
-    unit : str
-        SI.
-    observed : bool or None
-        Whether the term is significant; None if the verdict is ``"descriptive"``.
-    value : float or None
-        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
-    low, high : float or None
-        Its interval; None if the model is not adequate. [unit]
-    upper_limit : float or None
-        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
-    level : float
-        Confidence level of the interval or of the limit.
-    p_value : float or None
-        P-value of the term, all others free; None if it was not tested.
-    shows_in, shows : float or None
-        If it was not observed: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases. Computed
-        when they are first asked for, by `outlook`.
-    outlook : callable or None
-        Computes `shows_in` and `shows`.
-    """
-
-    term: str
+    term: str  # Key of `sigmatau.noise.terms.TERMS`
     unit: str
-    observed: bool | None
-    level: float
+    observed: bool | None  # Whether the term is significant; None if the verdict is ``"descriptive"``
+    level: float  # Confidence level of the interval or of the limit
+    # The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
     value: float | None = None
-    low: float | None = None
+    low: float | None = None  # Its interval; None if the model is not adequate. [unit]
     high: float | None = None
-    upper_limit: float | None = None
-    p_value: float | None = None
+    upper_limit: float | None = None  # Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
+    p_value: float | None = None  # P-value of the term, all others free; None if it was not tested
+    # Computes `shows_in` and `shows`: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases.
     outlook: Callable[[], tuple[float | None, float | None]] | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -103,15 +78,7 @@ class FittedTerm:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        known = {
-            "value": self.value,
-            "low": self.low,
-            "high": self.high,
-            "upper_limit": self.upper_limit,
-            "p_value": self.p_value,
-            "record_at_least_s": self.shows_in,
-            "record_shows": self.shows,
-        }
+        known = plain(self, "value low high upper_limit p_value record_at_least_s=shows_in record_shows=shows")
         kept = {key: value for key, value in known.items() if value is not None}
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
 
@@ -345,22 +312,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
-        return {
-            "method": self.method,
-            "verdict": self.verdict,
-            "reason": self.reason,
-            "tau_min_s": self.tau_min,
-            "tau_max_s": self.tau_max,
-            "p_value": self.p_value,
-            "terms": {
-                **{name: self._term_to_dict(name) for name in self.terms},
-                "gauss_markov": [process.to_dict() for process in self.gauss_markov],
-                "sinusoid": [line.to_dict() for line in self.sinusoid],
-            },
-            "model": dict(self.model),
-            "unclear": list(self.unclear),
-            "covariance": {"terms": list(names), "matrix": matrix.tolist()},
+        terms = {
+            **{name: self._term_to_dict(name) for name in self.terms},
+            "gauss_markov": self.gauss_markov,
+            "sinusoid": self.sinusoid,
         }
+        known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
+        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
 
     def _term_to_dict(self, name: str) -> dict[str, Any]:
         term = self.terms[name]

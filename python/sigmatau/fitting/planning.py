@@ -20,13 +20,9 @@ from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
-from sigmatau.results import Printed, duration_text, two_digits
+from sigmatau.results import Printed, duration_text, plain, two_digits
 
-__all__ = ["LONGEST_RECORD", "Plan", "needed_samples", "plan", "relative_error", "smallest_detectable"]
-
-LONGEST_RECORD = 10**13
-"""Longest record that is considered. [samples]"""
-
+LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
 _HALF, _MOST = 0.5, 0.9  # probabilities that a coefficient is found
 _MOST_ERROR = 0.5  # relative standard error from which on a coefficient counts as not determined
@@ -79,22 +75,10 @@ class Plan(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return {
-            "channel": self.channel,
-            "term": self.term,
-            "unit": self.unit,
-            "others": dict(self.others),
-            "gauss_markov": [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov],
-            "sample_rate_hz": 1 / self.tau0,
-            "record_s": self.duration,
-            "found_in_half": self.half,
-            "found_in_nine_of_ten": self.most,
-            "value": self.value,
-            "half_find_it_in_s": self.half_in,
-            "nine_of_ten_find_it_in_s": self.most_in,
-            "relative_error": self.error,
-            "level": self.level,
-        }
+        processes = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
+        known = "channel term unit others record_s=duration found_in_half=half found_in_nine_of_ten=most value"
+        times = "half_find_it_in_s=half_in nine_of_ten_find_it_in_s=most_in relative_error=error level"
+        return plain(self, known, times, gauss_markov=processes, sample_rate_hz=1 / self.tau0)
 
     def __repr__(self) -> str:
         label = TERMS[self.term].label(self.quantity)
@@ -144,37 +128,15 @@ def smallest_detectable(
 ) -> float:
     """The smallest coefficient that a record shows with a given probability.
 
-    Parameters
-    ----------
-    others : mapping of str to float, or ChannelModel
-        The noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov process. [SI]
-    term : str
-        The term that is to be found; its entry in `others` is ignored.
-    n : int
-        Samples in the record.
-    tau0 : float
-        Sample interval. [s]
-    tau_min : float
-        Shortest averaging time that can be used, for example because of a filter. [s]
-    power : float
-        Probability that the term is found.
-    level : float
-        Confidence level of the test: an absent term is found in 1 − level of all records.
-
-    Returns
-    -------
-    float
-        In SI; inf if no value is found with that probability.
-
-    Raises
-    ------
-    OptionError
-        For an unknown term, without other noise, for a record that is too short, for a model with a sinusoid, a bandwidth
-        or several Gauss-Markov processes, which are not supported.
-
     Notes
     -----
     The variance of a Gauss-Markov process is a free parameter, as the other coefficients are; its correlation time is known.
+
+    `others`: the noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov
+    process [SI]; `term`: the term that is to be found; its entry in `others` is ignored; `tau0`: sample interval [s];
+    `tau_min`: shortest averaging time that can be used, for example because of a filter [s]; `power`: probability
+    that the term is found; `level`: confidence level of the test: an absent term is found in 1 − level of all
+    records; the result is in SI, inf if no value is found with that probability.
     """
     if term not in TERMS:
         raise OptionError(f"unknown term {term!r}; terms: {', '.join(TERMS)}", option="term")
@@ -208,7 +170,6 @@ def needed_samples(
     level: float = 0.95,
 ) -> float:
     """Samples of the shortest record that shows `value` with probability `power`; inf above `LONGEST_RECORD`.
-
     Parameters and errors are those of `smallest_detectable`.
     """
     if not (math.isfinite(value) and value != 0):
@@ -237,7 +198,6 @@ def relative_error(
     others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
 ) -> float:
     """Standard error of a coefficient over the coefficient, all terms free; parameters as in `smallest_detectable`.
-
     From the covariance of the Allan variances; above 0.5 it is an order of magnitude.
     """
     theta = _theta(others, tau0)

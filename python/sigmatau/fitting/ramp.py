@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.noise_fit import FittedTerm
 
-__all__ = ["Ramp", "estimate_ramp", "least_ramp", "least_variance"]
-
 Floats = NDArray[np.float64]
 
 _RIDGE = 1e-9  # added to correlations
@@ -29,25 +27,13 @@ _LEAST_FREEDOM = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """Estimate of a ramp per sample.
+    """Estimate of a ramp per sample."""
 
-    Attributes
-    ----------
-    value, error : float
-        Estimate and standard error for the fitted noise.
-    freedom : float
-        Degrees of freedom of the squared error.
-    p_value : float
-        Two-sided p-value of the ramp.
-    used : float
-        The ramp removed from the Allan variances: the value, or 0 if it is not significant.
-    """
-
-    value: float
+    value: float  # Estimate and standard error for the fitted noise
     error: float
-    freedom: float
-    p_value: float
-    used: float
+    freedom: float  # Degrees of freedom of the squared error
+    p_value: float  # Two-sided p-value of the ramp
+    used: float  # The ramp removed from the Allan variances: the value, or 0 if it is not significant
 
     @property
     def suspicious(self) -> bool:
@@ -73,16 +59,8 @@ class Ramp:
 
 
 def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95) -> tuple[Ramp, Gls, Floats]:
-    """The ramp, the least squares problem after its removal, and the θ of that problem.
-
-    Parameters
-    ----------
-    gls : Gls
-        The problem before the removal.
-    theta : ndarray
-        Its fit: the weights start from it if no better start is found.
-    ramps : ndarray, shape (n_tau,)
-        Mean second differences over m².
+    """The ramp, the least squares problem after its removal, and the θ of that problem. `theta`: its fit: the weights
+    start from it if no better start is found; `ramps`: mean second differences over m².
     """
     from scipy.special import stdtr
 

@@ -23,10 +23,8 @@ from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
-from sigmatau.results import Printed, seconds, value_error_text
+from sigmatau.results import Printed, plain, seconds, value_error_text
 from sigmatau.units import find
-
-__all__ = ["GAIN", "LARGEST_ERROR", "RULES", "Coefficient", "ReadOff", "Refusal", "Rule", "read_off"]
 
 LARGEST_ERROR = 0.35
 """Largest error by eq. (26) of the averaging times that are used: those up to a fifth of the record."""
@@ -34,21 +32,11 @@ LARGEST_ERROR = 0.35
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """Conditions for a region of a term.
+    """Conditions for a region of a term."""
 
-    Attributes
-    ----------
-    tolerance : float
-        Largest difference of its slope from that of the term.
-    slope_error : float
-        Largest standard error of its slope by eq. (26).
-    span : float
-        Smallest ratio of its longest to its shortest averaging time.
-    """
-
-    tolerance: float = 0.1
-    slope_error: float = 0.1
-    span: float = 4.0
+    tolerance: float = 0.1  # Largest difference of its slope from that of the term
+    slope_error: float = 0.1  # Largest standard error of its slope by eq. (26).
+    span: float = 4.0  # Smallest ratio of its longest to its shortest averaging time
 
 
 # From Monte Carlo: in each of 20 cases an absent term is reported in at most 5 % of the records (studies/read_off.py,
@@ -69,51 +57,28 @@ _PER_OCTAVE = 8  # averaging times, at most
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
 _PROPORTIONAL = 1 - 1e-9  # cosine from which on two columns count as proportional
 
-GAIN = 6.0
-"""Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave."""
+GAIN = 6.0  # Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coefficient:
-    """One coefficient, read off.
+    """One coefficient, read off."""
 
-    Attributes
-    ----------
-    term : str
-        Key of `sigmatau.noise.terms.TERMS`.
-    value, error : float
-        Coefficient and its error by eq. (26), one standard error. [unit]
-    unit : str
-        SI.
-    tau_min, tau_max : float
-        The region. [s]
-    slope : float
-        Fitted slope of the region.
-    percentage : float
-        error / value.
-    """
-
-    term: str
-    value: float
+    term: str  # Key of `sigmatau.noise.terms.TERMS`
+    value: float  # Coefficient and its error by eq. (26), one standard error. [unit]
     error: float
-    unit: str
-    tau_min: float
+    unit: str  # SI
+    tau_min: float  # The region. [s]
     tau_max: float
-    slope: float
-    percentage: float
+    slope: float  # Fitted slope of the region
+    percentage: float  # error / value
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "value": self.value,
-            "error": self.error,
-            "unit": self.unit,
-            "tau_s": [self.tau_min, self.tau_max],
-            "slope": self.slope,
-        }
+        return plain(self, "value error unit slope", tau_s=[self.tau_min, self.tau_max])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -243,10 +208,8 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
 @dataclass(frozen=True, slots=True)
 class _Points:
-    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points.
-
-    `ratios` are the factors of gaps on the variances of each term, over that of the term that is read off; empty without
-    gaps.
+    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points. `ratios` are
+    the factors of gaps on the variances of each term, over that of the term that is read off; empty without gaps.
     """
 
     m: NDArray[np.int64]
@@ -347,10 +310,9 @@ class _Points:
         return None
 
     def explained(self, i: int, j: int, term: Term) -> str | None:
-        """Reason against the region if the other terms together explain it, as at the crossing of two lines.
-
-        The variances of the region and of a factor of 8 on either side are fitted by all terms and by all but this one, with
-        weights from δ; the term must reduce the misfit by more than `GAIN` per octave of points.
+        """Reason against the region if the other terms together explain it, as at the crossing of two lines. The
+        variances of the region and of a factor of 8 on either side are fitted by all terms and by all but this one,
+        with weights from δ; the term must reduce the misfit by more than `GAIN` per octave of points.
         """
         near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
         m, variance = self.m[near], np.exp(2 * self.ls[near])

@@ -20,13 +20,9 @@ from sigmatau.estimators.gaps import Gaps
 from sigmatau.fitting.gls import Gls, non_negative, relative_fit
 from sigmatau.fitting.masked_components import components_with_gaps
 
-__all__ = ["GAIN_IN_REACH", "Extension", "candidates", "intervals"]
-
 Floats = NDArray[np.float64]
 
-GAIN_IN_REACH = 8.0
-"""A sixth term is used if the fit with it begins at an averaging time shorter by this factor."""
-
+GAIN_IN_REACH = 8.0  # A sixth term is used if the fit with it begins at an averaging time shorter by this factor
 _TIMES_PER_DECADE = 8
 _FREQUENCIES_PER_DECADE = 60
 _MAX_MISFIT = 30.0  # χ² for each averaging time with the approximate covariance; a larger one is not refined
@@ -35,17 +31,10 @@ _LEAST_GAIN = 20.0  # in χ²: the best of hundreds of frequencies improves a go
 
 @dataclass(frozen=True, slots=True)
 class Extension:
-    """A sixth term with the parameter of its shape.
-
-    Attributes
-    ----------
-    kind : {"gauss_markov", "sinusoid"}
-    shape : float
-        Correlation time in samples, or frequency in cycles per sample.
-    """
+    """A sixth term with the parameter of its shape."""
 
     kind: Literal["gauss_markov", "sinusoid"]
-    shape: float
+    shape: float  # Correlation time in samples, or frequency in cycles per sample
 
     def arguments(self) -> dict[str, float]:
         """Keyword arguments of `sigmatau.fitting.masked_components.components_with_gaps`."""
@@ -109,9 +98,8 @@ def intervals(
     gls: Gls, theta: Floats, extension: Extension, *, level: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Value, low and high of the size (standard deviation or amplitude) and of the shape, symmetric in the logarithm.
-
-    The covariance has the shape as a free parameter: its column is the derivative of the variances by the logarithm of the
-    shape.
+    The covariance has the shape as a free parameter: its column is the derivative of the variances by the logarithm of
+    the shape.
     """
     from scipy.special import ndtri
 

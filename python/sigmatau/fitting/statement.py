@@ -19,8 +19,6 @@ from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseF
 from sigmatau.fitting.tau_min import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
 from sigmatau.noise.terms import coefficient_unit
 
-__all__ = ["coefficient", "descriptive", "half_octaves", "no_fit", "stated"]
-
 Floats = NDArray[np.float64]
 
 _WALK = LINEAR.index("rate_random_walk")
@@ -32,9 +30,8 @@ _DESCRIPTIVE_ERROR = 0.1  # relative error of a variance in a descriptive fit: 5
 
 
 def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level: float) -> NoiseFit:
-    """The result for an adequate model: intervals of the observed terms, upper limits of the others.
-
-    `scale` is the variance by which the data were divided.
+    """The result for an adequate model: intervals of the observed terms, upper limits of the others. `scale` is the
+    variance by which the data were divided.
     """
     gls, theta, tau0 = best.gls, best.theta, curve.tau0
     linear = [p for p in gls.candidates if p < len(LINEAR)]
@@ -272,9 +269,8 @@ class _Outlook:
 
 
 def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tuple[float | None, float | None]:
-    """Samples of a record that would show half the limit, and θ of that half; None if there is no such record.
-
-    The smallest θ that is found falls as a power of the length, which is extrapolated from two lengths.
+    """Samples of a record that would show half the limit, and θ of that half; None if there is no such record. The
+    smallest θ that is found falls as a power of the length, which is extrapolated from two lengths.
     """
     if not math.isfinite(e.high) or not e.null[: len(LINEAR)].any():
         return None, None

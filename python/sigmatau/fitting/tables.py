@@ -10,8 +10,6 @@ from sigmatau.fitting.read_off import ReadOff
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds
 
-__all__ = ["deviation_table", "fit_table", "read_off_table"]
-
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
     "not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of its slope.",
@@ -109,8 +107,5 @@ def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping
         lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
     if noise is not None:
         shown = noise if isinstance(noise, str) else ", ".join(noise)
-        lines += [
-            "",
-            f"[ ]: 95 % interval by χ² with the degrees of freedom of {shown.replace('_', ' ')}.",
-        ]
+        lines += ["", f"[ ]: 95 % interval by χ² with the degrees of freedom of {shown.replace('_', ' ')}."]
     return "\n".join(lines)

@@ -17,73 +17,34 @@ from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
 from sigmatau.fitting.sixth_term import Extension
 
-__all__ = [
-    "LARGEST_START",
-    "LEAST_P",
-    "LEAST_P_EXTENDED",
-    "LEAST_P_LATER",
-    "LEAST_TIMES",
-    "LONGEST_SHARE",
-    "Attempt",
-    "Data",
-    "best_attempt",
-]
-
 Floats = NDArray[np.float64]
 
-LONGEST_SHARE = 3
-"""The longest averaging time is the record over this; a longer one has hardly two degrees of freedom."""
-
-LEAST_TIMES = 8
-"""Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit."""
-
-LEAST_P = 0.002
-"""Smallest p-value of the goodness of fit with all averaging times for the model to be adequate."""
-
-LEAST_P_LATER = 0.01
-"""The same once shorter averaging times are left out, which are then known to deviate."""
-
-LEAST_P_EXTENDED = 0.05
-"""The same with a sixth term, which is the best of hundreds."""
-
+LONGEST_SHARE = 3  # The longest averaging time is the record over this; a longer one has hardly two degrees of freedom
+LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
+LEAST_P = 0.002  # Smallest p-value of the goodness of fit with all averaging times for the model to be adequate
+LEAST_P_LATER = 0.01  # The same once shorter averaging times are left out, which are then known to deviate
+LEAST_P_EXTENDED = 0.05  # The same with a sixth term, which is the best of hundreds
+# A sixth term is tried only if five terms fit worse than this: the best of hundreds always fits a little better
 _SIXTH_TERM_P = 1e-4
-"""A sixth term is tried only if five terms fit worse than this: the best of hundreds always fits a little better."""
 
+# Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]
 LARGEST_START = 128
-"""Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]"""
-
 QUANTIZATION = LINEAR.index("quantization")
 _FAILURES = (FloatingPointError, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Data:
-    """The data of a fit, in samples and in a unit that makes the variances near 1.
-
-    Attributes
-    ----------
-    n : int
-    m : tuple of int, n_tau
-    avar, ramps : ndarray, shape (n_tau,)
-        Allan variances, and the ramps per sample from the mean second differences.
-    candidates : tuple of int
-        Indices in `LINEAR` of the terms that are fitted.
-    with_ramp : bool
-        Whether a ramp is fitted.
-    first : int or None
-        Index of the shortest averaging time, if that is given.
-    gaps : Gaps or None
-        Missing samples.
-    """
+    """The data of a fit, in samples and in a unit that makes the variances near 1."""
 
     n: int
     m: tuple[int, ...]
-    avar: Floats
+    avar: Floats  # shape (n_tau,); allan variances, and the ramps per sample from the mean second differences
     ramps: Floats
-    candidates: tuple[int, ...]
-    with_ramp: bool
-    first: int | None = None
-    gaps: Gaps | None = None
+    candidates: tuple[int, ...]  # Indices in `LINEAR` of the terms that are fitted
+    with_ramp: bool  # Whether a ramp is fitted
+    first: int | None = None  # Index of the shortest averaging time, if that is given
+    gaps: Gaps | None = None  # Missing samples
 
     def parts(self, extra: Extension | None = None) -> Components:
         """Components at all averaging times."""
@@ -98,29 +59,14 @@ class Data:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """The best θ from one averaging time on, and how well it fits.
+    """The best θ from one averaging time on, and how well it fits."""
 
-    Attributes
-    ----------
-    first : int
-        Index of that averaging time.
-    gls : Gls
-        The least squares problem; with the ramp removed if it is significant.
-    theta : ndarray
-    p_value : float
-        Of the goodness of fit.
-    ramp : Ramp or None
-    still : tuple of Gls and ndarray, or None
-        The problem with the ramp removed, significant or not, and its θ.
-    extra : Extension or None
-    """
-
-    first: int
-    gls: Gls
+    first: int  # Index of that averaging time
+    gls: Gls  # The least squares problem; with the ramp removed if it is significant
     theta: Floats
-    p_value: float
+    p_value: float  # Of the goodness of fit
     ramp: Ramp | None
-    still: tuple[Gls, Floats] | None
+    still: tuple[Gls, Floats] | None  # The problem with the ramp removed, significant or not, and its θ
     extra: Extension | None = None
 
     def expected(self, data: Data) -> Floats:

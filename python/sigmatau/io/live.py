@@ -28,8 +28,6 @@ from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import HEAD, Loaded, Table
 from sigmatau.io.read.table_streams import find_rate
 
-__all__ = ["Live", "follow"]
-
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
 _WAITING = 64  # pieces that may be read ahead
@@ -42,20 +40,9 @@ _GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
 
 
 def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
-    """The bytes of standard input (``-``) or of a growing file, as they come.
-
-    Parameters
-    ----------
-    source : str
-    every : float
-        An empty piece is yielded whenever nothing has come for so long. [s]
-    idle : float, optional
-        End if nothing has come for so long. [s] Without it, a file is followed for ever and standard input to its end.
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read, or has become shorter.
+    """The bytes of standard input (``-``) or of a growing file, as they come. `every`: an empty piece is yielded
+    whenever nothing has come for so long [s]; `idle`: end if nothing has come for so long. [s] Without it, a file is
+    followed for ever and standard input to its end.
     """
     pieces: queue.Queue[bytes | DataError | None] = queue.Queue(_WAITING)
     stop = threading.Event()
@@ -112,36 +99,16 @@ def _put(pieces: queue.Queue[bytes | DataError | None], piece: bytes | DataError
 
 @dataclass(slots=True)
 class Live:
-    """Lines into samples.
+    """Lines into samples."""
 
-    Attributes
-    ----------
-    options : Options
-        What the user said of the columns.
-    rate : float
-        Sampling rate; 0 until the layout is known. [Hz]
-    source_of_rate : str
-        How it was found, in words.
-    unit : dict
-        Unit by channel, as spelled.
-    lost : int
-        Lines that could not be read.
-    lost_example : str
-        What was wrong with the last of them.
-    lines : int
-        Lines of data that were read.
-    leaps : int
-        Intervals between stamps that are negative or longer than 20 sample intervals.
-    """
-
-    options: Options
-    rate: float = 0.0
-    source_of_rate: str = ""
-    unit: dict[str, str] = field(default_factory=dict)
-    lost: int = 0
-    lost_example: str = ""
-    lines: int = 0
-    leaps: int = 0
+    options: Options  # What the user said of the columns
+    rate: float = 0.0  # Sampling rate; 0 until the layout is known. [Hz]
+    source_of_rate: str = ""  # How it was found, in words
+    unit: dict[str, str] = field(default_factory=dict)  # Unit by channel, as spelled
+    lost: int = 0  # Lines that could not be read
+    lost_example: str = ""  # What was wrong with the last of them
+    lines: int = 0  # Lines of data that were read
+    leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
     _layout: Layout | None = None
     _choice: Choice | None = None
@@ -159,14 +126,8 @@ class Live:
         return count / total if count > 1 and total > 0 else None
 
     def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
-        """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes.
-
-        `last` says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
-
-        Raises
-        ------
-        DataError, OptionError
-            As `sigmatau.read` does, if the first lines are no table or do not say what is needed.
+        """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes. `last`
+        says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
         """
         self._rest += piece
         end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
@@ -200,7 +161,8 @@ class Live:
         stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
             at = self._wanted().index(choice.time)
-            good, bad = self._good(_first_lines(body))
+            # Always the same lines, however many have come: the rate must not depend on how the input is cut.
+            good, bad = self._good(b"".join(_lines(body)[:_FIRST_LINES]))
             good = [part for columns in good for part in _without_absurd(columns, bad)]
             stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
@@ -299,11 +261,6 @@ def _lines(piece: bytes) -> list[bytes]:
     """Lines with their ends, as the reader of tables counts them: a carriage return alone ends none."""
     lines = piece.split(b"\n")
     return [line + b"\n" for line in lines[:-1]] + ([lines[-1]] if lines[-1] else [])
-
-
-def _first_lines(piece: bytes) -> bytes:
-    """Always the same lines, however many have come: the rate must not depend on how the input is cut."""
-    return b"".join(_lines(piece)[:_FIRST_LINES])
 
 
 def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[list[NDArray[np.float64]]]:

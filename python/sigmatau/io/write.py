@@ -15,21 +15,12 @@ from sigmatau.io.writers import WRITERS, Put, headers_of
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK
 
-__all__ = ["RECORD_ENDINGS", "atomic", "ending_of", "table_writer", "write"]
-
-RECORD_ENDINGS = tuple(WRITERS)
-"""Endings of a record's file name, each with its format."""
+RECORD_ENDINGS = tuple(WRITERS)  # Endings of a record's file name, each with its format
 
 
 @contextlib.contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
-    """A path beside `path` to write to, which takes its name when the block ends well and vanishes when it does not.
-
-    Raises
-    ------
-    DataError
-        If the file cannot be written there; the message says why.
-    """
+    """A path beside `path` to write to, which takes its name when the block ends well and vanishes when it does not."""
     try:
         target = Path(path)
         temporary = _beside(target)
@@ -68,21 +59,7 @@ def _beside(target: Path) -> Path:
 @contextlib.contextmanager
 def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """What takes a table piece by piece; the file has its name when the block ends well, and is not there otherwise.
-
-    Parameters
-    ----------
-    path : str or Path
-        Its ending is one of `RECORD_ENDINGS`.
-    columns : sequence of (str, str)
-        Name and unit of each column.
-
-    Raises
-    ------
-    OptionError
-        For another ending.
-    DataError
-        If the file cannot be written, names cannot be written in that format, or a library is not installed that the format
-        needs; the message says which.
+    `path`: its ending is one of `RECORD_ENDINGS`.
     """
     target = Path(path)
     ending = ending_of(target)

@@ -28,13 +28,10 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed
 
-__all__ = ["STATIONARY", "ChannelModel"]
-
 Floats = NDArray[np.float64]
 
+# Terms that have an autocovariance. Only differences of the other terms are stationary.
 STATIONARY = ("quantization", "random_walk")
-"""Terms that have an autocovariance. Only differences of the other terms are stationary."""
-
 _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 

@@ -16,19 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError
 
-__all__ = [
-    "band_limited",
-    "exponential_sum_variance",
-    "flicker_phase",
-    "gauss_markov",
-    "phase_of_band_limited",
-    "phase_of_gauss_markov",
-    "phase_of_sinusoid",
-    "phase_of_term",
-    "rate_of_term",
-    "whole_lags",
-]
-
 Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 
@@ -131,22 +118,13 @@ def _butterworth(n: float, order: int, corner: float) -> tuple[_Complex, _Comple
 def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
     """Variance of the sum of l samples of autocovariance e^(−a·k), for decays that may be complex.
 
-    Parameters
-    ----------
-    decay : ndarray, shape (n_decays,)
-        a, per sample; its real part is positive.
-    lags : ndarray, shape (n_lags,)
-        l.
-
-    Returns
-    -------
-    ndarray, shape (n_decays, n_lags)
-
     Notes
     -----
     [l·sinh a − 1 + e^(−al)]/(cosh a − 1), which is [l(1 − p²) − 2p(1 − pˡ)]/(1 − p)² with p = e^(−a). Written as
     [l(sinh a − a) + (al − 1 + e^(−al))]/(2 sinh²(a/2)), a sum of two parts that are positive for a real decay, nothing
     cancels for slow decay.
+
+    `decay`: a, per sample; its real part is positive.
     """
     a, size = decay[:, None], lags[None, :]
     whole = a * size

@@ -32,11 +32,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import interval_texts, printable
 from sigmatau.units import usual
 
-__all__ = ["NOT_ADEQUATE", "channels_of", "correlation_of", "toml", "value_in_si"]
-
-NOT_ADEQUATE = "from a fit that is not adequate: no interval"
-"""Comment on a value from a fit that is not adequate."""
-
+NOT_ADEQUATE = "from a fit that is not adequate: no interval"  # Comment on a value from a fit that is not adequate
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
 _UNIT_OF_SECOND_PART = {"time": "s", "frequency": "Hz"}  # units of the second part of a process

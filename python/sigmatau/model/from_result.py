@@ -14,10 +14,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid, real
 from sigmatau.noise.terms import TERMS
 
-__all__ = ["channel_of_fit", "channels_of_result", "models_of", "results_by_channel"]
-
-_WITH_MODEL = ("adequate", "descriptive")
-"""Verdicts of a fit that has coefficients."""
+_WITH_MODEL = ("adequate", "descriptive")  # Verdicts of a fit that has coefficients
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:
@@ -44,13 +41,7 @@ def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
-    """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel.
-
-    Parameters
-    ----------
-    channels : mapping of str to mapping
-        As a result has them. What is needed: ``fit``, ``quantity``, ``curve.unit``.
-    """
+    """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel."""
     models, without = {}, []
     for name, channel in channels.items():
         try:

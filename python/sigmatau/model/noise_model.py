@@ -25,13 +25,10 @@ from sigmatau.results import Printed
 if TYPE_CHECKING:
     pass
 
-__all__ = ["CORRELATED", "Correlation", "NoiseModel"]
-
 Correlation = Mapping[str, Mapping[tuple[str, str], float]]
 
+# Terms whose noise may be correlated between channels
 CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-"""Terms whose noise may be correlated between channels."""
-
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 
 

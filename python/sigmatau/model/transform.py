@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError, OptionError
 
-__all__ = ["Density", "avar_from_psd"]
-
 Floats = NDArray[np.float64]
 Density = Callable[[Floats], ArrayLike]
 

@@ -14,9 +14,7 @@ from sigmatau.errors import OptionError
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
-from sigmatau.results import Printed
-
-__all__ = ["Imperfections", "Outage", "Temperature", "WarmUp"]
+from sigmatau.results import Printed, plain
 
 Floats = NDArray[np.float64]
 
@@ -28,18 +26,10 @@ _ABSOLUTE_ZERO = -273.15  # °C
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WarmUp:
-    """A level that decays after turn-on: amplitude·exp(−t/time).
+    """A level that decays after turn-on: amplitude·exp(−t/time)."""
 
-    Attributes
-    ----------
-    amplitude : float
-        At the start, of either sign. [unit of the rate]
-    time : float
-        [s]
-    """
-
-    amplitude: float
-    time: float
+    amplitude: float  # At the start, of either sign. [unit of the rate]
+    time: float  # [s]
 
     def __post_init__(self) -> None:
         _finite("the amplitude of a warm-up", self.amplitude)
@@ -52,30 +42,17 @@ class WarmUp:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Temperature:
-    """Temperature of the sensor, its effect on the channels, and the thermometer of the log.
-
-    end + (start − end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
-
-    Attributes
-    ----------
-    start, end : float
-        At turning on and long after. [°C]
-    time : float
-        How long the change takes, to 1/e. [s]
-    swing : float
-        Half the difference between day and night. [K]
-    resolution : float
-        Step of the thermometer's numbers; 0 for none. [K]
-    sensitivity : mapping of str to float
-        Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start.
-        [unit of the rate per K]
+    """Temperature of the sensor, its effect on the channels, and the thermometer of the log. end + (start −
+    end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
     """
 
-    start: float
+    start: float  # At turning on and long after. [°C]
     end: float
-    time: float = 1200.0
-    swing: float = 0.0
-    resolution: float = 0.01
+    time: float = 1200.0  # How long the change takes, to 1/e. [s]
+    swing: float = 0.0  # Half the difference between day and night. [K]
+    resolution: float = 0.01  # Step of the thermometer's numbers; 0 for none. [K]
+    # Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start. [unit of the rate
+    # per K]
     sensitivity: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -106,16 +83,10 @@ class Temperature:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outage:
-    """A time in which no row is logged.
+    """A time in which no row is logged."""
 
-    Attributes
-    ----------
-    start, length : float
-        [s]
-    """
-
-    start: float
-    length: float
+    start: float  # [s]
+    length: float  # [s]
 
     def __post_init__(self) -> None:
         _not_negative("the start of an outage", self.start)
@@ -247,32 +218,21 @@ class Imperfections(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, of what is given alone."""
-        content: dict[str, Any] = {"output": self.output}
-        if self.level:
-            content["level"] = dict(self.level)
-        if self.warm_up:
-            content["warm_up"] = {n: {"amplitude": w.amplitude, "time_s": w.time} for n, w in self.warm_up.items()}
-        if self.temperature is not None:
-            warm = self.temperature
-            content["temperature"] = {
-                "start_degC": warm.start,
-                "end_degC": warm.end,
-                "time_s": warm.time,
-                "swing_K": warm.swing,
-                "resolution_K": warm.resolution,
-                "sensitivity": dict(warm.sensitivity),
-            }
-        if self.saturation:
-            content["saturation"] = dict(self.saturation)
-        if self.lsb:
-            content["lsb"] = dict(self.lsb)
-        if self.lost:
-            content["lost"] = self.lost
-        if self.outages:
-            content["outages"] = [{"start_s": o.start, "length_s": o.length} for o in self.outages]
-        if self.jitter:
-            content["jitter_s"] = self.jitter
-        return content
+        warm = self.temperature
+        given = {
+            "level": self.level,
+            "warm_up": {name: plain(one, "amplitude time_s=time") for name, one in self.warm_up.items()},
+            "temperature": warm
+            and plain(
+                warm, "start_degC=start end_degC=end time_s=time swing_K=swing resolution_K=resolution sensitivity"
+            ),
+            "saturation": self.saturation,
+            "lsb": self.lsb,
+            "lost": self.lost,
+            "outages": [plain(one, "start_s=start length_s=length") for one in self.outages],
+            "jitter_s": self.jitter,
+        }
+        return plain(self, "output", **{key: value for key, value in given.items() if value})
 
     def __repr__(self) -> str:
         lines = [f"level of {name}: {value:.6g}" for name, value in self.level.items()]

@@ -8,11 +8,8 @@ from numpy.typing import NDArray
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import TEMPERATURE, Provenance, Record, make_stream, stream_name
 from sigmatau.record.streams import CHUNK, InputKind, Stream
-from sigmatau.simulation.generators import Flicker
 from sigmatau.simulation.imperfections import Imperfections
-from sigmatau.simulation.rows import Channel, Job, Stamps, job
-
-__all__ = ["simulate"]
+from sigmatau.simulation.rows import Channel, Flicker, Job, Stamps, job
 
 Floats = NDArray[np.float64]
 

@@ -16,47 +16,25 @@ from sigmatau.io.write import table_writer
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import TEMPERATURE
 from sigmatau.record.streams import CHUNK
-from sigmatau.results import Printed, duration_text
-from sigmatau.simulation.generators import Flicker
+from sigmatau.results import Printed, duration_text, plain
 from sigmatau.simulation.imperfections import Imperfections
-from sigmatau.simulation.rows import Channel, Stamps, job
-
-__all__ = ["Simulated", "simulate_to"]
+from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Printed):
-    """Description of the file that was written.
-
-    Attributes
-    ----------
-    path : str
-    channels : tuple of str
-    samples : int
-    lost : int
-        Rows that were lost on the way, by `Imperfections`.
-    rate : float
-        [Hz]
-    seed : int
-    """
+    """Description of the file that was written."""
 
     path: str
     channels: tuple[str, ...]
     samples: int
-    lost: int
-    rate: float
+    lost: int  # Rows that were lost on the way, by `Imperfections`
+    rate: float  # [Hz]
     seed: int
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
-        return {
-            "path": self.path,
-            "channels": list(self.channels),
-            "samples": self.samples,
-            "lost_rows": self.lost,
-            "sample_rate_hz": self.rate,
-            "seed": self.seed,
-        }
+        return plain(self, "path channels samples lost_rows=lost sample_rate_hz=rate seed")
 
     def __repr__(self) -> str:
         lost = f", {self.lost} rows lost" if self.lost else ""
@@ -140,7 +118,8 @@ def simulate_to(
         columns.append(("temperature", TEMPERATURE))
     target = Path(path)
     kept = 0
-    with table_writer(target, columns) as put, ThreadPoolExecutor(_threads(len(model.channels))) as pool:
+    threads = max(1, min(len(model.channels), os.cpu_count() or 1))
+    with table_writer(target, columns) as put, ThreadPoolExecutor(threads) as pool:
         channels = [Channel(given, name) for name in model.channels]
         stamps = Stamps(given)
         row = 0
@@ -168,7 +147,3 @@ def simulate_to(
         rate=rate,
         seed=given.seed,
     )
-
-
-def _threads(channels: int) -> int:
-    return max(1, min(channels, os.cpu_count() or 1))

@@ -18,8 +18,6 @@ import functools
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["interval", "probability_below", "significance"]
-
 Floats = NDArray[np.float64]
 
 _GAMMA_NODES = 30
@@ -29,13 +27,8 @@ _MOST_AT_ONCE = 100
 
 
 def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
-    """Coherence that two independent series exceed with probability 1 − `level`: 1 − (1 − level)^(1/(n − 1)).
-
-    Parameters
-    ----------
-    n : array_like, shape (n_f,)
-        Pairs averaged, half the degrees of freedom; of a single one the coherence is always 1.
-    level : float
+    """Coherence that two independent series exceed with probability 1 − `level`: 1 − (1 − level)^(1/(n − 1)). `n`:
+    pairs averaged, half the degrees of freedom; of a single one the coherence is always 1.
     """
     pairs = np.asarray(n, dtype=np.float64)
     free = np.maximum(pairs - 1, 1e-9)
@@ -61,20 +54,7 @@ def _rule() -> tuple[Floats, Floats]:
 
 
 def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Floats, Floats]:
-    """Confidence interval of the true coherence.
-
-    Parameters
-    ----------
-    measured : ndarray, shape (n_f,)
-    n : ndarray, shape (n_f,)
-        Pairs averaged; above 1.
-    level : float
-
-    Returns
-    -------
-    low, high : ndarray, shape (n_f,)
-        `low` is 0 where the coherence may be chance.
-    """
+    """Confidence interval of the true coherence. `low` is 0 where the coherence may be chance."""
     low, high = np.zeros(len(measured)), np.ones(len(measured))
     rounded = np.round(n, 2)  # far from the ends of the band tapers are alike but for 1e-5
     for pairs in np.unique(rounded):

@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.arrays import freeze
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-__all__ = ["Comparison"]
 
 Floats = NDArray[np.float64]
 
@@ -23,33 +21,18 @@ Floats = NDArray[np.float64]
 class Comparison(Printed):
     """Ratio of a measured density to a model's; 1 if the model is right.
 
-    Attributes
-    ----------
-    channel : str
-    frequency : ndarray, shape (n_bands,)
-        Of each band, the mean. [Hz]
-    ratio : ndarray, shape (n_bands,)
-        Measured over modelled density. Of amplitudes per √Hz it is the square.
-    dof : ndarray, shape (n_bands,)
-        Degrees of freedom of each ratio.
-    method : str
-        Of the measured density.
-    left_out : tuple of str
-        What of the model has no density: its sinusoids, its ramp.
-    beside_lines : tuple of (float, float)
-        Frequencies that are not compared, because a line of the model shows there. [Hz]
-
     Notes
     -----
     The model is taken as it is, without the error of its coefficients: of a fit to the same record the ratios scatter less.
     """
 
     channel: str
-    frequency: Floats
-    ratio: Floats
-    dof: Floats
-    method: str
-    left_out: tuple[str, ...] = ()
+    frequency: Floats  # shape (n_bands,); of each band, the mean. [Hz]
+    ratio: Floats  # shape (n_bands,); measured over modelled density. Of amplitudes per √Hz it is the square.
+    dof: Floats  # shape (n_bands,); degrees of freedom of each ratio
+    method: str  # Of the measured density
+    left_out: tuple[str, ...] = ()  # What of the model has no density: its sinusoids, its ramp
+    # Frequencies that are not compared, because a line of the model shows there. [Hz]
     beside_lines: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -78,20 +61,8 @@ class Comparison(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "ratio": self.ratio.tolist(),
-            "low": low.tolist(),
-            "high": high.tolist(),
-            "level": 0.95,
-            "dof": self.dof.tolist(),
-            "p_values": self.p_values.tolist(),
-            "p_value": self.p_value,
-            "method": self.method,
-            "left_out": list(self.left_out),
-            "beside_lines_hz": [list(band) for band in self.beside_lines],
-        }
+        known = "channel frequency_hz=frequency ratio dof p_values p_value method left_out beside_lines_hz=beside_lines"
+        return plain(self, known, low=low, high=high, level=0.95)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the ratios with their 95 % intervals; returns the axes."""

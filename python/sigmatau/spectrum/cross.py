@@ -12,9 +12,8 @@ from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.spectrum import coherence as law
-from sigmatau.spectrum.bins import bin_starts, levelled, shared
 from sigmatau.spectrum.estimate import (
     batches,
     segment_size,
@@ -29,12 +28,10 @@ from sigmatau.spectrum.estimate import (
 )
 from sigmatau.spectrum.estimate import default_size as default_segment
 from sigmatau.spectrum.result import Method
-from sigmatau.spectrum.tapers import hann
+from sigmatau.spectrum.tapers import bin_starts, hann, levelled, shared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = ["CrossSpectrum", "cross_spectrum"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -173,12 +170,7 @@ class CrossSpectrum(Printed):
         level = np.sqrt(by_a * by_b)
         real, imaginary = (np.add.reduceat(part * level, starts) / count for part in (self.cross.real, self.cross.imag))
         return replace(
-            self,
-            frequency=frequency,
-            density_a=density_a,
-            density_b=density_b,
-            cross=real + 1j * imaginary,
-            dof=dof,
+            self, frequency=frequency, density_a=density_a, density_b=density_b, cross=real + 1j * imaginary, dof=dof
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -186,34 +178,17 @@ class CrossSpectrum(Printed):
         low, high = self.coherence_interval()
         gain_low, gain_high = self.gain_interval()
         begin, end = self.phase_interval()
-        known = np.isfinite(gain_high)
-        return {
-            "a": self.a,
-            "b": self.b,
-            "frequency_hz": self.frequency.tolist(),
-            "density_a": self.density_a.tolist(),
-            "density_b": self.density_b.tolist(),
-            "cross_real": self.cross.real.tolist(),
-            "cross_imaginary": self.cross.imag.tolist(),
-            "sided": "two",
-            "coherence": self.coherence.tolist(),
-            "coherence_low": low.tolist(),
-            "coherence_high": high.tolist(),
-            "significance": self.significance().tolist(),
-            "gain": np.abs(self.transfer).tolist(),
-            "gain_low": gain_low.tolist(),
-            "gain_high": [float(g) if k else None for g, k in zip(gain_high, known, strict=True)],
-            "phase_rad": self.phase.tolist(),
-            "phase_low_rad": begin.tolist(),
-            "phase_high_rad": end.tolist(),
-            "level": 0.95,
-            "dof": self.dof.tolist(),
-            "method": self.method,
-            "segments": self.segments,
-            "resolution_hz": self.resolution,
-            "unit_a": self.unit_a,
-            "unit_b": self.unit_b,
+        known = (
+            "a b frequency_hz=frequency density_a density_b coherence phase_rad=phase dof method segments unit_a unit_b"
+        )
+        intervals = {"coherence_low": low, "coherence_high": high, "phase_low_rad": begin, "phase_high_rad": end}
+        gain = {
+            "gain": np.abs(self.transfer),
+            "gain_low": gain_low,
+            "gain_high": [g if np.isfinite(g) else None for g in gain_high.tolist()],
         }
+        cross = {"cross_real": self.cross.real, "cross_imaginary": self.cross.imag, "significance": self.significance()}
+        return plain(self, known, "resolution_hz=resolution", **cross, **gain, **intervals, sided="two", level=0.95)
 
     def plot(self, *, per_octave: int = 8) -> Figure:
         """Draw the coherence, with what chance stays below, and the phase where the coherence is above that."""

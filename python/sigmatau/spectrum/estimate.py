@@ -20,12 +20,9 @@ __all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
 
 Floats = NDArray[np.float64]
 
+# Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's
 MOST_SAMPLES = 1 << 22
-"""Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's."""
-
-SHORTEST = 64
-"""Samples in the shortest segment that a spectrum is made of."""
-
+SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
 _LONGEST_SEGMENT = (
     1 << 12
 )  # segments by default: of 1e6 samples 480, so that each of the 2048 bins has an error of 4.6 %
@@ -272,9 +269,8 @@ def tapered_grid(used: int, bins: int, tapers: int, tau0: float) -> tuple[Floats
 
 
 def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128]]:
-    """Transforms of samples without mean and slope under each sine taper, at the given number of frequencies.
-
-    All from one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
+    """Transforms of samples without mean and slope under each sine taper, at the given number of frequencies. All from
+    one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
     """
     used = len(y)
     transform = np.fft.rfft(np.concatenate(([0.0], without_line(y))), 2 * (used + 1))

@@ -11,22 +11,18 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import ByChannel, Printed
-from sigmatau.spectrum.bins import bin_starts, levelled, shared
+from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.comparison import Comparison
-from sigmatau.spectrum.leakage import line_density
+from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["HasChannels", "HasDensity", "Method", "Spectra", "Spectrum"]
-
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
 
-_LINE_SHARE = 1e-3
-"""Of the model's density: above, a line's frequencies are left out of a comparison."""
+_LINE_SHARE = 1e-3  # Of the model's density: above, a line's frequencies are left out of a comparison
 
 
 class HasDensity(Protocol):
@@ -156,19 +152,8 @@ class Spectrum(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "density": self.density.tolist(),
-            "low": low.tolist(),
-            "high": high.tolist(),
-            "dof": self.dof.tolist(),
-            "sided": "two",
-            "method": self.method,
-            "segments": self.segments,
-            "resolution_hz": self.resolution,
-            "unit": self.density_unit,
-        }
+        known = "channel frequency_hz=frequency density dof method segments resolution_hz=resolution unit=density_unit"
+        return plain(self, known, low=low, high=high, sided="two")
 
     def expected(self, model: HasDensity | HasChannels) -> Floats:
         """Density of a noise model at the frequencies of this spectrum, aliasing included; shape (n_f,).
@@ -242,7 +227,7 @@ class Spectrum(Printed):
             dof=bands.dof,
             method=self.method,
             left_out=self.left_out(model),
-            beside_lines=_ranges(self.frequency, lined),
+            beside_lines=tuple((float(self.frequency[a]), float(self.frequency[b - 1])) for a, b in runs(lined)),
         )
 
     def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
@@ -298,11 +283,6 @@ class Spectrum(Printed):
         low, high = octaves.interval()
         rows = zip(octaves.frequency, octaves.density, low, high, strict=True)
         return "\n".join([head, *(f"  {f:10.4g} Hz  {p:.4g}  [{a:.4g}, {b:.4g}]" for f, p, a, b in rows)])
-
-
-def _ranges(frequency: Floats, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """First and last frequency of each run of chosen frequencies."""
-    return tuple((float(frequency[a]), float(frequency[b - 1])) for a, b in runs(chosen))
 
 
 class Spectra(ByChannel[Spectrum]):

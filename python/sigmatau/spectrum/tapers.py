@@ -1,11 +1,14 @@
-"""Tapers, and other preparation of samples for a transform."""
+"""Tapers and other preparation of samples for a transform, sinusoids under tapers, logarithmic bins of frequencies."""
 
 from __future__ import annotations
+
+import math
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["good_length", "hann", "sine_correlation", "without_line"]
+from sigmatau.errors import OptionError
 
 Floats = NDArray[np.float64]
 
@@ -18,20 +21,12 @@ def hann(n: int) -> Floats:
 def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
     """Correlation of the mean power of a number of sine tapers at two frequencies, for white noise.
 
-    Parameters
-    ----------
-    tapers : int
-    apart : array_like of whole numbers, any shape
-        Distance of the frequencies in steps of 1/((n + 1)·τ₀).
-
-    Returns
-    -------
-    ndarray, shape of `apart`
-
     Notes
     -----
     The mean over tapers k and l of |Σ v_k·v_l·exp(−j2πdt/(n + 1))|², d the distance. v_k·v_l is a difference of two cosines:
     where k − l is even it meets d only at 2d = |k − l| and 2d = k + l, where it is odd the sum is imaginary.
+
+    `apart`: distance of the frequencies in steps of 1/((n + 1)·τ₀).
     """
     k = np.arange(1, tapers + 1)
     d = np.abs(np.asarray(apart, dtype=np.float64))[..., None]
@@ -68,3 +63,79 @@ def without_line(y: Floats) -> Floats:
     t *= float(t @ rest) / (n * (n * n - 1) / 12)  # Σ t²
     rest -= t
     return rest
+
+
+def line_density(
+    frequency: Floats, line: float, amplitude: float, *, tau0: float, resolution: float, tapers: int | None
+) -> Floats:
+    """Upper bound of the density that a sinusoid shows at each frequency, sampled and tapered; shape as `frequency`.
+
+    Notes
+    -----
+    The power A²/4 of either side times the power of the taper's transform, whose oscillation is taken at its maxima: of
+    Hann's taper 1/(πd(d² − 1))² of its peak at d bins, of the sine taper k at most 8k²/(π(4d² − k²))² over the length of
+    the record. In the main lobe it is the peak.
+
+    `frequency`: [Hz]; `line, amplitude`: of the sinusoid, which is folded back from above half the sampling rate.
+    [Hz], [unit]; `tau0`: sample interval [s]; `resolution`: of the spectrum [Hz]; `tapers`: sine tapers of a
+    multitaper estimate; None for Hann's taper; the result is in unit²/Hz, two-sided.
+    """
+    folded = abs(math.remainder(line * tau0, 1.0)) / tau0
+    away = np.abs(frequency - folded)
+    if tapers is None:
+        d = away / (resolution / 1.5)
+        beside = 1 / np.square(math.pi * np.maximum(d, 2.0) * (np.maximum(d, 2.0) ** 2 - 1))
+        window = np.where(d < 2.0, 1.0, beside) / resolution
+    else:
+        width = 2 * resolution / (tapers + 1)
+        d = np.maximum(away / width, 0.5 * tapers + 1)[:, None]
+        k = np.arange(1, tapers + 1)
+        beside = np.mean(8 * k**2 / np.square(math.pi * (4 * d**2 - k**2)), axis=1) / width
+        window = np.where(away / width < 0.5 * tapers + 1, 1 / resolution, beside)
+    return np.asarray(amplitude**2 / 4 * window)
+
+
+_STEEPEST_SLOPE = 4.0  # Slope of a density in a log-log plot that is followed within a bin
+
+# Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
+_NEIGHBOUR_CORRELATION = np.array([4 / 9, 1 / 36])
+
+
+def bin_starts(frequency: Floats, per_octave: int) -> NDArray[np.intp]:
+    """Index of the first frequency of each bin; `OptionError` unless there is at least 1 bin per octave."""
+    if isinstance(per_octave, bool) or not (isinstance(per_octave, Integral) and per_octave >= 1):
+        raise OptionError(
+            f"{{option}} must be a whole number of bins, 1 or more, not {per_octave!r}", option="per_octave"
+        )
+    edges = frequency[0] * 2.0 ** (np.arange(int(np.log2(frequency[-1] / frequency[0]) * per_octave) + 2) / per_octave)
+    starts = np.unique(np.searchsorted(frequency, edges * (1 - 1e-9)))
+    starts = starts[starts < len(frequency)]
+    # A last bin that is cut short, at half the sampling rate, goes to the one before.
+    if len(starts) > 1 and frequency[-1] < frequency[starts[-1]] * 2 ** (0.5 / per_octave):
+        starts = starts[:-1]
+    return starts
+
+
+def slopes(density: Floats, frequency: Floats) -> Floats:
+    """Log-log slope at each bin, from its neighbours; 0 if there are too few neighbours or a density is 0."""
+    if len(density) < 3 or not (density > 0).all():
+        return np.zeros(len(density))
+    return np.asarray(np.clip(np.gradient(np.log(density), np.log(frequency)), -_STEEPEST_SLOPE, _STEEPEST_SLOPE))
+
+
+def levelled(density: Floats, frequency: Floats, starts: NDArray[np.intp]) -> tuple[Floats, Floats, Floats]:
+    """Frequencies and densities of bins, and the factor by which each density was moved to the frequency of its bin."""
+    count = np.diff(np.append(starts, len(frequency)))
+    centres = np.add.reduceat(frequency, starts) / count
+    slope = slopes(np.add.reduceat(density, starts) / count, centres)
+    factor = (frequency / np.repeat(centres, count)) ** -np.repeat(slope, count)
+    return centres, np.add.reduceat(density * factor, starts) / count, factor
+
+
+def shared(count: NDArray[np.intp], *, method: str, tapers: int) -> Floats:
+    """Relative increase of the variance of a mean over neighbouring frequencies, compared with independent ones."""
+    correlation = (
+        _NEIGHBOUR_CORRELATION if method == "welch" else sine_correlation(tapers, np.arange(1, 2 * tapers + 1))
+    )
+    apart = np.arange(1, len(correlation) + 1)
+    return np.asarray(2 * (np.maximum(1 - apart / count[:, None], 0) @ correlation))

@@ -22,13 +22,11 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.spectrum.result import Spectrum
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = ["MinimumPhase", "transfer"]
 
 Floats = NDArray[np.float64]
 
@@ -38,45 +36,24 @@ _DENSITY_FLOOR = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MinimumPhase(Printed):
-    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter, which is an assumption.
-
-    A spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
+    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter, which is an assumption. A
+    spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
     sensor, made of analogue poles or averages, is nearly always minimum-phase except for a delay.
-
-    Attributes
-    ----------
-    channel : str
-    frequency : ndarray, shape (n_f,)
-        From 0 to half the sampling rate. [Hz]
-    magnitude : ndarray, shape (n_f,)
-        |H|. [1, or the output's unit over the input's]
-    low, high : ndarray, shape (n_f,)
-        95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below `measured_from`.
-    phase : ndarray, shape (n_f,)
-        Assumed phase, unwrapped, 0 at 0. [rad]
-    impulse : ndarray, shape (n_taps,)
-        Impulse response in samples: the output is its convolution with the input.
-    input_density : float
-        Two-sided density N² of the white input. [`input_unit`]
-    input_unit : str
-        The output's unit²/Hz.
-    measured_from : float
-        Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
-    tau0 : float
-        Sample interval. [s]
     """
 
     channel: str
-    frequency: Floats
-    magnitude: Floats
+    frequency: Floats  # shape (n_f,); from 0 to half the sampling rate. [Hz]
+    magnitude: Floats  # shape (n_f,); |H|. [1, or the output's unit over the input's]
+    # shape (n_f,); 95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below
+    # `measured_from`.
     low: Floats
     high: Floats
-    phase: Floats
-    impulse: Floats
-    input_density: float
-    input_unit: str
-    measured_from: float
-    tau0: float
+    phase: Floats  # shape (n_f,); assumed phase, unwrapped, 0 at 0. [rad]
+    impulse: Floats  # shape (n_taps,); impulse response in samples: the output is its convolution with the input
+    input_density: float  # Two-sided density N² of the white input. [`input_unit`]
+    input_unit: str  # The output's unit²/Hz
+    measured_from: float  # Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
+    tau0: float  # Sample interval. [s]
 
     def __post_init__(self) -> None:
         freeze(self, "frequency", "magnitude", "low", "high", "phase", "impulse", dtype=np.float64)
@@ -89,22 +66,10 @@ class MinimumPhase(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
-        return {
-            "channel": self.channel,
-            "frequency_hz": self.frequency.tolist(),
-            "magnitude": self.magnitude.tolist(),
-            "low": [None if math.isnan(x) else x for x in self.low.tolist()],
-            "high": [None if math.isnan(x) else x for x in self.high.tolist()],
-            "level": 0.95,
-            "phase_rad": self.phase.tolist(),
-            "phase": "minimum phase, by assumption",
-            "impulse": self.impulse.tolist(),
-            "input_density": self.input_density,
-            "input_unit": self.input_unit,
-            "measured_from_hz": self.measured_from,
-            "sided": "two",
-            "tau0_s": self.tau0,
-        }
+        low, high = ([None if math.isnan(x) else x for x in end.tolist()] for end in (self.low, self.high))
+        known = "channel frequency_hz=frequency magnitude phase_rad=phase impulse input_density input_unit"
+        assumed = {"level": 0.95, "phase": "minimum phase, by assumption", "sided": "two"}
+        return plain(self, known, "measured_from_hz=measured_from tau0_s=tau0", low=low, high=high, **assumed)
 
     def plot(self) -> Figure:
         """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter."""

@@ -17,21 +17,18 @@ from sigmatau.arrays import freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import interval
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.statespace.spectral_factor import Spectrum
 from sigmatau.statespace.state_space import check_channel_model, flicker_of
-
-__all__ = ["Arma", "arma"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+# Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded
 _MOST_GAIN_CHANGE = 1e-6
-"""Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded."""
 
+# Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]
 _LONGEST_PERIOD = 1e12
-"""Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]"""
-
 _PER_DECADE = 8  # frequencies at which the spectrum is compared
 
 _MOST_SPECTRUM_ERROR = 1e-4
@@ -42,44 +39,23 @@ which is 1e-4 of it at a correlation time of 10¹² samples; other errors are be
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Arma(Printed):
     """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
-
     Filter with `sections`. Flicker noise and long correlation times have roots close to 1, for which polynomial
     coefficients in double precision are not accurate enough: such a filter would be unstable.
-
-    Attributes
-    ----------
-    d : int
-        Differences: 1 with a rate random walk or a ramp, else 0.
-    variance : float
-        Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
-    drift : float
-        Mean of the differenced process before `ar`: a ramp. [unit of the rate]
-    ar_roots : ndarray, shape (p,)
-        Factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle.
-    ma_roots : ndarray, shape (q,)
-        Factors ϑ of ma = Π(1 − ϑL); invertible.
-    dt : float
-        [s]
-    unit : str
-        Of the rate, SI.
-    flicker_error : float
-        Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without.
-    tau_max : float or None
-        Longest averaging time for which the flicker noise is accurate. [s]
-    error : float
-        Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and down
-        to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see `flicker_error`.
     """
 
-    d: int
-    variance: float
-    drift: float
-    ar_roots: Complexes
-    ma_roots: Complexes
-    dt: float
-    unit: str
+    d: int  # Differences: 1 with a rate random walk or a ramp, else 0
+    variance: float  # Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
+    drift: float  # Mean of the differenced process before `ar`: a ramp. [unit of the rate]
+    ar_roots: Complexes  # shape (p,); factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle
+    ma_roots: Complexes  # shape (q,); factors ϑ of ma = Π(1 − ϑL); invertible
+    dt: float  # [s]
+    unit: str  # Of the rate, SI
+    # Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without
     flicker_error: float = 0.0
-    tau_max: float | None = None
+    tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
+    # Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and
+    # down to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see
+    # `flicker_error`.
     error: float = 0.0
 
     def __post_init__(self) -> None:
@@ -97,9 +73,8 @@ class Arma(Printed):
 
     @property
     def ar(self) -> Floats:
-        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,).
-
-        Raises `DataError` where coefficients in double precision do not have the roots; take `sections`.
+        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,). Raises `DataError` where coefficients in
+        double precision do not have the roots; take `sections`.
         """
         return _coefficients("ar", self.ar_roots)
 
@@ -149,23 +124,12 @@ class Arma(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Orders and coefficients as plain numbers."""
-        return {
-            "p": self.p,
-            "d": self.d,
-            "q": self.q,
-            "ar": self.ar.tolist() if _has_coefficients(self.ar_roots) else None,
-            "ma": self.ma.tolist() if _has_coefficients(self.ma_roots) else None,
-            "ar_roots": [[root.real, root.imag] for root in self.ar_roots.tolist()],
-            "ma_roots": [[root.real, root.imag] for root in self.ma_roots.tolist()],
-            "sections": self.sections.tolist() if self._has_sections() else None,
-            "variance": self.variance,
-            "drift": self.drift,
-            "dt_s": self.dt,
-            "unit": self.unit,
-            "flicker_error": self.flicker_error,
-            "tau_max_s": self.tau_max,
-            "error": self.error,
-        }
+        known = "p d q variance drift dt_s=dt unit flicker_error tau_max_s=tau_max error"
+        pairs = {name: getattr(self, name).tolist() for name in ("ar_roots", "ma_roots")}
+        roots = {name: [[root.real, root.imag] for root in values] for name, values in pairs.items()}
+        ar = self.ar if _has_coefficients(self.ar_roots) else None
+        ma = self.ma if _has_coefficients(self.ma_roots) else None
+        return plain(self, known, ar=ar, ma=ma, sections=self.sections if self._has_sections() else None, **roots)
 
     def __repr__(self) -> str:
         head = f"ARIMA({self.p}, {self.d}, {self.q})" if self.d else f"ARMA({self.p}, {self.q})"

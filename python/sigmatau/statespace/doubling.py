@@ -12,24 +12,15 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Steps"]
-
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
-    """Transition and noise of some steps of a linear system.
+    """Transition and noise of some steps of a linear system."""
 
-    Attributes
-    ----------
-    transition : ndarray, shape (n_states, n_states)
-    noise : ndarray, shape (n_states, n_states)
-        Covariance of the noise added by the steps.
-    """
-
-    transition: Floats
-    noise: Floats
+    transition: Floats  # shape (n_states, n_states)
+    noise: Floats  # shape (n_states, n_states); covariance of the noise added by the steps
 
     def then(self, later: Steps) -> Self:
         """These steps, followed by the `later` ones."""

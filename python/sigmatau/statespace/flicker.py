@@ -19,13 +19,9 @@ from sigmatau.errors import OptionError
 from sigmatau.model.processes import interval, real
 from sigmatau.results import Printed
 
-__all__ = ["LONGEST_BAND", "FlickerPoles", "flicker_poles"]
-
 Floats = NDArray[np.float64]
 
-LONGEST_BAND = 1e12
-"""The longest averaging time over the shortest."""
-
+LONGEST_BAND = 1e12  # The longest averaging time over the shortest
 _POLES_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 _TIMES_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
 _FINER_BY = 8  # factor on the number of averaging times at which the error is measured
@@ -34,25 +30,13 @@ _DECADES_BEYOND = 0.5  # poles reach beyond the band by this much at both ends [
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FlickerPoles(Printed):
-    """Gauss-Markov processes that approximate flicker noise of B = 1.
+    """Gauss-Markov processes that approximate flicker noise of B = 1."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n_poles,)
-        Correlation times. [s]
-    variances : ndarray, shape (n_poles,)
-        [B²]
-    tau_min, tau_max : float
-        Averaging times for which the approximation holds. [s]
-    error : float
-        The largest relative error of the Allan deviation there.
-    """
-
-    times: Floats
-    variances: Floats
-    tau_min: float
+    times: Floats  # shape (n_poles,); correlation times. [s]
+    variances: Floats  # shape (n_poles,); [B²]
+    tau_min: float  # Averaging times for which the approximation holds. [s]
     tau_max: float
-    error: float
+    error: float  # The largest relative error of the Allan deviation there
 
     def __repr__(self) -> str:
         rows = (f"  {t:10.4g} s  {v:.4g} B²" for t, v in zip(self.times, self.variances, strict=True))
@@ -66,29 +50,13 @@ class FlickerPoles(Printed):
 def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerPoles:
     """The fewest Gauss-Markov processes that approximate flicker noise, sampled every `dt`.
 
-    Parameters
-    ----------
-    dt : float
-        Sample interval, the shortest averaging time. [s]
-    tau_max : float
-        The longest averaging time. [s]
-    error : float
-        Largest relative error of the Allan deviation; at least 0.0001.
-
-    Returns
-    -------
-    FlickerPoles
-        With the error that is reached.
-
-    Raises
-    ------
-    OptionError
-        For times that are not positive or too far apart, or an error that cannot be reached.
-
     Notes
     -----
     Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
     :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
+
+    `dt`: sample interval, the shortest averaging time [s]; `tau_max`: the longest averaging time [s]; `error`:
+    largest relative error of the Allan deviation; at least 0.0001.
     """
     interval("dt", dt)
     if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):

@@ -21,24 +21,15 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.model.processes import LowPass
 
-__all__ = ["Roots", "Spectrum"]
-
 Floats = NDArray[np.float64]
 Exact = NDArray[np.object_]
 
-_DIGITS = 60
-"""Digits left after the expected cancellation."""
-
-_LEAST_DIGITS = 25
-"""Correct digits that a spectrum must have; otherwise `DataError`."""
-
-_NEGLIGIBLE = Decimal("1e-14")
-"""Correlation of neighbouring samples below which a process counts as white."""
-
+_DIGITS = 60  # Digits left after the expected cancellation
+_LEAST_DIGITS = 25  # Correct digits that a spectrum must have; otherwise `DataError`
+_NEGLIGIBLE = Decimal("1e-14")  # Correlation of neighbouring samples below which a process counts as white
 _ITERATIONS = 300
+# Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root
 _ROOT_TOLERANCE = Decimal("1e-20")
-"""Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root."""
-
 _ZERO, _ONE, _TWO = Decimal(0), Decimal(1), Decimal(2)
 
 
@@ -65,24 +56,14 @@ class _Part:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Spectrum:
-    """The spectrum white + quantization·w + walk/w + the parts.
-
-    Attributes
-    ----------
-    white, quantization, walk : Decimal
-    parts : tuple of _Part
-    poles : Roots
-        Of the parts.
-    digits : int
-        Of the arithmetic.
-    """
+    """The spectrum white + quantization·w + walk/w + the parts."""
 
     white: Decimal
     quantization: Decimal
     walk: Decimal
     parts: tuple[_Part, ...]
-    poles: Roots
-    digits: int
+    poles: Roots  # Of the parts
+    digits: int  # Of the arithmetic
 
     @classmethod
     def of(
@@ -95,18 +76,9 @@ class Spectrum:
         processes: Sequence[tuple[float, float]],
         filtered: tuple[float, LowPass] | None,
     ) -> Self:
-        """The spectrum, over dt, of samples.
-
-        Parameters
-        ----------
-        dt : float
-            [s]
-        white, quantization, walk : float
-            N [unit·√s], Q [unit·s] and K [unit/√s].
-        processes : sequence of (float, float)
-            Standard deviation and correlation time [s] of each Gauss-Markov process.
-        filtered : (float, LowPass), optional
-            N of white noise behind a filter.
+        """The spectrum, over dt, of samples. `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K
+        [unit/√s]; `processes`: standard deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N
+        of white noise behind a filter.
         """
         digits = _DIGITS + max([math.ceil(abs(math.log10(t) - math.log10(dt))) for _, t in processes], default=0)
         if filtered:
@@ -146,13 +118,7 @@ class Spectrum:
             )
 
     def at(self, w: Floats) -> Floats:
-        """The spectrum at w from 0 to 4; w = 0 is excluded with a walk.
-
-        Raises
-        ------
-        DataError
-            If its terms cancel to less than the digits of the arithmetic.
-        """
+        """The spectrum at w from 0 to 4; w = 0 is excluded with a walk."""
         result = []
         with localcontext() as context:
             context.prec = self.digits
@@ -166,13 +132,7 @@ class Spectrum:
         return np.array(result)
 
     def factor(self) -> tuple[Roots, float]:
-        """Roots of the moving average, and the variance of its innovations; a walk is one difference.
-
-        Raises
-        ------
-        DataError
-            If the roots are not found.
-        """
+        """Roots of the moving average, and the variance of its innovations; a walk is one difference."""
         with localcontext() as context:
             context.prec = self.digits
             above: list[Decimal] = [self.white, self.quantization]
@@ -217,7 +177,6 @@ def _sum(a: Sequence[Decimal], b: Sequence[Decimal]) -> list[Decimal]:
 
 def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], Decimal, list[float], list[complex]]:
     """Sampled Butterworth noise: its parts, its white share, and its poles: real ones, and one of each complex pair.
-
     r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), the poles p on the unit circle's left half.
     """
     order = bandwidth.order
@@ -248,10 +207,7 @@ def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], D
         height = _times(rho, (1 - squared[0], -squared[1]))
         # ρ(1 − φ²)/((1 − φ)² + φ·w) and its conjugate over one denominator.
         mixed = _times(beside, (phi[0], -phi[1]))[0]
-        above = (
-            2 * (height[0] * beside[0] + height[1] * beside[1]),
-            2 * (height[0] * phi[0] + height[1] * phi[1]),
-        )
+        above = (2 * (height[0] * beside[0] + height[1] * beside[1]), 2 * (height[0] * phi[0] + height[1] * phi[1]))
         parts.append(_Part(above, (beside[0] ** 2 + beside[1] ** 2, 2 * mixed, phi[0] ** 2 + phi[1] ** 2)))
         root = complex(float(phi[0]), abs(float(phi[1])))
         if root.imag:

@@ -30,66 +30,40 @@ from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, interval, real
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
-
-__all__ = ["Output", "StateSpace", "check_channel_model", "flicker_of", "state_space"]
 
 Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
 
-_DEFAULT_TAU_MAX = 3600.0
-"""Default of `tau_max`; at least 1000 samples. [s]"""
-
-_FILTER_MEMORY = 100.0
-"""Time constants after which a filter has no memory: e^−100 of its state is below rounding."""
-
+_DEFAULT_TAU_MAX = 3600.0  # Default of `tau_max`; at least 1000 samples. [s]
+_FILTER_MEMORY = 100.0  # Time constants after which a filter has no memory: e^−100 of its state is below rounding
 _SERIES = 40
 """Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StateSpace(Printed):
-    """A channel's noise as a linear system; see the module for its equations.
+    """A channel's noise as a linear system; see the module for its equations."""
 
-    Attributes
-    ----------
-    F : ndarray, shape (n_states, n_states)
-    G : ndarray, shape (n_states, n_inputs)
-    H : ndarray, shape (1, n_states)
-    Qd : ndarray, shape (n_inputs, n_inputs)
-        Covariance of the noise of one step.
-    R : ndarray, shape (1, 1)
-        Variance of one measurement.
-    P0 : ndarray, shape (n_states, n_states)
-        Covariance at the start: of stationary processes their own, of a bias its variance at turn-on.
-    states, inputs : tuple of str
-    dt : float
-        [s]
-    output : {"rate", "increments", "integrated"}
-        Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start.
-    unit : str
-        Of the rate, SI.
-    flicker_error : float
-        Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without.
-    tau_max : float or None
-        Longest averaging time for which the flicker noise is accurate. [s]
-    """
-
-    F: Floats
-    G: Floats
-    H: Floats
-    Qd: Floats
-    R: Floats
+    F: Floats  # shape (n_states, n_states)
+    G: Floats  # shape (n_states, n_inputs)
+    H: Floats  # shape (1, n_states)
+    Qd: Floats  # shape (n_inputs, n_inputs); covariance of the noise of one step
+    R: Floats  # shape (1, 1); variance of one measurement
+    # shape (n_states, n_states); covariance at the start: of stationary processes their own, of a bias its variance at
+    # turn-on
     P0: Floats
     states: tuple[str, ...]
     inputs: tuple[str, ...]
-    dt: float
+    dt: float  # [s]
+    # Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start
     output: Output = "rate"
-    unit: str = "rad/s"
+    unit: str = "rad/s"  # Of the rate, SI
+    # Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without
     flicker_error: float = 0.0
-    tau_max: float | None = None
+    tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
 
     def __post_init__(self) -> None:
         freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)
@@ -160,17 +134,7 @@ class StateSpace(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """The matrices as lists, with the names of the states."""
-        matrices = {name: getattr(self, name).tolist() for name in ("F", "G", "H", "Qd", "R", "P0")}
-        return {
-            **matrices,
-            "states": list(self.states),
-            "inputs": list(self.inputs),
-            "dt_s": self.dt,
-            "output": self.output,
-            "unit": self.unit,
-            "flicker_error": self.flicker_error,
-            "tau_max_s": self.tau_max,
-        }
+        return plain(self, "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max")
 
     def __repr__(self) -> str:
         lines = [f"{len(self.states)} states every {self.dt:g} s, measured as {self.output}: {', '.join(self.states)}"]
@@ -410,10 +374,9 @@ class _System:
 
 
 def _driven(a: Floats, density: Floats, time: float) -> Floats:
-    """Covariance of ẋ = a·x + white noise after some time from x = 0: ∫ exp(a·s)·density·exp(a·s)ᵀ ds.
-
-    By its power series over a time so short that it converges at once, then doubled. The difference of the stationary
-    covariance and what is kept of it would lose all digits of a step that is short against the process.
+    """Covariance of ẋ = a·x + white noise after some time from x = 0: ∫ exp(a·s)·density·exp(a·s)ᵀ ds. By its power
+    series over a time so short that it converges at once, then doubled. The difference of the stationary covariance and
+    what is kept of it would lose all digits of a step that is short against the process.
     """
     from scipy.linalg import expm
 

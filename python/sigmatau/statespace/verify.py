@@ -17,7 +17,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import real
 from sigmatau.noise.uncertainty import chi2_factors
-from sigmatau.results import ByChannel, Printed, seconds
+from sigmatau.results import ByChannel, Printed, plain, seconds
 from sigmatau.statespace.avar_scatter import check_noise, check_phases, covariance_of_model
 from sigmatau.statespace.state_space import state_space
 
@@ -25,65 +25,32 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Verification", "Verifications", "verify"]
-
 Floats = NDArray[np.float64]
 
-_MOST_TIMES = 64
-"""Most averaging times compared; longer grids are thinned evenly on a logarithmic axis."""
-
+_MOST_TIMES = 64  # Most averaging times compared; longer grids are thinned evenly on a logarithmic axis
 _LEAST_CLUSTERS = 3
 """Clusters per record at the longest averaging time of the misfit; with fewer a variance has about one degree of freedom."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Verification(Printed):
-    """Ratio of the Allan deviation of a linear model to that of a record.
+    """Ratio of the Allan deviation of a linear model to that of a record."""
 
-    Attributes
-    ----------
-    curve : DeviationCurve
-        Curve of the record at the averaging times compared, with the degrees of freedom of the model.
-    avar : ndarray, shape (n_tau,)
-        Allan variance of the linear model. [unit²]
-    ratio : ndarray, shape (n_tau,)
-        Deviation of the model over that of the record.
-    low, high : ndarray, shape (n_tau,)
-        Band that contains the ratio with probability `level` if the model is true, by χ².
-    used : ndarray of bool, shape (n_tau,)
-        Whether the averaging time is one of the octaves of the misfit.
-    misfit : float
-        uᵀC⁻¹u; see `verify`.
-    freedom : int
-        Expected misfit if the model is true.
-    p_value : float
-        Probability of a larger misfit if the model is true.
-    worst : int
-        Index of the octave with the least likely ratio.
-    tau_min : float
-        Shortest averaging time of the misfit. [s]
-    of_fit : bool
-        Whether `tau_min` is that of the fit of the model.
-    states : int
-    flicker_error : float
-        Largest relative error of the model's Allan deviation of flicker noise.
-    level : float
-    """
-
+    # Curve of the record at the averaging times compared, with the degrees of freedom of the model
     curve: DeviationCurve
-    avar: Floats
-    ratio: Floats
-    low: Floats
+    avar: Floats  # shape (n_tau,); allan variance of the linear model. [unit²]
+    ratio: Floats  # shape (n_tau,); deviation of the model over that of the record
+    low: Floats  # shape (n_tau,); band that contains the ratio with probability `level` if the model is true, by χ²
     high: Floats
-    used: NDArray[np.bool_]
-    misfit: float
-    freedom: int
-    p_value: float
-    worst: int
-    tau_min: float
-    of_fit: bool
+    used: NDArray[np.bool_]  # shape (n_tau,); whether the averaging time is one of the octaves of the misfit
+    misfit: float  # uᵀC⁻¹u; see `verify`
+    freedom: int  # Expected misfit if the model is true
+    p_value: float  # Probability of a larger misfit if the model is true
+    worst: int  # Index of the octave with the least likely ratio
+    tau_min: float  # Shortest averaging time of the misfit. [s]
+    of_fit: bool  # Whether `tau_min` is that of the fit of the model
     states: int
-    flicker_error: float
+    flicker_error: float  # Largest relative error of the model's Allan deviation of flicker noise
     level: float
 
     def __post_init__(self) -> None:
@@ -96,26 +63,10 @@ class Verification(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values and columns."""
-        return {
-            "channel": self.curve.channel,
-            "misfit": self.misfit,
-            "freedom": self.freedom,
-            "p_value": self.p_value,
-            "worst": {"ratio": float(self.ratio[self.worst]), "tau_s": float(self.curve.tau[self.worst])},
-            "tau_min_s": self.tau_min,
-            "states": self.states,
-            "flicker_error": self.flicker_error,
-            "level": self.level,
-            "m": self.curve.m.tolist(),
-            "tau_s": self.curve.tau.tolist(),
-            "adev": self.curve.adev.tolist(),
-            "model_adev": np.sqrt(self.avar).tolist(),
-            "ratio": self.ratio.tolist(),
-            "low": self.low.tolist(),
-            "high": self.high.tolist(),
-            "used": self.used.tolist(),
-            "unit": self.curve.unit,
-        }
+        known = "misfit freedom p_value tau_min_s=tau_min states flicker_error level ratio low high used"
+        worst = {"ratio": self.ratio[self.worst], "tau_s": self.curve.tau[self.worst]}
+        of_curve = plain(self.curve, "channel m tau_s=tau adev unit")
+        return plain(self, known, worst=worst, model_adev=np.sqrt(self.avar), **of_curve)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
         """Draw the record's curve with its band, and the model's; returns the axes."""
@@ -231,7 +182,7 @@ def verify(
     variances, so that uᵀC⁻¹u equals rᵀV⁻¹r for many degrees of freedom. For few degrees of freedom rᵀV⁻¹r has p < 0.2 %
     in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K).
 
-    V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.bandlimited`) except for a sinusoid.
+    V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.avar_scatter`) except for a sinusoid.
     For a sinusoid, V includes its product with the noise at its frequency, taken as equal at all averaging times, and the
     effect of its phase to first order. The p-value is too small if a sinusoid dominates some octaves: with 0.7 Hz and ten
     times the standard deviation of the white noise in 100 s at 100 Hz, 27 % of 60 true records had p < 5 %; with an equal

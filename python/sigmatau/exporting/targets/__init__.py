@@ -8,10 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 
 from sigmatau.errors import OptionError
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import templates
-
-__all__ = ["NAMES", "target"]
+from sigmatau.exporting.values import Target
 
 _OTHERS = {
     "gtsam": "gtsam.TARGET",
@@ -19,16 +17,15 @@ _OTHERS = {
     "px4": "autopilots.PX4",
     "ardupilot": "autopilots.ARDUPILOT",
     "kf-gins": "kf_gins.TARGET",
-    "gnss-ins-sim": "gnss_ins_sim.TARGET",
+    "gnss-ins-sim": "simulators.GNSS_INS_SIM",
     "matlab": "matlab.TARGET",
-    "gazebo": "gazebo.TARGET",
+    "gazebo": "simulators.GAZEBO",
     "ros": "ros.TARGET",
     "state-space": "state_space.TARGET",
     "ieee952": "ieee952.TARGET",
 }  # module and attribute; imported when it is asked for
 
-NAMES = (*templates.TARGETS, *_OTHERS)
-"""Names of the targets, as they are typed."""
+NAMES = (*templates.TARGETS, *_OTHERS)  # Names of the targets, as they are typed
 
 
 def target(name: str) -> Target:

@@ -13,12 +13,9 @@ from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import given
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, number, remark, single
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.results import seconds
-
-__all__ = ["ARDUPILOT", "PX4"]
 
 _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often
 
@@ -30,27 +27,15 @@ _ARDUPILOT_STEP = 0.0125  # s
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Parameter:
-    """A parameter of an autopilot.
-
-    Attributes
-    ----------
-    name : str
-    sensor : {"gyro", "accel"}
-    kind : {"noise", "walk"}
-    unit : str
-    least, most : float
-        The documented range, which ground stations may enforce.
-    cut : float
-        Largest value that the filter uses.
-    """
+    """A parameter of an autopilot."""
 
     name: str
     sensor: str
     kind: str
     unit: str
-    least: float
+    least: float  # The documented range, which ground stations may enforce
     most: float
-    cut: float = 1.0
+    cut: float = 1.0  # Largest value that the filter uses
 
 
 _PX4_PARAMETERS = (  # the first releases of EKF2 replace what is below the least by it

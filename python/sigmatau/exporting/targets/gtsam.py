@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, remark
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.exporting.values import Number, Numbers, Target
 from sigmatau.units import STANDARD_GRAVITY
-
-__all__ = ["TARGET"]
 
 _AXES = "xyz"
 

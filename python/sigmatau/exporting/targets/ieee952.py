@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.axes import refuse
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import interval_texts
 from sigmatau.units import STANDARD_GRAVITY, find
-
-__all__ = ["TARGET"]
 
 _HOUR = 3600.0
 
@@ -46,15 +42,7 @@ _FOOT = {
 
 def write(numbers: Numbers) -> str:
     """The text of the table: a block per channel, a row per term."""
-    refuse(
-        numbers,
-        "ieee952",
-        "the table has what was found",
-        "walk",
-        "noise",
-        "walk_factor",
-        "noise_factor",
-    )
+    refuse(numbers, "ieee952", "the table has what was found", "walk", "noise", "walk_factor", "noise_factor")
     blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI with all digits."]
     for name, model in numbers.model.channels.items():
         rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)

@@ -9,13 +9,10 @@ from __future__ import annotations
 import math
 
 from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, joined, number, remark, vector
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.results import seconds
 from sigmatau.units import find
-
-__all__ = ["TARGET"]
 
 
 def write(numbers: Numbers) -> str:

@@ -12,16 +12,12 @@ from __future__ import annotations
 import math
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.axes import by_axis, noises, refuse
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.gauss_markov import bottom
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, joined, vector
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.exporting.values import Number, Numbers, Target, by_axis, noises, refuse
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
-
-__all__ = ["TARGET"]
 
 _MOST_POLES = 100_000  # 10 s of multiplications (1e9/s) for each axis and minute at 100 Hz
 

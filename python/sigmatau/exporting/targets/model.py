@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.axes import refuse
-from sigmatau.exporting.target import Target
-from sigmatau.exporting.values import Numbers
-
-__all__ = ["TARGET"]
+from sigmatau.exporting.values import Numbers, Target, refuse
 
 
 def write(numbers: Numbers) -> str:

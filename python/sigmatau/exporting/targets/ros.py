@@ -12,18 +12,14 @@ import functools
 import numpy as np
 
 from sigmatau.errors import DataError
-from sigmatau.exporting.axes import by_axis, refuse
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import joined, vector
-from sigmatau.exporting.values import Number, Numbers
+from sigmatau.exporting.values import Number, Numbers, Target, by_axis, refuse
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import CorrelatedSamples
 from sigmatau.model.channel import ChannelModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 from sigmatau.statespace.state_space import state_space
-
-__all__ = ["TARGET"]
 
 _FIELDS = (
     ("gyro", "angular_velocity_covariance", "(rad/s)^2"),

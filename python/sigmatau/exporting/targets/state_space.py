@@ -16,16 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.axes import refuse
-from sigmatau.exporting.target import Target
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.record.record import stream_name
 from sigmatau.statespace.state_space import Output, StateSpace, state_space
-
-__all__ = ["MATRICES", "TARGET"]
 
 MATRICES = ("F", "G", "H", "Qd", "R", "P0")
 
@@ -191,10 +187,8 @@ def _term(name: str) -> str:
 
 
 def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any]:
-    """All channels in one system, with the covariance of correlated noise.
-
-    A term has the same dynamics in two channels with the same step, so that ρ·(c_b/c_a) times the covariance of the first
-    is the cross-covariance.
+    """All channels in one system, with the covariance of correlated noise. A term has the same dynamics in two channels
+    with the same step, so that ρ·(c_b/c_a) times the covariance of the first is the cross-covariance.
     """
     names = list(systems)
     every = list(systems.values())

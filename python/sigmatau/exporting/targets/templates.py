@@ -21,27 +21,16 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, number_with_comment, remark, topic
-from sigmatau.exporting.values import Numbers
+from sigmatau.exporting.values import Numbers, Target
 from sigmatau.units import STANDARD_GRAVITY
-
-__all__ = ["TARGETS"]
 
 
 class _Form(NamedTuple):
-    """How a program takes a coefficient.
+    """How a program takes a coefficient."""
 
-    Attributes
-    ----------
-    convert : callable
-        From coefficient [SI] and sampling rate [Hz] to the number of the file.
-    unit : str
-        Its unit, where ``{}`` is rad/s or m/s^2 for N and its rate of change for K.
-    """
-
-    convert: Callable[[float, float], float]
-    unit: str
+    convert: Callable[[float, float], float]  # From coefficient [SI] and sampling rate [Hz] to the number of the file
+    unit: str  # Its unit, where ``{}`` is rad/s or m/s^2 for N and its rate of change for K
 
 
 # N and K as continuous two-sided densities; as standard deviations of a sample; as variances of a sample.

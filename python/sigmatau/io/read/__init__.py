@@ -17,15 +17,13 @@ from pathlib import Path
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read import assemble
+from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.registry import reader_of
 from sigmatau.io.read.table import HEAD, Head, Table
-from sigmatau.io.read.topics import choose_tables
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
-
-__all__ = ["opened", "read"]
 
 _GZIP = b"\x1f\x8b"
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import ColumnsNotRead
 from sigmatau.io.read.names import (
+    SPELLED,
     SPLIT_STAMP,
     TIMES,
     bare_name,
+    degrees_of,
     key_of,
     readings,
     recognise,
@@ -18,10 +22,9 @@ from sigmatau.io.read.names import (
     stated_unit,
     unit_of,
 )
-from sigmatau.io.read.table import Column, listing
-from sigmatau.io.read.thermometer import Thermometer, find_thermometer
-
-__all__ = ["Choice", "choose", "no_time"]
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.table import Column, Table, listing
+from sigmatau.record.thermometers import NAMES
 
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
@@ -29,39 +32,17 @@ _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """The columns that are read, by channel.
+    """The columns that are read, by channel."""
 
-    Attributes
-    ----------
-    channels : dict
-        Channel to column, counted from 0; the gyro first, then the accelerometer.
-    time : int or None
-        The column of the time stamps.
-    notes : tuple of str
-        Decisions, for the provenance of the record.
-    temperature : Thermometer or None
-        The column of the temperature, if it is recognised.
-    """
-
-    channels: dict[str, int]
-    time: int | None
-    notes: tuple[str, ...] = ()
-    temperature: Thermometer | None = None
+    channels: dict[str, int]  # Channel to column, counted from 0; the gyro first, then the accelerometer
+    time: int | None  # The column of the time stamps
+    notes: tuple[str, ...] = ()  # Decisions, for the provenance of the record
+    temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
 
 
 def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
-    """The channels, as the user names them or else by column names.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-    asked : mapping, optional
-        Channel to column, see `sigmatau.io.read.read`.
-
-    Raises
-    ------
-    OptionError
-        If a column that was asked for does not exist, two columns match one channel, or no channel is found.
+    """The channels, as the user names them or else by column names. `asked`: channel to column, see
+    `sigmatau.io.read.read`.
     """
     found = recognise(columns)
     without = asked is not None and no_time(columns, asked)
@@ -132,11 +113,7 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
 
 
 def _time(
-    columns: Sequence[Column],
-    found: Sequence[tuple[str, str | None] | None],
-    *,
-    taken: set[int],
-    strict: bool,
+    columns: Sequence[Column], found: Sequence[tuple[str, str | None] | None], *, taken: set[int], strict: bool
 ) -> tuple[int | None, tuple[str, ...]]:
     """The time column, if one is recognised and is not read as a channel; and notes."""
     keys = [key_of(unit_of(column)[0]) for column in columns]
@@ -235,3 +212,78 @@ def _example(columns: Sequence[Column]) -> str:
     if n == 6:
         return "gyro=1:3,accel=4:6"
     return "gyro=1:3" if n >= 3 else f"gyro_z={n}"
+
+
+_ONLY_WITH_UNIT = re.compile("t")  # ArduPilot
+_SUFFIX = re.compile(r"^(?P<stem>.+?)_(?P<unit>degc|c|celsius|deg_c|k|kelvin|degf|f|fahrenheit|deg_f)$")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thermometer:
+    """The column of a temperature."""
+
+    index: int
+    unit: str | None  # None if the log does not state it
+
+
+def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
+    """The column that is a temperature by its name and unit; None if there is none or more than one. `keys`: their
+    names as `sigmatau.io.read.names.key_of` returns them; `taken`: columns that are recognised as something else.
+    """
+    found: dict[int, list[Thermometer]] = {}
+    for index, (column, key) in enumerate(zip(columns, keys, strict=True)):
+        if index in taken:
+            continue
+        unit, stem = degrees_of(column), key
+        if unit is None and (match := _SUFFIX.match(key)):
+            stem, unit = match["stem"], SPELLED[match["unit"]]
+        if unit == "":
+            continue
+        for rank, names in enumerate(NAMES):
+            if re.fullmatch(names, stem):
+                found.setdefault(rank, []).append(Thermometer(index=index, unit=unit))
+        if unit and _ONLY_WITH_UNIT.fullmatch(stem):
+            found.setdefault(0, []).append(Thermometer(index=index, unit=unit))
+    if not found:
+        return None
+    best = found[min(found)]
+    return best[0] if len(best) == 1 else None
+
+
+_SHOWN = 4  # columns that the example of --channels names
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|")  # or nothing: a missing value
+
+
+def not_read(table: Table, choice: Choice, options: Options, used: Collection[int | None]) -> tuple[Finding, ...]:
+    """A finding that names them; nothing if the user chose channels."""
+    if set(options.channels) - {"time"} or not _own_form(table, choice):
+        return ()
+    known = recognise(table.columns)
+    left = [
+        index
+        for index, column in enumerate(table.columns)
+        if index not in used and known[index] is None and _NUMBER.fullmatch(column.first.strip())
+    ]
+    if not left:
+        return ()
+    # With --input increments a signal would be taken for increments too: then signals are read alone, as rates.
+    read = dict(choice.channels) if options.input == "rate" else {}
+    for index in left[:_SHOWN]:
+        read[signal_name(table.columns[index], taken=read)] = index
+    details = ColumnsNotRead(
+        columns=tuple(table.label(index) for index in left),
+        channels=tuple((channel, index + 1) for channel, index in read.items()),
+        as_rates=options.input != "rate",
+        topic=table.topic,
+    )
+    return (Finding(details=details, severity="info"),)
+
+
+def _own_form(table: Table, choice: Choice) -> bool:
+    """Whether the columns are called ``time``, ``gyro_x`` …, and each has a unit, as `simulate` writes them."""
+    if choice.time is None:
+        return False
+    used = {"time": choice.time, **choice.channels}
+    return all(unit_of(table.columns[index])[0] == channel for channel, index in used.items()) and all(
+        column.name.strip() and stated_unit(column) for column in table.columns
+    )

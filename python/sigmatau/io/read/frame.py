@@ -16,8 +16,6 @@ from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 
-__all__ = ["from_frame"]
-
 _STAMPS = ("s", "ms", "us", "ns")
 _Get = Callable[[], NDArray[Any]]
 
@@ -161,7 +159,7 @@ def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
 
 
 def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
-    from sigmatau.io.read.formats.arrow_columns import columns_of, numbers
+    from sigmatau.io.read.formats.arrow_table import columns_of, numbers
 
     found, others = columns_of(frame.schema)
     for column in found:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,110 +12,55 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.reading import Unusable
 from sigmatau.io.read import assemble, opened
+from sigmatau.io.read.assemble import choose_tables, sensors
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
-from sigmatau.io.read.topics import choose_tables, sensors
 from sigmatau.record.record import Record
-from sigmatau.record.streams import InputKind
-from sigmatau.results import Printed, duration_text
-
-__all__ = ["ColumnInfo", "Inspection", "TableInfo", "inspect"]
+from sigmatau.results import Printed, duration_text, plain
 
 _LISTED = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnInfo:
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        As the file has it; empty if it has none.
-    channel : str or None
-        The channel it is recognised as: ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
-    unit : str or None
-        As the file spells it; None if it states none.
-    """
-
-    name: str
-    channel: str | None
-    unit: str | None
+    name: str  # As the file has it; empty if it has none
+    channel: str | None  # The channel it is recognised as: ``"gyro_x"``, ``"time"`` …; None if it is not recognised
+    unit: str | None  # As the file spells it; None if it states none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableInfo:
-    """A table of a file.
+    """A table of a file."""
 
-    Attributes
-    ----------
-    topic : str
-        Name in the file; empty if the file has only one table.
-    rows : int or None
-        Number of rows; None if they were not counted.
-    columns : tuple of ColumnInfo
-    rate : float or None
-        Sampling rate. [Hz]
-    rate_source : str
-        How the rate was found; empty if it was not.
-    notes : tuple of str
-        Properties of the table, and conversions on reading.
-    findings : tuple of Finding
-    chosen : bool
-        Whether the table is read by default.
-    wanting : str
-        Options that are needed to analyse it, in words; empty if none.
-    """
-
-    topic: str
-    rows: int | None
+    topic: str  # Name in the file; empty if the file has only one table
+    rows: int | None  # Number of rows; None if they were not counted
     columns: tuple[ColumnInfo, ...]
-    rate: float | None = None
-    rate_source: str = ""
-    notes: tuple[str, ...] = ()
+    rate: float | None = None  # Sampling rate. [Hz]
+    rate_source: str = ""  # How the rate was found; empty if it was not
+    notes: tuple[str, ...] = ()  # Properties of the table, and conversions on reading
     findings: tuple[Finding, ...] = ()
-    chosen: bool = False
-    wanting: str = ""
+    chosen: bool = False  # Whether the table is read by default
+    wanting: str = ""  # Options that are needed to analyse it, in words; empty if none
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "topic": self.topic,
-            "rows": self.rows,
-            "columns": [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns],
-            "rate_hz": self.rate,
-            "rate_source": self.rate_source,
-            "notes": list(self.notes),
-            "findings": [finding.to_dict() for finding in self.findings],
-            "chosen": self.chosen,
-            "wanting": self.wanting,
-        }
+        columns = [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns]
+        return plain(self, "topic rows rate_hz=rate rate_source notes findings chosen wanting", columns=columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Inspection(Printed):
-    """The contents of a file.
-
-    Attributes
-    ----------
-    path : str
-    format : str
-    tables : tuple of TableInfo
-    wanting : str
-        Options that are needed to analyse the file, in words, such as the topic; empty if none.
-    checks : tuple of Finding
-        Findings about the samples of the tables that are read by default.
-    record : Record or None
-        The record that would be analysed; None if options are needed first.
-    """
+    """The contents of a file."""
 
     path: str
     format: str
     tables: tuple[TableInfo, ...]
-    wanting: str = ""
-    checks: tuple[Finding, ...] = ()
-    record: Record | None = None
+    wanting: str = ""  # Options that are needed to analyse the file, in words, such as the topic; empty if none
+    checks: tuple[Finding, ...] = ()  # Findings about the samples of the tables that are read by default
+    record: Record | None = None  # The record that would be analysed; None if options are needed first
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -124,13 +69,7 @@ class Inspection(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return {
-            "path": self.path,
-            "format": self.format,
-            "wanting": self.wanting,
-            "tables": [table.to_dict() for table in self.tables],
-            "findings": [finding.to_dict() for finding in self.checks],
-        }
+        return plain(self, "path format wanting tables findings=checks")
 
     def __repr__(self) -> str:
         return "\n".join([*self.contents(), *map(str, self.findings), *self.wants()])
@@ -166,41 +105,11 @@ def _lines(table: TableInfo, *, several: bool) -> list[str]:
     return lines
 
 
-def inspect(
-    path: str | os.PathLike[str],
-    *,
-    rate: float | None = None,
-    unit: Mapping[str, str] | None = None,
-    channels: Mapping[str, str | int] | None = None,
-    input: InputKind = "rate",  # noqa: A002  as in --input
-    scale: Mapping[str, float] | None = None,
-    offset: Mapping[str, float] | None = None,
-    topic: str | Sequence[str] | None = None,
-    layout: str | None = None,
-) -> Inspection:
-    """Contents and faults of a file, without options.
-
-    Tables that have a sensor, or that `topic` or `channels` ask for, are read. Of other tables only the names are listed.
-
-    Parameters
-    ----------
-    path, rate, unit, channels, input, scale, offset, topic, layout
-        As in `sigmatau.read`.
-
-    Returns
-    -------
-    Inspection
-
-    Raises
-    ------
-    DataError
-        If no table can be read.
-    OptionError
-        If an option has the wrong form, or a topic does not exist.
+def inspect(path: str | os.PathLike[str], *, layout: str | None = None, **options_of_read: Any) -> Inspection:  # noqa: ANN401
+    """Contents and faults of a file, without options. Tables that have a sensor, or that `topic` or `channels` ask for,
+    are read. Of other tables only the names are listed.
     """
-    options = Options.check(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
-    )
+    options = Options.check(**options_of_read)
     with opened(path, layout) as (file, tables):
         wanting = ""
         try:
@@ -240,12 +149,7 @@ def _looked_into(
         return _unusable(info, error), None
     grid = made.streams[0].grid
     read = replace(
-        info,
-        rows=made.rows,
-        rate=grid.rate,
-        rate_source=grid.source,
-        notes=made.conversions,
-        findings=made.findings,
+        info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings
     )
     return read, made
 

@@ -9,24 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from sigmatau import units
-from sigmatau.errors import OptionError
-from sigmatau.io.read.table import Column
-from sigmatau.io.read.thermometer import degrees_of
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = [
-    "LONGEST_NAME",
-    "SPLIT_STAMP",
-    "TIMES",
-    "bare_name",
-    "holds_increments",
-    "key_of",
-    "readings",
-    "recognise",
-    "signal_name",
-    "stated_unit",
-    "unit_of",
-]
+from sigmatau import units
+from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import ColumnsByGravity
+from sigmatau.io.read.table import Column, Table
 
 # Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and without
 # these prefixes.
@@ -133,8 +123,13 @@ _ROS_IMU = "field.angular_velocity_covariance0"
 _ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
-LONGEST_NAME = 200
-"""Longest column name, with its unit in brackets. [characters]"""
+LONGEST_NAME = 200  # Longest column name, with its unit in brackets. [characters]
+_LONGEST_END = 40  # longest end of a name that is searched for a unit [characters]
+SPELLED = {
+    **dict.fromkeys(("degc", "°c", "℃", "c", "celsius", "deg c", "° c", "deg_c", "degrees celsius"), "degC"),
+    **dict.fromkeys(("k", "kelvin", "degk", "°k"), "K"),
+    **dict.fromkeys(("degf", "°f", "℉", "f", "fahrenheit", "deg f", "deg_f"), "degF"),
+}
 
 
 def unit_of(column: Column) -> tuple[str, str | None]:
@@ -150,7 +145,6 @@ def unit_of(column: Column) -> tuple[str, str | None]:
 
 def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     """The channel of each column, with its unit if the name states one; None for a column that is not recognised.
-
     Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
     """
     keys = [key_of(unit_of(column)[0]) for column in columns]
@@ -262,3 +256,56 @@ def _known(spelling: str) -> bool:
     except OptionError:
         return False
     return True
+
+
+_MIN_ROWS = 100
+_ROWS_TESTED = 100_000
+_GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))  # [g, m/s^2, mg], with room for biases and scale errors
+_SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
+_GYRO_MEAN = 0.2  # largest mean of the other three columns, over the size of gravity
+
+
+def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
+    """Channels of a table without column names, in the form of ``--channels``; None if they are not certain."""
+    count = len(table.columns)
+    if count not in (6, 7) or any(column.name for column in table.columns):
+        return None
+    try:
+        columns = table.load(list(range(count)), None).columns
+    except DataError:  # raised again when the record is read
+        return None
+    rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)], axis=1)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if len(rows) < _MIN_ROWS or (count == 7 and not (np.all(np.diff(rows[:, 0]) >= 0) and rows[-1, 0] > rows[0, 0])):
+        return None
+    triples = rows[:, count - 6 : count - 3], rows[:, count - 3 :]
+    found = [_is_gravity(three) for three in triples]
+    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in triples]
+    which = 0 if found[0] else 1
+    if found[0] == found[1] or sizes[1 - which] > _GYRO_MEAN * sizes[which]:
+        return None
+    places = ((count - 5, count - 3), (count - 2, count))
+    texts = [f"{first}:{last}" for first, last in places]
+    channels: dict[str, str | int] = {"gyro": texts[1 - which], "accel": texts[which]}
+    if count == 7:
+        channels = {"time": 1, **channels}
+    details = ColumnsByGravity(
+        gyro=places[1 - which],
+        accel=places[which],
+        time=1 if count == 7 else None,
+        gravity=sizes[which],
+        other=sizes[1 - which],
+    )
+    return channels, Finding(details=details, severity="info")
+
+
+def _is_gravity(three: NDArray[np.float64]) -> bool:
+    size = float(np.linalg.norm(three.mean(axis=0)))
+    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=0).max() < _SCATTER * size)
+
+
+def degrees_of(column: Column) -> str | None:
+    """The unit of temperature that a column states; "" for any other unit, None if it states none."""
+    in_brackets = re.search(r"[\[({]([^\[\](){}]*)[\])}]\s*$", column.name[-_LONGEST_END:])
+    stated = column.unit or (in_brackets[1] if in_brackets else None)
+    return SPELLED.get(stated.strip().lower(), "") if stated else None

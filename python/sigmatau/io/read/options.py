@@ -12,8 +12,6 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.record.streams import InputKind
 
-__all__ = ["Options"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
@@ -31,12 +29,12 @@ class Options:
     def check(
         cls,
         *,
-        rate: object,
-        unit: object,
-        channels: object,
-        input: object,  # noqa: A002  as in `read`
-        scale: object,
-        offset: object,
+        rate: object = None,
+        unit: object = None,
+        channels: object = None,
+        input: object = "rate",  # noqa: A002  as in `read`
+        scale: object = None,
+        offset: object = None,
         topic: object = None,
     ) -> Options:
         """Options of the right types and values; raises `OptionError`."""

@@ -16,28 +16,15 @@ from typing import cast
 from sigmatau.errors import DataError
 from sigmatau.io.read.table import FORMATS, Format, Head
 
-__all__ = ["reader_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """A format.
-
-    Attributes
-    ----------
-    module : str
-    what : str
-        Name for errors.
-    likely : callable
-        Fast test of the first bytes; True for all files that `sniff` accepts.
-    gzip : bool
-        Whether files compressed by gzip are read.
-    """
+    """A format."""
 
     module: str
-    what: str
-    likely: Callable[[bytes], bool]
-    gzip: bool = False
+    what: str  # Name for errors
+    likely: Callable[[bytes], bool]  # Fast test of the first bytes; True for all files that `sniff` accepts
+    gzip: bool = False  # Whether files compressed by gzip are read
 
 
 def _begins(*marks: bytes) -> Callable[[bytes], bool]:
@@ -100,11 +87,7 @@ def reader_of(head: Head, path: Path) -> Format:
             raise DataError(f"is {known.what} compressed by gzip; decompress it first (gzip -d {path.name})")
         return reader
     found = next((what for mark, what in _OTHER_FILES if head.data.startswith(mark)), "binary data")
-    if _every_other_byte_is_null(head.data):
+    some = head.data[:64]
+    if len(some) >= 4 and (not any(some[::2]) or not any(some[1::2])):  # every other byte is null
         raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
     raise DataError(f"is {found}, not a format that is read: {FORMATS}")
-
-
-def _every_other_byte_is_null(data: bytes) -> bool:
-    some = data[:64]
-    return len(some) >= 4 and (not any(some[::2]) or not any(some[1::2]))

@@ -10,20 +10,15 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.columns import Choice, choose
-from sigmatau.io.read.headerless import by_gravity
-from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
+from sigmatau.io.read.names import by_gravity, holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
 
-__all__ = ["SI", "Resolved", "resolve"]
-
+# The columns chosen, the unit of each channel as spelled, notes and findings
 Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
-"""The columns chosen, the unit of each channel as spelled, notes and findings."""
-
-SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}
-"""Units of the rates of both sensors."""
+SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
 def resolve(table: Table, options: Options) -> Resolved:
@@ -111,7 +106,10 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             if channel != "time":
                 missing.append(channel)
                 unknown_units += [f"{channel} in {unknown[:20]!r}"] if unknown is not None else []
-                counts = counts or _whole(table.columns[index].first)
+                first = table.columns[index].first
+                counts = counts or (
+                    first.lstrip("+-").isdigit() and first.strip("+-0") != ""
+                )  # an integer other than 0
             continue
         if stream in SI or channel == "time":
             _check_unit(channel, spelled, stream)
@@ -129,11 +127,6 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
 def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:
     details = UnitOverruled(given=given, stated=stated, known=known, scaled=scaled)
     return Finding(details=details, severity="warning", channels=(channel,))
-
-
-def _whole(text: str) -> bool:
-    """Whether a field is an integer other than 0."""
-    return text.lstrip("+-").isdigit() and text.strip("+-0") != ""
 
 
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:

@@ -16,24 +16,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.findings.finding import Finding
 
-__all__ = [
-    "FORMATS",
-    "HEAD",
-    "Column",
-    "Format",
-    "Head",
-    "Loaded",
-    "Table",
-    "is_date",
-    "listing",
-    "need",
-    "refuse_infinite",
-    "whole_stamps",
-]
-
-HEAD = 1 << 18
-"""The format, and the layout of a text table, are detected from this many bytes. [bytes]"""
-
+HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
 FORMATS = (
     "text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5, Parquet, Arrow, TDMS, .npy, .npz,"
     " or raw numbers with --layout"
@@ -50,99 +33,51 @@ _WORD = 50
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Head:
-    """The beginning of a file.
+    """The beginning of a file."""
 
-    Attributes
-    ----------
-    data : bytes
-        The first `HEAD` bytes, decompressed.
-    whole : bool
-        True if the file has no more bytes than these.
-    gzip : bool
-        True if the file is compressed.
-    """
-
-    data: bytes
-    whole: bool
-    gzip: bool
+    data: bytes  # The first `HEAD` bytes, decompressed
+    whole: bool  # True if the file has no more bytes than these
+    gzip: bool  # True if the file is compressed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of a file.
+    """A column of a file."""
 
-    Attributes
-    ----------
-    name : str
-        As the file spells it, with its unit if that is part of the name; empty if the column has no name.
-    unit : str or None
-        Unit from a row of units, as the file spells it.
-    first : str
-        Text of its first row, which shows a column without a name; may be empty.
-    """
-
-    name: str
-    unit: str | None = None
-    first: str = ""
+    name: str  # As the file spells it, with its unit if that is part of the name; empty if the column has no name
+    unit: str | None = None  # Unit from a row of units, as the file spells it
+    first: str = ""  # Text of its first row, which shows a column without a name; may be empty
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """Columns that were asked for.
+    """Columns that were asked for."""
 
-    Attributes
-    ----------
-    columns : mapping of int to ndarray, shape (n,)
-        Raw numbers by column, counted from 0, all of one length: finite, or NaN where one is missing. In a column of
-        integers, such as time stamps, the smallest 64-bit integer marks a missing one.
-    findings : tuple of Finding
-        Faults of the data, such as where they break off; severity error if rows are missing.
-    """
-
+    # shape (n,); raw numbers by column, counted from 0, all of one length: finite, or NaN where one is missing. In a
+    # column of integers, such as time stamps, the smallest 64-bit integer marks a missing one.
     columns: Mapping[int, NDArray[Any]]
+    # Faults of the data, such as where they break off; severity error if rows are missing
     findings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """One table of a file; its columns are loaded on demand.
-
-    Most files have one table. In others each topic, message, group or variable is a table, and ``--topic`` chooses it.
-
-    Attributes
-    ----------
-    format : str
-        ``"text"``, ``"npy"``, ``"mcap"`` …
-    columns : tuple of Column
-    notes : tuple of str
-        Properties of the file, for the provenance of the record.
-    load : callable
-        ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` is returned as 64-bit
-        integers if it has integers. Raises `DataError`.
-    where : callable
-        ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``.
-    topic : str
-        Name in the file; empty if the file has only one table.
-    rows : int or None
-        Number of rows, if it is known before they are loaded.
-    findings : tuple of Finding
-        Faults of the file that are known before it is loaded.
-    rate : float or None
-        Sampling rate that the format states, for a table without a time column. [Hz]
-    rate_source : str
-        Source of the rate: ``"the waveform increment of the channels"``.
+    """One table of a file; its columns are loaded on demand. Most files have one table. In others each topic, message,
+    group or variable is a table, and ``--topic`` chooses it.
     """
 
-    format: str
+    format: str  # ``"text"``, ``"npy"``, ``"mcap"`` …
     columns: tuple[Column, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # Properties of the file, for the provenance of the record
+    # ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` is returned as 64-bit
+    # integers if it has integers. Raises `DataError`.
     load: Callable[[Sequence[int], int | None], Loaded]
-    where: Callable[[int], str]
-    topic: str = ""
-    rows: int | None = None
-    findings: tuple[Finding, ...] = ()
-    rate: float | None = None
-    rate_source: str = ""
+    where: Callable[[int], str]  # ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``
+    topic: str = ""  # Name in the file; empty if the file has only one table
+    rows: int | None = None  # Number of rows, if it is known before they are loaded
+    findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded
+    rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
+    rate_source: str = ""  # Source of the rate: ``"the waveform increment of the channels"``
 
     def label(self, index: int) -> str:
         """Name of a column for messages; its number if it has none."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +12,26 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import NeverWritten
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.columns import Choice, Thermometer, not_read
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.preallocated_rows import without_unwritten
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table
-from sigmatau.io.read.temperature import temperature_stream
-from sigmatau.io.read.time import disorder
-from sigmatau.io.read.time.jitter import jitter_findings
-from sigmatau.io.read.time.placement import missing_in, mostly_missing, own_rows, with_missing
-from sigmatau.io.read.time.timing import Timing, timed
-from sigmatau.io.read.unused_columns import not_read
-from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
+from sigmatau.io.read.time import rows
+from sigmatau.io.read.time.timing import (
+    Timing,
+    jitter_findings,
+    missing_in,
+    mostly_missing,
+    own_rows,
+    timed,
+    with_missing,
+)
+from sigmatau.record.record import MIN_SAMPLES, TEMPERATURE, make_stream, stream_name
 from sigmatau.record.streams import Stream
-
-__all__ = ["Part", "find_rate", "part"]
+from sigmatau.record.thermometers import PLAUSIBLE, TO_CELSIUS, typical
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,11 +59,11 @@ def part(table: Table, options: Options) -> Part:
         raise
     except DataError as error:
         # In a file with known damage the record ends where time goes backwards, if that is before the damage was detected.
-        shorter = disorder.cut(loaded, choice, table, error, least=MIN_SAMPLES + 1)
+        shorter = rows.cut(loaded, choice, table, error, least=MIN_SAMPLES + 1)
         try:
             return _made(table, options, (choice, *resolved[1:]), shorter)
         except DataError:
-            raise disorder.with_damage(error, table, loaded.findings) from None
+            raise rows.with_damage(error, table, loaded.findings) from None
 
 
 def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
@@ -136,7 +140,11 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         conversions=(
             *table.notes,
             *choice.notes,
-            *_named(table, choice),
+            *(
+                f"{channel} from column {table.label(index)}"
+                for channel, index in choice.channels.items()
+                if unit_of(table.columns[index])[0] != channel
+            ),
             *notes,
             *_conversions(unit, options),
             *dict.fromkeys(note for timing in times for note in timing.notes),
@@ -175,15 +183,6 @@ def find_rate(
     return timing.rate, timing.source, timing.counted
 
 
-def _named(table: Table, choice: Choice) -> list[str]:
-    """Notes of channels that have another name in the file."""
-    return [
-        f"{channel} from column {table.label(index)}"
-        for channel, index in choice.channels.items()
-        if unit_of(table.columns[index])[0] != channel
-    ]
-
-
 def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
     done = []
     for channel, spelled in unit.items():
@@ -202,3 +201,102 @@ def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
     if options.input == "accumulated":
         done.append("accumulated values differenced and divided by the sample interval")
     return done
+
+
+def temperature_stream(
+    label: str, found: Thermometer, raw: Mapping[int, NDArray[Any]], timing: Timing, *, missing: bool
+) -> tuple[tuple[Stream, ...], str]:
+    """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`. A
+    thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
+    """
+    column = raw[found.index]
+    scale, offset = TO_CELSIUS[found.unit or "degC"]
+    values = column[~np.isnan(column)] if missing else column
+    if len(values) < MIN_SAMPLES:
+        return (), f"temperature: column {label} has {len(values)} numbers, too few"
+    median = typical(values, found.unit or "degC")
+    if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
+        unit = found.unit or "degC, which was assumed"
+        return (), f"temperature: column {label} is not a temperature in {unit} (median {median:.4g} °C)"
+    try:
+        stream = make_stream(
+            "temperature",
+            {"temperature": timing.laid(column)},
+            rate=timing.rate,
+            unit={"temperature": TEMPERATURE},
+            scale={"temperature": scale},
+            offset={"temperature": offset},
+            grid_source=timing.source,
+            start=timing.start,
+            jitter=timing.jitter,
+            finite=timing.places is None and not missing,
+        )
+    except DataError as error:
+        return (), f"temperature: column {label} is not used: {error}"
+    how = "degC assumed" if found.unit is None else found.unit
+    return (stream,), f"temperature from column {label}, {how}"
+
+
+_MIN_ROWS = 8  # shortest run of rows that are 0 in all columns
+_RUN_RATIO = 4  # its length over that of the longest such run before: coarse counts of a sensor at rest are 0 at times
+_MIN_ROWS_OF_ONE = 64  # shortest run of zeros in a single column, which is 0 nowhere before
+_CHUNK = 1 << 16  # [rows]
+
+
+def without_unwritten(
+    columns: Mapping[int, NDArray[Any]], time: int | None, labels: Sequence[str]
+) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
+    """The columns up to their last written row, and a finding if rows are removed.
+
+    Three kinds of rows at the end are removed: rows in which all columns (at least two) are 0; rows in which the time is 0;
+    and a long run of zeros in a single column that is not 0 anywhere before, as in a container that stores one column
+    after the other. The row before them is removed too, because it may be half written.
+
+    `labels`: names of all columns of the table.
+    """
+    kept = dict(columns)
+    n = min(map(len, kept.values()), default=0)
+    if n <= 1 or len(kept) < 2:
+        return kept, ()
+    zeros = {index: _zeros_at_end(array[:n]) for index, array in kept.items()}
+    together = min(zeros.values())
+    if together >= n:  # other checks report a log of nothing but zeros
+        return kept, ()
+    if time is not None and 0 < zeros[time] < n and kept[time][n - zeros[time] - 1] > 0:
+        return _cut(kept, n - zeros[time], labels[time], is_time=True)
+    if together >= _MIN_ROWS and together > _RUN_RATIO * _longest(kept, n - together):
+        return _cut(kept, n - together)
+    for index, run in zeros.items():
+        if _MIN_ROWS_OF_ONE <= run < n and index != time and np.all(kept[index][: n - run] != 0):
+            return _cut(kept, n - run, labels[index])
+    return kept, ()
+
+
+def _cut(
+    columns: Mapping[int, NDArray[Any]], rows: int, column: str = "", *, is_time: bool = False
+) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
+    n = min(map(len, columns.values()))
+    details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column, is_time=is_time)
+    kept = {index: array[: rows - 1] for index, array in columns.items()}
+    return kept, (Finding(details=details, severity="error"),)
+
+
+def _longest(columns: Mapping[int, NDArray[Any]], rows: int) -> int:
+    """Longest run of rows that are 0 in all columns, among the first `rows`."""
+    zero = np.ones(rows, dtype=bool)
+    for array in columns.values():
+        zero &= array[:rows] == 0
+    ends = np.flatnonzero(~zero)
+    return int(np.diff(ends, prepend=-1, append=rows).max(initial=1)) - 1
+
+
+def _zeros_at_end(array: NDArray[Any]) -> int:
+    """Number of zeros at the end; a column on disk is read backwards, in chunks."""
+    end, step = len(array), _MIN_ROWS
+    while end > 0:
+        start = max(0, end - step)
+        others = np.flatnonzero(array[start:end])
+        if len(others):
+            return len(array) - (start + int(others[-1]) + 1)
+        end, step = start, _CHUNK
+    return len(array)

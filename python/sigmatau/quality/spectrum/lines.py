@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
-from sigmatau.estimators.allan import DeviationCurve, allan, cluster_sizes
+from sigmatau.estimators.allan import DeviationCurve, allan
+from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Line, Mains, SpectralLines
 from sigmatau.fitting.fit import fit

@@ -22,11 +22,7 @@ from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
-__all__ = ["WIDEST", "Leaf", "gather", "parts", "pick", "real_columns", "squeezed"]
-
-WIDEST = 64
-"""Largest number of columns of an array that is read."""
-
+WIDEST = 64  # Largest number of columns of an array that is read
 _AXES = frozenset("xyzXYZ")
 _LISTED = 8
 _UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
@@ -34,35 +30,16 @@ _UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leaf:
-    """An array of a container, not loaded yet.
+    """An array of a container, not loaded yet."""
 
-    Attributes
-    ----------
-    group : tuple of str
-        Names of the groups, or structs, that contain it, from the top.
-    name : str
-    shape : tuple of int
-        ``(n,)`` or ``(n, k)``.
-    load : callable
-        Returns the array in that shape; raises only `DataError`.
-    unit : str or None
-        As the file spells it.
-    rate : float or None
-        Sampling rate, if the format states one. [Hz]
-    fill : float or None
-        The stored number that marks a missing sample.
-    scale : tuple of float
-        Factor and offset: value = stored * factor + offset.
-    """
-
-    group: tuple[str, ...]
+    group: tuple[str, ...]  # Names of the groups, or structs, that contain it, from the top
     name: str
-    shape: tuple[int, ...]
-    load: Callable[[], NDArray[Any]]
-    unit: str | None = None
-    rate: float | None = None
-    fill: float | None = None
-    scale: tuple[float, float] = (1.0, 0.0)
+    shape: tuple[int, ...]  # ``(n,)`` or ``(n, k)``
+    load: Callable[[], NDArray[Any]]  # Returns the array in that shape; raises only `DataError`
+    unit: str | None = None  # As the file spells it
+    rate: float | None = None  # Sampling rate, if the format states one. [Hz]
+    fill: float | None = None  # The stored number that marks a missing sample
+    scale: tuple[float, float] = (1.0, 0.0)  # Factor and offset: value = stored * factor + offset
 
     def values(self) -> tuple[NDArray[Any], int]:
         """The scaled array with NaN for missing samples, and their number."""
@@ -95,12 +72,7 @@ def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
 
 def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, ...], bool] | None:
     """The shape (n,) or (n, k) of the columns of an array, and whether it is transposed; None if it has no columns.
-
-    Parameters
-    ----------
-    shape : sequence of int
-    lying : bool
-        Whether vectors may be rows, as in MATLAB: then (k, n) with small k and large n is read as (n, k).
+    `lying`: whether vectors may be rows, as in MATLAB: then (k, n) with small k and large n is read as (n, k).
     """
     if len(shape) == 1:
         return (int(shape[0]),), False
@@ -145,27 +117,9 @@ def gather(
     findings: tuple[Finding, ...] = (),
     rate_source: str = "",
 ) -> tuple[Table, ...]:
-    """The tables of a container: the arrays of one group and one length are a table.
-
-    Parameters
-    ----------
-    leaves : sequence of Leaf
-        Of real numbers only.
-    kind : str
-        The format.
-    root : str
-        What the names of topics begin with; it is the name of what is in no group.
-    separator : str
-        Between the names of groups.
-    notes, findings
-        Of the file; every table gets them.
-    rate_source : str
-        Where the rates of the leaves are from, in words.
-
-    Raises
-    ------
-    DataError
-        If no array is long enough.
+    """The tables of a container: the arrays of one group and one length are a table. `root`: what the names of topics
+    begin with; it is the name of what is in no group; `notes, findings`: of the file; every table gets them;
+    `rate_source`: where the rates of the leaves are from, in words.
     """
     long = [leaf for leaf in leaves if leaf.shape[0] >= MIN_SAMPLES]
     left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]
@@ -216,9 +170,8 @@ def _is_axis(leaf: Leaf) -> bool:
 
 
 def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
-    """The group whose table an array joins: the highest group above it that has arrays of its length.
-
-    One time vector then serves all sensors in the groups below it.
+    """The group whose table an array joins: the highest group above it that has arrays of its length. One time vector
+    then serves all sensors in the groups below it.
     """
     for depth in range(len(leaf.group)):
         if (leaf.group[:depth], leaf.shape[0]) in present:

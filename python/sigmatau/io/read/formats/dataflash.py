@@ -20,11 +20,8 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.formats.message_chain import broken
-from sigmatau.io.read.formats.trailing_bytes import behind
+from sigmatau.io.read.formats.damage import behind, broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
-
-__all__ = ["read", "sniff"]
 
 _MARKS = b"\xa3\x95"
 
@@ -81,18 +78,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the log has no data; by ``load``: `NonFiniteError` for an infinite value.
-    """
+    """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances."""
     scan = logs.scan_dataflash(str(path))
     found = [_Kind(*kind) for kind in scan["kinds"]]
     kinds = [replace(kind, several=sum(other.name == kind.name for other in found) > 1) for kind in found]
@@ -112,13 +98,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _tables(
-    path: str,
-    end: int,
-    kind: _Kind,
-    instance: int,
-    rows: int,
-    units: Mapping[str, str],
-    findings: tuple[Finding, ...],
+    path: str, end: int, kind: _Kind, instance: int, rows: int, units: Mapping[str, str], findings: tuple[Finding, ...]
 ) -> Iterator[Table]:
     fields = [f for f in kind.fields if f[1] in _TYPES]
     if not any(name not in ("TimeUS", "I") for name, _, _ in fields):

@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats import library_errors
+from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.library_errors import first_line
-from sigmatau.io.read.formats.trailing_bytes import behind
+from sigmatau.io.read.formats.damage import behind, first_line
 from sigmatau.io.read.table import Head, Table, need
-
-__all__ = ["check_heaps", "damaged", "declared_end", "open_file", "read", "sniff"]
 
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
@@ -73,13 +70,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def declared_end(path: Path, start: int) -> int:
-    """The end of a file by its superblock (HDF5 file format specification, version 3, section II.A). [bytes]
-
-    Parameters
-    ----------
-    path : Path
-    start : int
-        Offset of the superblock, which follows the user block. [bytes]
+    """The end of a file by its superblock (HDF5 file format specification, version 3, section II.A). [bytes] `start`:
+    offset of the superblock, which follows the user block [bytes].
     """
     with path.open("rb") as stream:
         stream.seek(start)
@@ -112,7 +104,7 @@ def damaged(error: Exception) -> DataError:
             f"is truncated: it has {match[1]} of {match[2]} bytes, and an HDF5 file is only readable whole; copy or record"
             " the file again"
         )
-    return library_errors.damaged(error)
+    return damage.damaged(error)
 
 
 def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
@@ -281,7 +273,6 @@ def check_heaps(path: Path) -> None:
 @lru_cache(maxsize=4)
 def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
     """Whether the objects of every global heap fill it: after an object of size 0 the library searches without end.
-
     Layout: HDF5 file format specification, version 3, section III.E.
     """
     del changed  # part of the cache key

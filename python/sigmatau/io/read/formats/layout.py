@@ -15,8 +15,6 @@ from sigmatau.errors import DataError
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.table import FORMATS, Column
 
-__all__ = ["COMMENTS", "Layout", "find_layout", "header_fields"]
-
 COMMENTS = ("#", "%", "//")
 
 _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
@@ -34,26 +32,13 @@ _IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """The layout of a text table.
+    """The layout of a text table."""
 
-    Attributes
-    ----------
-    delimiter : str or None
-        One character; None for runs of spaces and tabs.
-    skip_lines : int
-        Lines before the data.
-    columns : tuple of Column
-    notes : tuple of str
-        Properties of the table, for the provenance of the record.
-    decimal_comma : bool
-        Whether 0,5 is one half.
-    """
-
-    delimiter: str | None
-    skip_lines: int
+    delimiter: str | None  # One character; None for runs of spaces and tabs
+    skip_lines: int  # Lines before the data
     columns: tuple[Column, ...]
-    notes: tuple[str, ...]
-    decimal_comma: bool = False
+    notes: tuple[str, ...]  # Properties of the table, for the provenance of the record
+    decimal_comma: bool = False  # Whether 0,5 is one half
 
 
 @dataclass(slots=True)
@@ -84,21 +69,9 @@ class _Line:
 
 
 def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
-    """The layout of the table that begins with `data`.
-
-    Parameters
-    ----------
-    data : bytes
-        Beginning of the file, decompressed.
-    whole : bool
-        True if the file ends there; else the last line is ignored.
-    encoding : str
-        Encoding of the file, if it differs from that of `data`; for the notes.
-
-    Raises
-    ------
-    DataError
-        If there are no rows, or if they are ambiguous.
+    """The layout of the table that begins with `data`. `data`: beginning of the file, decompressed; `whole`: true if
+    the file ends there; else the last line is ignored; `encoding`: encoding of the file, if it differs from that of
+    `data`; for the notes.
     """
     text, read_as = _decode(data, whole=whole)
     written = f", {encoding}" if encoding else read_as

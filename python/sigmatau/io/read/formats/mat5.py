@@ -21,11 +21,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
 
-__all__ = ["TABLES", "Found", "walk"]
-
-TABLES = ("table", "timetable", "duration", "datetime")
-"""Classes that mat-io converts to data frames and times."""
-
+TABLES = ("table", "timetable", "duration", "datetime")  # Classes that mat-io converts to data frames and times
 _HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}

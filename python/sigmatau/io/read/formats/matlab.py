@@ -14,10 +14,8 @@ from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats import hdf5, mat5
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.formats.trailing_bytes import behind
+from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.table import Head, Table, need
-
-__all__ = ["read", "sniff"]
 
 _HDF5_AT = 512
 

@@ -13,14 +13,9 @@ from dataclasses import dataclass, field
 from sigmatau.errors import DataError
 from sigmatau.io.read.table import Column
 
-__all__ = ["IMU_ROS2", "LOG_TIME", "Layout", "Step", "layout_of"]
-
+# Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs
 Step = tuple[str, int, int]
-"""Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs."""
-
-LOG_TIME = "log_time [ns]"
-"""The time stamp that the recorder gave to a message."""
-
+LOG_TIME = "log_time [ns]"  # The time stamp that the recorder gave to a message
 _NUMBERS = {
     "bool": "u1",
     "char": "u1",
@@ -95,18 +90,10 @@ float64 z
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """A message as columns.
+    """A message as columns."""
 
-    Attributes
-    ----------
-    columns : tuple of Column
-        The last is `LOG_TIME`.
-    steps : tuple of Step
-        For the decoder.
-    """
-
-    columns: tuple[Column, ...]
-    steps: tuple[Step, ...]
+    columns: tuple[Column, ...]  # The last is `LOG_TIME`
+    steps: tuple[Step, ...]  # For the decoder
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,21 +113,9 @@ class _Builder:
 
 
 def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
-    """Columns and steps of a message.
-
-    Parameters
-    ----------
-    definition : str
-        The text, with the definitions of the types that it uses.
-    type_name : str
-        ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``.
-    ros1 : bool
-        Whether the definition is of ROS 1, where ``time`` is a type.
-
-    Raises
-    ------
-    DataError
-        If the definition is invalid or lacks a type.
+    """Columns and steps of a message. `definition`: the text, with the definitions of the types that it uses;
+    `type_name`: ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``; `ros1`: whether the definition is of ROS 1, where
+    ``time`` is a type.
     """
     name = _short(type_name)
     builder = _Builder(types=_types(definition, name), numbers=_ROS1 if ros1 else _ROS2)

@@ -23,8 +23,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenMessages, BrokenOff, BytesBetween, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 
-__all__ = ["read", "sniff"]
-
 _FOOT = 0.3048
 _DEGREE = np.pi / 180
 
@@ -78,18 +76,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The logs of a file, each name a topic, of messages whose CRC-32 is right.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the file has no RAWIMU.
-    """
+    """The logs of a file, each name a topic, of messages whose CRC-32 is right."""
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         found = _scan(data)
         rest = bytes(data[found.end : found.end + 400])
@@ -125,9 +112,8 @@ def _scan(data: bytes | mmap.mmap) -> _Found:
 
 
 def _between(data: bytes | mmap.mmap, found: _Found) -> list[tuple[int, int]]:
-    """Bytes between whole messages that are not another log or text.
-
-    Only this check finds a RAWIMU whose first bytes are damaged.
+    """Bytes between whole messages that are not another log or text. Only this check finds a RAWIMU whose first bytes
+    are damaged.
     """
     spans = np.array(sorted(found.spans), dtype=np.int64).reshape(-1, 2)
     ends = np.maximum.accumulate(spans[:, 1])

@@ -15,12 +15,9 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.library_errors import damaged, library_faults
-from sigmatau.io.read.formats.trailing_bytes import archive_ends, behind
+from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
-
-__all__ = ["read", "sniff"]
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
@@ -39,21 +36,9 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
-    """The columns of an array of shape (n, C), of a structured array, or of the arrays of an archive.
-
-    In an archive an array of shape (n,) is a column, and an array of shape (n, 3) is three: ``gyro`` gives ``gyro_x``,
-    ``gyro_y`` and ``gyro_z``.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the file is damaged or has no numeric columns; by ``load``: for arrays of unequal length; `NonFiniteError` for an
-        infinite value.
+    """The columns of an array of shape (n, C), of a structured array, or of the arrays of an archive. In an archive an
+    array of shape (n,) is a column, and an array of shape (n, 3) is three: ``gyro`` gives ``gyro_x``, ``gyro_y`` and
+    ``gyro_z``.
     """
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
@@ -61,7 +46,8 @@ def read(path: Path, head: Head) -> tuple[Table]:
 def _npy(path: Path) -> Table:
     arrays, findings = _series(path)
     array = arrays[0]
-    _refuse_objects(array.dtype, path.name)
+    if array.dtype.hasobject:
+        raise DataError(f"{path.name} holds Python objects, which are refused; save plain numbers")
     loaders: list[Callable[[], NDArray[Any]]] = []
     if array.dtype.names:
         if array.ndim != 1:
@@ -84,9 +70,8 @@ def _npy(path: Path) -> Table:
 
 
 def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
-    """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays.
-
-    `np.load` returns only the first.
+    """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays. `np.load` returns only the
+    first.
     """
     try:
         first = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -218,12 +203,7 @@ def _table(
         return Loaded(columns=raw)
 
     return Table(
-        format=kind,
-        columns=tuple(columns),
-        notes=notes,
-        load=load,
-        where=lambda row: f"row {row}",
-        findings=findings,
+        format=kind, columns=tuple(columns), notes=notes, load=load, where=lambda row: f"row {row}", findings=findings
     )
 
 
@@ -233,11 +213,6 @@ def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.d
     read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read_header(member)
     return shape, "F" if fortran else "C", dtype
-
-
-def _refuse_objects(dtype: np.dtype[Any], name: str) -> None:
-    if dtype.hasobject:
-        raise DataError(f"{name} holds Python objects, which are refused; save plain numbers")
 
 
 def _refuse_shape(shape: tuple[int, ...]) -> None:

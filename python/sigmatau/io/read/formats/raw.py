@@ -15,8 +15,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
 
-__all__ = ["parse_layout", "read"]
-
 _EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
 _HEADER = re.compile(r"header\s+(\d+)")
 _SKIPPED = re.compile(r"(\d*)x")
@@ -26,13 +24,7 @@ _LONGEST_ROW = 1 << 20  # [bytes]
 
 
 def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str, int | None], ...]]:
-    """Bytes of the header, the type of a row, and for each column its field and its index in the field.
-
-    Raises
-    ------
-    OptionError
-        Names the part that is wrong.
-    """
+    """Bytes of the header, the type of a row, and for each column its field and its index in the field."""
     header, order, offset = 0, "", 0
     names: list[str] = []
     formats: list[np.dtype[Any]] = []
@@ -87,22 +79,7 @@ def _wrong(part: str, why: str) -> OptionError:
 
 
 def read(path: Path, head: Head, layout: object) -> tuple[Table]:
-    """The columns of a raw file, which is mapped and not loaded whole.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-    layout : str
-        See `sigmatau.io.read.read`.
-
-    Raises
-    ------
-    OptionError
-        If the layout is invalid.
-    DataError
-        If the file is compressed or has no row.
-    """
+    """The columns of a raw file, which is mapped and not loaded whole."""
     if not isinstance(layout, str) or not layout.strip():
         raise OptionError(f"{{option}} must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:

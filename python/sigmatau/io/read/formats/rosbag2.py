@@ -18,11 +18,9 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, DeletedMessages
 from sigmatau.io.read.formats import roslog
+from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
-from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Head, Loaded, Table
-
-__all__ = ["read", "sniff"]
 
 _MAGIC = b"SQLite format 3\0"
 _ZSTD = b"\x28\xb5\x2f\xfd"
@@ -36,18 +34,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic: the numbers of its messages by the paths of their fields, times in nanoseconds.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the file is not a bag, or its tables cannot be read.
-    """
+    """A table for each topic: the numbers of its messages by the paths of their fields, times in nanoseconds."""
     try:
         with closing(_open(path)) as base:
             topics, definitions = _topics(base)
@@ -175,24 +162,14 @@ def _declared(path: Path) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Batch:
-    """Joined messages, their ends and time stamps.
-
-    Attributes
-    ----------
-    fault : str
-        The fault after them; empty if there is none.
-    doubt : int
-        Number of messages before the fault that may be damaged.
-    missing : int
-        Number of messages that are missing in the numbering.
-    """
+    """Joined messages, their ends and time stamps."""
 
     data: bytes
     ends: NDArray[np.int64]
     times: NDArray[np.int64]
-    fault: str
-    doubt: int
-    missing: int
+    fault: str  # The fault after them; empty if there is none
+    doubt: int  # Number of messages before the fault that may be damaged
+    missing: int  # Number of messages that are missing in the numbering
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,11 +13,9 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, Place
+from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import Layout, layout_of
-from sigmatau.io.read.formats.trailing_bytes import behind
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
-
-__all__ = ["finite_columns", "message_table", "read", "refused_table", "sniff", "some_readable"]
 
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
@@ -40,18 +38,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic, or for each type of a topic: its numbers by the paths of their fields, times in nanoseconds.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If no topic can be read.
-    """
+    """A table for each topic, or type of a topic: numbers by the paths of their fields, times in nanoseconds."""
     kind: logs.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
     contents = logs.log_contents(str(path), kind)
     end = contents.end

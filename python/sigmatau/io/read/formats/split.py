@@ -17,8 +17,6 @@ from sigmatau.findings.kinds.reading import InFile, PartMissing, PartOfSeveral
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.table import Loaded, Table
 
-__all__ = ["METADATA", "files_of", "joined", "part_of"]
-
 METADATA = "metadata.yaml"
 _FILES = re.compile(r"relative_file_paths:[ \t]*\n((?:[ \t]*-[^\n]*(?:\n|$))+)")
 
@@ -47,20 +45,8 @@ def part_of(file: Path) -> tuple[Finding, ...]:
 
 
 def joined(folder: Path, files: Sequence[Path], read: Callable[[Path], Sequence[Table]]) -> tuple[Table, ...]:
-    """The tables of a bag: the parts of one topic with the same columns are joined.
-
-    Parameters
-    ----------
-    folder : Path
-    files : sequence of Path
-        See `files_of`.
-    read : callable
-        Returns the tables of one file. If it raises `DataError`, that part is left out, with a finding.
-
-    Raises
-    ------
-    DataError
-        If no part can be read.
+    """The tables of a bag: the parts of one topic with the same columns are joined. `read`: returns the tables of one
+    file. If it raises `DataError`, that part is left out, with a finding.
     """
     lost: list[Finding] = []
     pieces: dict[tuple[str, tuple[str, ...]], list[tuple[PartMissing, Table]]] = {}

@@ -19,10 +19,8 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place, PropertyChanged
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.formats.library_errors import library_faults
+from sigmatau.io.read.formats.damage import library_faults
 from sigmatau.io.read.table import Head, Table, need
-
-__all__ = ["read", "sniff"]
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
 _CHECKED_PROPERTIES = ("unit_string", "wf_increment")

@@ -14,16 +14,25 @@ from typing import Any
 from numpy.typing import NDArray
 
 from sigmatau._native import formats
+from sigmatau._native.formats import TextColumns
 from sigmatau.errors import DataError, NonFiniteError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, NoLineEnd, Place
+from sigmatau.findings.kinds.reading import (
+    BrokenOff,
+    Comments,
+    Damage,
+    Damaged,
+    HeaderAgain,
+    HiddenRows,
+    NoLineEnd,
+    Place,
+    SecondHeader,
+)
 from sigmatau.io.read.formats import truncation
-from sigmatau.io.read.formats.comment_lines import SkippedLines
-from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
+from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout, header_fields
+from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
 from sigmatau.record import memory
-
-__all__ = ["read", "sniff", "table_of"]
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _UTF16 = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
@@ -77,19 +86,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table]:
-    """The columns of a text table, which are read on demand.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the head has no table; by ``load``: for a row of another length, a non-numeric value, damaged compression;
-        `NonFiniteError` for an infinite value.
-    """
+    """The columns of a text table, which are read on demand."""
     return (table_of(path, head, path.name.split(".")[0]),)
 
 
@@ -268,3 +265,45 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     if error.kind == "empty":
         return DataError("has no row of data")
     return DataError(f"cannot be read: {error.text}")
+
+
+_EXCHANGED = str.maketrans(",.", ".,")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SkippedLines:
+    """Lines that were skipped among the rows. Lines count from 1."""
+
+    read: TextColumns
+    stop: int | None  # Line of the first header that differs from the header of the table: rows after it are not read
+    again: int | None  # Line of the first header before it that equals the header of the table
+
+    @classmethod
+    def between(cls, read: TextColumns, layout: Layout) -> SkippedLines:
+        own = [column.name for column in layout.columns]
+        stop = again = None
+        for line, text in read.headers:
+            # In text with decimal commas the decoder exchanges commas and points.
+            fields = header_fields(text.translate(_EXCHANGED) if layout.decimal_comma else text, layout)
+            if not fields:
+                continue
+            if fields != own and recognise([Column(name=name) for name in fields]) != recognise(layout.columns):
+                stop = line
+                break
+            again = again or line
+        return cls(read=read, stop=stop, again=again)
+
+    def findings(self, rows: int) -> tuple[Finding, ...]:
+        """Findings of the skipped lines; `rows` is the number of rows that were read."""
+        read, stop = self.read, self.stop
+        found: list[Finding] = []
+        if stop is not None:
+            found.append(Finding(details=SecondHeader(line=stop, kept=rows), severity="error"))
+        if self.again is not None:
+            found.append(Finding(details=HeaderAgain(line=self.again), severity="info"))
+        if read.hidden and (stop is None or read.first_hidden < stop):
+            hidden = HiddenRows(line=read.first_hidden, count=read.hidden)
+            found.append(Finding(details=hidden, severity="error"))
+        if read.remarks and (stop is None or read.first_remark < stop):
+            found.append(Finding(details=Comments(line=read.first_remark, count=read.remarks), severity="info"))
+        return tuple(found)

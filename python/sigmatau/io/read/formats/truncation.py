@@ -15,11 +15,8 @@ from pathlib import Path
 
 from sigmatau.errors import DataError
 
-__all__ = ["BREAK", "Line", "cut_number", "damaged", "line_at", "lines_of"]
-
+# Bytes that text does not have; 0x1a is allowed, because it ends files of old systems
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
-"""Bytes that text does not have; 0x1a is allowed, because it ends files of old systems."""
-
 _CHUNK = 1 << 20  # [bytes]
 _MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at least half of it
 _TAIL = 1 << 14  # [bytes]
@@ -37,9 +34,8 @@ class Line:
 
 
 def lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most 1 MiB.
-
-    Damaged compressed data end without an error, which was raised before.
+    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most 1 MiB. Damaged
+    compressed data end without an error, which was raised before.
     """
     try:
         yield from _lines_of(source, encoding)
@@ -128,10 +124,9 @@ def damaged(line: bytes, encoding: str) -> bool:
 
 
 def cut_number(source: Path | bytes, encoding: str, delimiter: str | None, *, open_end: bool) -> bool | None:
-    """Whether the last number of a text without a final line end was cut; None if that is not known, False with a line end.
-
-    It was cut if it has fewer decimals than the last column has in all rows before. A compressed file is read again to its
-    end if `open_end` is true: the text may have been cut before it was compressed.
+    """Whether the last number of a text without a final line end was cut; None if that is not known, False with a line
+    end. It was cut if it has fewer decimals than the last column has in all rows before. A compressed file is read
+    again to its end if `open_end` is true: the text may have been cut before it was compressed.
     """
     if isinstance(source, bytes):
         tail = source[-_TAIL:]

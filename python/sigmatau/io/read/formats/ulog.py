@@ -20,10 +20,8 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.formats.message_chain import broken
+from sigmatau.io.read.formats.damage import broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
-
-__all__ = ["read", "sniff"]
 
 _MAGIC = b"ULog\x01\x12\x35"
 
@@ -67,20 +65,9 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The messages of a log, by instance: ``sensor_combined``, ``sensor_gyro:0``, ``sensor_gyro:1`` …
-
-    Times are microseconds since the flight computer started. Messages of the sensor's buffer (``sensor_gyro_fifo``) are
-    split into samples, whose times are spread evenly over the time since the previous message.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the log has no data; by ``load``: `NonFiniteError` for an infinite value.
+    """The messages of a log, by instance: ``sensor_combined``, ``sensor_gyro:0``, ``sensor_gyro:1`` … Times are
+    microseconds since the flight computer started. Messages of the sensor's buffer (``sensor_gyro_fifo``) are split
+    into samples, whose times are spread evenly over the time since the previous message.
     """
     try:
         scan = logs.scan_ulog(str(path))
@@ -111,7 +98,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     for number, instance, name, rows, width in topics:
         if not rows or name in unusable:
             continue
-        label = f"{name}:{instance}" if name in several or _has_instances(name) else name
+        # Where PX4 has an instance for each sensor, its number is always part of the name.
+        numbered = name in several or name in _AXES or name == "vehicle_imu"
+        label = f"{name}:{instance}" if numbered else name
         label = f"{label}#{number}" if label in labels else label
         labels.add(label)
         source = _Source(str(path), int(scan["end"]), number, rows, width, label)
@@ -238,10 +227,9 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
 
 
 def _spread(times: NDArray[np.int64], dt: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Times of the samples in whole microseconds; the time stamp of a message is that of its last sample.
-
-    The declared interval `dt` is nominal. With a faster sensor it would make time go backwards between messages, so it is
-    used only if the previous message is missing or too far away.
+    """Times of the samples in whole microseconds; the time stamp of a message is that of its last sample. The declared
+    interval `dt` is nominal. With a faster sensor it would make time go backwards between messages, so it is used only
+    if the previous message is missing or too far away.
     """
     nominal = np.clip(dt, 0.0, 1e6) * counts
     since = np.diff(times, prepend=times[:1] - 1).astype(np.float64)
@@ -261,11 +249,6 @@ def _named(message: str, field: str) -> str:
     if message in _AXES and field in ("x", "y", "z"):
         return f"{_AXES[message][0]}.{field} [{_AXES[message][1]}]"
     return f"{message}.{field}" if message in _INCREMENTS else field
-
-
-def _has_instances(message: str) -> bool:
-    """Whether PX4 has an instance for each sensor; then the number of the instance is always part of the name."""
-    return message in _AXES or message == "vehicle_imu"
 
 
 def _defined(definitions: Sequence[bytes]) -> dict[str, str]:

@@ -14,8 +14,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenLines, BrokenOff, OtherSentences
 from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
 
-__all__ = ["read", "sniff"]
-
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
 _NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
 _ALTERNATING = 10  # longest run of other sentences in a log whose sentences alternate
@@ -51,18 +49,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The sentences of a log, each name a topic.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If no sentence has numbers; by ``load``: if compressed data are damaged.
-    """
+    """The sentences of a log, each name a topic."""
     counts: Counter[tuple[str, int]] = Counter()
     for match in _LINE.finditer(head.data):
         fields = match[2].split(b",")

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
-from sigmatau.io.read.formats.library_errors import damaged, library_faults
-from sigmatau.io.read.formats.trailing_bytes import archive_ends
+from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 from sigmatau.record import memory
 
 if TYPE_CHECKING:
     import zipfile
-
-__all__ = ["read", "sniff"]
 
 _MARK = b"PK\x03\x04"
 _MAX_MEMBERS = 1000
@@ -28,19 +25,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The text tables of an archive: each member is a topic, and members without a table are named in a note.
-
-    Parameters
-    ----------
-    path : Path
-    head : Head
-
-    Raises
-    ------
-    DataError
-        If the archive is damaged, truncated or encrypted, or has no text table; by ``load`` as for a text file, and if the
-        checksum of a member is wrong.
-    """
+    """The text tables of an archive: each member is a topic, and members without a table are named in a note."""
     import zipfile  # in the call, to keep the reading of text fast
 
     tables: list[Table] = []

@@ -9,11 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "Drift", "GridFit", "about_line", "finished"]
-
-BLOCK = 64
-"""Stamps whose phase on the grid is averaged."""
-
+BLOCK = 64  # Stamps whose phase on the grid is averaged
 _JITTER_BLOCKS = 512  # blocks from which the jitter is computed
 _PARTS = 10  # equal parts of a record whose rates are compared
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
@@ -35,52 +31,25 @@ class Drift:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridFit:
-    """The grid of stamps; times are in the unit of the stamps.
-
-    Attributes
-    ----------
-    kind : {"grid", "coarse", "host"}
-    interval : float
-        Sample interval.
-    error : float
-        Standard error of the interval.
-    start, stop : int
-        The stamps in use: all, or those of the longest piece between long pauses.
-    places : ndarray of int64, shape (stop - start,), or None
-        The place of each stamp on the grid, increasing from 0; None if every place has a stamp.
-    n : int
-        Number of places.
-    jitter : float
-        Standard deviation of the stamps about the grid.
-    short : float
-        Share of intervals under half the sample interval.
-    median : float
-        Median of the intervals.
-    drift : Drift or None
-        None if there are too few stamps.
-    pieces : int
-        Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
-        many pauses that the stamps are not used and all samples are taken as evenly spaced.
-    period : int
-        Rows after which the pattern of intervals repeats; 0 if it does not.
-    bound : float
-        Largest relative error of the interval on a coarse clock.
-    """
+    """The grid of stamps; times are in the unit of the stamps."""
 
     kind: Literal["grid", "coarse", "host"]
-    interval: float
-    error: float
-    start: int
+    interval: float  # Sample interval
+    error: float  # Standard error of the interval
+    start: int  # The stamps in use: all, or those of the longest piece between long pauses
     stop: int
+    # shape (stop - start,); the place of each stamp on the grid, increasing from 0; None if every place has a stamp
     places: NDArray[np.int64] | None
-    n: int
-    jitter: float
-    short: float
-    median: float
-    drift: Drift | None
+    n: int  # Number of places
+    jitter: float  # Standard deviation of the stamps about the grid
+    short: float  # Share of intervals under half the sample interval
+    median: float  # Median of the intervals
+    drift: Drift | None  # None if there are too few stamps
+    # Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
+    # many pauses that the stamps are not used and all samples are taken as evenly spaced
     pieces: int
-    period: int = 0
-    bound: float = 0.0
+    period: int = 0  # Rows after which the pattern of intervals repeats; 0 if it does not
+    bound: float = 0.0  # Largest relative error of the interval on a coarse clock
 
 
 def about_line(
@@ -177,7 +146,6 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
 
 def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> Drift | None:
     """Mean rates of ten parts, from means of blocks; the scatter of the blocks about ten lines gives their error.
-
     Blocks are not independent if bunches are longer than a block: then a part has `apart` independent blocks.
     """
     if apart < _LEAST_INDEPENDENT:
@@ -191,3 +159,77 @@ def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: floa
     left = values - slopes[:, None] * along
     scatter = math.sqrt(float((left * left).sum()) / (_PARTS * (per - 2)) * max(1.0, per / apart))
     return Drift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)
+
+
+_BISECTIONS = 60  # of a slope, to the resolution of a double
+_ROUNDING = 1e-9  # relative rounding error of exact stamps [steps of the clock]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Allowed:
+    """Sample intervals that fit stamps of one clock, in their unit."""
+
+    interval: float  # Of the line with the smallest largest distance of a stamp
+    # Shortest and longest interval with every stamp within one step of the clock; both `interval` if there is none. The
+    # shortest is 0 if the clock made one step only: then the rate has no upper limit.
+    least: float
+    most: float
+    width: float  # Range of the distances of the stamps from that line
+
+    @property
+    def error(self) -> float:
+        """Largest relative error of the interval; infinite if it has no lower bound."""
+        if not self.least > 0:
+            return math.inf
+        return max(self.interval - self.least, self.most - self.interval) / self.interval
+
+
+def few_steps(n: int, steps: int) -> bool:
+    """Whether the least-squares line is less accurate than the line that the corners of the staircase allow. A
+    staircase changes the slope of the least-squares line by up to 1/steps² (exactly that in the worst phase); its
+    corners are one sample wide and leave about 1/n.
+    """
+    return steps > 0 and steps * steps < n
+
+
+def allowed(t: NDArray[np.float64], step: float) -> Allowed:
+    """The intervals that evenly spaced samples may have, given their stamps by a clock with a coarse step.
+
+    Notes
+    -----
+    Only the corners of the staircase matter: the first and the last sample on each level. The width of t − b·k is a convex
+    function of b. The sign of its slope, by the outermost corners, gives the side of its minimum.
+
+    `t`: stamps, not decreasing, the last larger than the first.
+    """
+    up = np.flatnonzero(np.diff(t)) + 1
+    first, last = np.concatenate(([0], up)), np.append(up - 1, len(t) - 1)
+    levels = t[first]
+
+    def width(b: float) -> tuple[float, float]:
+        over, under = levels - b * first, levels - b * last
+        high, low = int(np.argmax(over)), int(np.argmin(under))
+        return float(over[high] - under[low]), float(last[low] - first[high])
+
+    low, high = 0.0, float(t[-1] - t[0])
+    for _ in range(_BISECTIONS):
+        b = (low + high) / 2
+        low, high = (b, high) if width(b)[1] < 0 else (low, b)
+    best = (low + high) / 2
+    room = step * (1 + _ROUNDING)
+
+    def end(inside: float, outside: float) -> float:
+        if width(outside)[0] <= room:
+            return outside
+        for _ in range(_BISECTIONS):
+            b = (inside + outside) / 2
+            inside, outside = (b, outside) if width(b)[0] <= room else (inside, b)
+        return inside
+
+    fits = width(best)[0] <= room
+    return Allowed(
+        interval=best,
+        least=end(best, 0.0) if fits else best,
+        most=end(best, float(t[-1] - t[0])) if fits else best,
+        width=width(best)[0],
+    )

@@ -14,12 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finished
-from sigmatau.io.read.time.coarse_clock import Allowed, allowed, few_steps
-from sigmatau.io.read.time.loss_pattern import is_loss_pattern, pattern
-from sigmatau.io.read.time.neighbours import consistent_losses, is_jitter_only
-
-__all__ = ["fit_grid", "resolution"]
+from sigmatau.io.read.time.clock_line import BLOCK, Allowed, GridFit, about_line, allowed, few_steps, finished
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
 _MAX_PHASES = 1 << 18  # stamps whose phase is computed
@@ -47,13 +42,8 @@ _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses mu
 
 
 def resolution(intervals: NDArray[Any], largest: float) -> float:
-    """The resolution of the clock if the intervals are whole multiples of a decimal step; else 0.
-
-    Parameters
-    ----------
-    intervals : ndarray, shape (n,)
-    largest : float
-        Largest absolute value of the stamps, which limits the accuracy of the intervals.
+    """The resolution of the clock if the intervals are whole multiples of a decimal step; else 0. `largest`: largest
+    absolute value of the stamps, which limits the accuracy of the intervals.
     """
     some = intervals[:: max(len(intervals) // 8192, 1)]
     if intervals.dtype.kind in "iu":
@@ -75,17 +65,6 @@ def fit_grid(
 ) -> GridFit:
     """The grid of stamps.
 
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first.
-    intervals : ndarray, shape (n - 1,)
-        Between them.
-    step : float
-        Resolution of their clock, from `resolution`.
-    given : float, optional
-        Interval given by the user; it decides where the stamps fit two grids.
-
     Notes
     -----
     Evenly spaced samples on a coarse clock and samples with every k-th one lost can have the same stamps: 80 Hz in steps of
@@ -97,6 +76,9 @@ def fit_grid(
     blocks of 64: it is not affected by lost samples, and follows a clock that drifts or steps by a part of an interval. The
     place of a stamp is its time minus that phase, rounded; neighbours correct a stamp that is late or early by more than
     half an interval. The returned interval is the slope of the least-squares line of stamp against place.
+
+    `t`: stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first; `step`: resolution of
+    their clock, from `resolution`; `given`: interval given by the user; it decides where the stamps fit two grids.
     """
     n = len(t)
     mean = float(t[-1] - t[0]) / (n - 1)
@@ -140,9 +122,8 @@ def fit_grid(
 
 
 def _stairs(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> Allowed | None:
-    """The intervals allowed by a clock that makes few steps, if the stamps are of such a clock.
-
-    A straight line is within one step of all stamps, so that a drift of the rate is not visible.
+    """The intervals allowed by a clock that makes few steps, if the stamps are of such a clock. A straight line is
+    within one step of all stamps, so that a drift of the rate is not visible.
     """
     if not (step > 0 and few_steps(len(t), int(np.count_nonzero(intervals)))):
         return None
@@ -211,9 +192,8 @@ def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
 
 
 def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool:
-    """Whether exact stamps show independent losses, up to four of five samples, rather than bunches of a host.
-
-    If samples are lost at random with probability p, a share 1 - p of the intervals is single, and neighbouring intervals
+    """Whether exact stamps show independent losses, up to four of five samples, rather than bunches of a host. If
+    samples are lost at random with probability p, a share 1 - p of the intervals is single, and neighbouring intervals
     are independent. Intervals of bunches are correlated, and many more of them are short than their mean allows.
     """
     n = len(lost)
@@ -308,3 +288,104 @@ def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
     if pieces > 1 and (stop - start < 4 or stop - start < _LEAST_PIECE * len(lost)):
         return start, stop, 0
     return start, stop, pieces
+
+
+_WINDOW = 4  # rows on each side whose median decides on the place of a stamp
+_LOSS_PRIOR = 8.0  # -ln of the probability of a loss at a given row; a loss needs jitter less likely than that
+_MAX_JITTER = 0.45  # of the interval: bunches of two rows have 0.5, larger ones more; such jitter swaps 5 % of the rows
+_MAX_CORRELATION = 0.15  # of neighbours: sorted jitter of 0.4 has 0.06, bunches of two rows -1, of three -0.5
+# The means of two blocks with one block between them differ by a whole interval if a sample is lost. By jitter of 0.45
+# alone the difference has a standard deviation of 0.08, and reaches half an interval once in 1e9 blocks.
+_LOST_SAMPLE = 0.5
+_LEAST_BLOCKS = 4
+
+
+def is_jitter_only(t: NDArray[np.float64]) -> bool:
+    """Whether the stamps are those of evenly spaced samples without losses, with independent jitter and without bunches.
+
+    Notes
+    -----
+    With jitter of more than 0.2 intervals the places of single stamps are uncertain, and so is their phase. They are not
+    needed if no sample is lost.
+    """
+    blocks = len(t) // BLOCK
+    if blocks < _LEAST_BLOCKS:
+        return False
+    rest, interval, _ = about_line(t, np.arange(len(t), dtype=np.float64))
+    parts = (rest / interval)[: blocks * BLOCK].reshape(blocks, BLOCK)
+    means = parts.mean(axis=1)
+    if not np.abs(means[2:] - means[:-2]).max() < _LOST_SAMPLE:
+        return False
+    parts = parts - means[:, None]
+    square = float(np.mean(parts * parts)) * BLOCK / (BLOCK - 1)
+    together = float(np.mean(parts[:, 1:] * parts[:, :-1])) + square / BLOCK
+    return 0 < square < _MAX_JITTER**2 and abs(together / square) < _MAX_CORRELATION + 3 / math.sqrt(len(t))
+
+
+def consistent_losses(lost: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Samples lost before each stamp, not decreasing, from the estimates of single stamps."""
+    believed = 0.5 + _LOSS_PRIOR * float(np.mean((rest - lost) ** 2))
+    lost = _at_ends(lost.copy(), rest, believed)
+    falls = np.flatnonzero(np.diff(lost) < 0)
+    return _never_falling(_outvoted(lost, falls, rest, believed)) if len(falls) else lost
+
+
+def _at_ends(lost: NDArray[np.float64], rest: NDArray[np.float64], believed: float) -> NDArray[np.float64]:
+    """Remove the loss of one sample at the first or last stamp if jitter is more likely; no neighbours decide there."""
+    if len(lost) > 2:
+        if lost[-1] - lost[-2] == 1 and rest[-1] - lost[-2] < believed:
+            lost[-1] = lost[-2]
+        if lost[1] - lost[0] == 1 and lost[1] - rest[0] < believed:
+            lost[0] = lost[1]
+    return lost
+
+
+def _never_falling(lost: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Correct late or early stamps so that losses do not decrease, in the way that moves fewer stamps."""
+    late = np.minimum.accumulate(lost[::-1])[::-1]
+    early = np.maximum.accumulate(lost)
+    return late if np.count_nonzero(late != lost) <= np.count_nonzero(early != lost) else early
+
+
+def _outvoted(
+    lost: NDArray[np.float64], falls: NDArray[np.intp], rest: NDArray[np.float64], believed: float
+) -> NDArray[np.float64]:
+    """Replace estimates that contradict the median of their neighbours; estimates in order are kept. A stamp is moved
+    by one place only if its jitter makes that likely: next to a loss the median is sometimes off by one.
+    """
+    n, width = len(lost), 2 * _WINDOW + 1
+    if n < width:
+        return lost
+    near = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
+    windows = np.clip(near[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
+    voted = np.median(lost[windows], axis=1)
+    before, after = lost[np.maximum(near - 1, 0)], lost[np.minimum(near + 1, n - 1)]
+    fits = (before <= lost[near]) & (lost[near] <= after)
+    own = fits & (np.abs(voted - lost[near]) == 1) & (np.abs(rest[near] - voted) >= believed)
+    mended = lost.copy()
+    mended[near] = np.where(own, lost[near], voted)
+    return mended
+
+
+_MAX_PERIOD = 32  # rows; a longer pattern is attributed to a clock coarser than the samples
+_LEAST_LENGTH = 20  # rows, times the square of the period: the beat of two clocks is not periodic for so long
+_LEAST_SINGLE = 0.3  # share of intervals that are one interval of the sensor
+
+
+def pattern(intervals: NDArray[np.float64], step: float) -> int:
+    """The period in rows of a pattern of intervals, the shortest of them one step of the clock; 0 if there is no pattern."""
+    counts = np.rint(intervals / step)
+    single = counts == 1
+    if counts.min() < 1 or np.count_nonzero(single) < _LEAST_SINGLE * len(counts) or single.all():
+        return 0
+    # From the end of one run of single steps to the end of the next.
+    ends = np.flatnonzero(single[:-1] & ~single[1:])
+    if len(ends) < 3:
+        return 0
+    period = int(np.median(np.diff(ends)))
+    return period if np.array_equal(counts[period:], counts[:-period]) else 0
+
+
+def is_loss_pattern(period: int, n: int) -> bool:
+    """Whether a pattern is too short, in too many stamps, to be the beat of two clocks."""
+    return 0 < period <= _MAX_PERIOD and n >= _LEAST_LENGTH * period**2

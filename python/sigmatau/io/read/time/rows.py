@@ -6,7 +6,7 @@ Each change is a finding. What cannot be corrected without a guess is an error.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from sigmatau.arrays import median_and_spread
 from sigmatau.errors import DataError, NonFiniteError, StampError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged, Place
 from sigmatau.findings.kinds.stamps import DuplicateSamples, MissingStamps, RowsOutOfOrder, WrongStamps
+from sigmatau.findings.wording import sentence
+from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.table import Loaded, Table
 
-__all__ = ["NO_STAMP", "Rows", "in_order"]
-
-NO_STAMP = np.iinfo(np.int64).min
-"""Stands for a missing stamp among integers, as NumPy's NaT does."""
-
+NO_STAMP = np.iinfo(np.int64).min  # Stands for a missing stamp among integers, as NumPy's NaT does
 _LARGEST_STAMP = 1e100  # in any unit
 _MAX_OUT_OF_ORDER = 0.01  # share of rows that may be out of order: a delayed packet, not a log with mixed clocks
 # Distance of a moved row from its new neighbours: it must fill a hole of 1 to 3 missing rows. [intervals]
@@ -36,21 +36,11 @@ _REGULAR_SPREAD = 0.25  # relative standard deviation of the distances between r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rows:
-    """Rows in use.
+    """Rows in use."""
 
-    Attributes
-    ----------
-    stamps : ndarray of int64 or float64, shape (n,)
-        In order.
-    intervals : ndarray of float64, shape (n - 1,)
-    rows : ndarray of int64, shape (n,), or None
-        Their indices in the table; None for all rows in their order.
-    findings : tuple of Finding
-    """
-
-    stamps: NDArray[Any]
-    intervals: NDArray[np.float64]
-    rows: NDArray[np.int64] | None
+    stamps: NDArray[Any]  # shape (n,); in order
+    intervals: NDArray[np.float64]  # shape (n - 1,)
+    rows: NDArray[np.int64] | None  # shape (n,); their indices in the table; None for all rows in their order
     findings: tuple[Finding, ...]
 
 
@@ -63,24 +53,10 @@ def in_order(
 ) -> Rows:
     """Put rows in time order.
 
-    Parameters
-    ----------
-    stamps : ndarray of int64 or float64, shape (n,)
-        NaN, or the smallest integer, where a stamp is missing.
-    samples : sequence of ndarray, shape (n,)
-        The channels; they distinguish a row that was written twice from two rows with one stamp.
-    where : callable
-        Place of a row in the file, for the messages.
-    name : str
-        The column of the stamps, as messages name it.
-    rows : ndarray of int64, shape (n,), optional
-        Indices of these rows in the table, if they are not all.
-
-    Raises
-    ------
-    DataError
-        If time goes backwards and the place of the rows is not clear, or all stamps are equal; `NonFiniteError` if more
-        than half of the stamps are missing.
+    `stamps`: NaN, or the smallest integer, where a stamp is missing; `samples`: the channels; they distinguish a row
+    that was written twice from two rows with one stamp; `where`: place of a row in the file, for the messages;
+    `name`: the column of the stamps, as messages name it; `rows`: indices of these rows in the table, if they are not
+    all.
     """
     findings: list[Finding] = []
     least = stamps.min() if len(stamps) else 0  # NaN if there is one
@@ -150,11 +126,7 @@ def _with_stamp(
 
 
 def _sorted(
-    stamps: NDArray[Any],
-    back: NDArray[np.intp],
-    where: Callable[[int], str],
-    name: str,
-    rows: NDArray[np.int64] | None,
+    stamps: NDArray[Any], back: NDArray[np.intp], where: Callable[[int], str], name: str, rows: NDArray[np.int64] | None
 ) -> tuple[NDArray[np.int64], Finding]:
     """Rows in time order, if few rows are out of order and each of them fits into a hole between others; else an error."""
     row = int(back[0]) + 1
@@ -185,10 +157,9 @@ def _wrapped(stamps: NDArray[Any], row: int) -> str:
 
 
 def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
-    """Stamps with steps back within their own jitter swapped between neighbours: those rows are in order.
-
-    A row that came late would leave a hole, and a step of two intervals on either side of it. A wrong stamp is far outside
-    the scatter of the others.
+    """Stamps with steps back within their own jitter swapped between neighbours: those rows are in order. A row that
+    came late would leave a hole, and a step of two intervals on either side of it. A wrong stamp is far outside the
+    scatter of the others.
     """
     count = int(np.count_nonzero(stamps[1:] < stamps[:-1]))
     if len(stamps) < _MIN_STAMPS or count > _MAX_SWAPPED * len(stamps):
@@ -285,3 +256,34 @@ def _without_twins(
     factor = float(np.sqrt((1 + 3 * share) / (1 + share))) if share <= 1 else float(np.sqrt(1 + share))
     details = DuplicateSamples(rows=len(stamps), place=place, same_samples=bool(same.all()), factor=factor)
     return single, Finding(details=details, severity="warning", size=len(again))
+
+
+def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least: int) -> Loaded:
+    """The rows of a damaged log before time goes backwards; raises `error`, with known damage, for other logs. The last
+    of these rows is left out as well: either it or the next row has a wrong stamp.
+    """
+    known = (*table.findings, *loaded.findings)
+    if choice.time is None or not any(finding.severity == "error" for finding in known):
+        raise with_damage(error, table, loaded.findings) from None
+    stamps = loaded.columns[choice.time]
+    back = np.flatnonzero(stamps[1:] < stamps[:-1])
+    rows = len(stamps)
+    kept = int(back[0]) if len(back) else rows
+    if not least <= kept < rows:
+        raise with_damage(error, table, loaded.findings) from None
+    damaged = Damaged(place=Place("row", kept), reason="time goes backwards", kept=kept, declared=rows)
+    finding = Finding(details=damaged, severity="error")
+    columns = {index: array[:kept] for index, array in loaded.columns.items()}
+    return replace(loaded, columns=columns, findings=(*loaded.findings, finding))
+
+
+def with_damage(error: DataError, table: Table, findings: Sequence[Finding]) -> DataError:
+    """An error about stamps with the damage that may have caused it, or that the log has no checksums to show damage."""
+    if not isinstance(error, StampError):
+        return error
+    damage = [sentence(finding) for finding in (*table.findings, *findings) if finding.severity == "error"]
+    if damage:
+        return StampError(f"{error}. The log is damaged: {damage[0]}")
+    if any("without checksum" in note for note in table.notes):
+        return StampError(f"{error}. Or the log is damaged there; it has no checksums that would show it")
+    return error

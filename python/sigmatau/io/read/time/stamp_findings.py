@@ -25,20 +25,8 @@ from sigmatau.io.read.time.clock_line import GridFit
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
-__all__ = [
-    "EQUAL_RATES",
-    "gaps",
-    "implausible_rate",
-    "is_single_precision",
-    "pauses",
-    "rate_drift",
-    "rate_not_nominal",
-    "resolution_or_host",
-]
-
+# Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk
 EQUAL_RATES = 1e-3
-"""Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk."""
-
 _NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times a power of ten: rates that datasheets state. [Hz]
 _NEAR_NOMINAL = (
     0.02  # relative difference up to which the nominal rate may have been meant: RC oscillators are within 2 %
@@ -103,9 +91,8 @@ def gaps(
 
 def _subsampled(holes: NDArray[np.int64], places: NDArray[np.int64], tau0: float) -> Subsampled | None:
     """The longest stretch in which the same number of samples is missing from row to row, if it has most of the losses.
-
-    Random losses with probability p leave 64 consecutive holes of one size with a probability of at most 4⁻⁶⁴ a row: the
-    probability of a hole of one sample, p(1 - p), is the largest.
+    Random losses with probability p leave 64 consecutive holes of one size with a probability of at most 4⁻⁶⁴ a row:
+    the probability of a hole of one sample, p(1 - p), is the largest.
     """
     edges = np.flatnonzero(np.diff(holes)) + 1
     starts, stops = np.concatenate(([0], edges)), np.append(edges, len(holes))

@@ -20,8 +20,6 @@ from sigmatau.io.read.time.rows import Rows
 from sigmatau.io.read.time.stamp_findings import EQUAL_RATES
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 
-__all__ = ["Fit", "fit", "mismatch", "without_unit"]
-
 _PRESENT_TIMES = (6e8, 4e9)  # years 1989 to 2096, counted from 1970. [s]
 _LARGEST_START = 1e8  # 3 years: stamps beyond it count from an epoch, whole seconds are subtracted. [s]
 
@@ -39,65 +37,25 @@ _POWERS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
-    """Sampling rate and grid by the time stamps.
+    """Sampling rate and grid by the time stamps."""
 
-    Attributes
-    ----------
-    rate : float
-        Sampling rate. [Hz]
-    start : float
-        First stamp in use; without whole seconds if it counts from an epoch. [s]
-    source : str
-        How the rate was found, in words.
-    jitter : float
-        Standard deviation of the stamps about their grid. [s]
-    step : float
-        Resolution of the clock; 0 if the stamps show none. [s]
-    on_grid : bool
-        Whether the stamps lie on a grid, so that lost samples are visible.
-    rows : ndarray of int64, or None
-        Rows of the table in use, in order; None for all.
-    places : ndarray of int64, or None
-        Places of the rows on the grid; None if no place is empty.
-    n : int
-        Places.
-    notes : tuple of str
-    findings : tuple of Finding
-    """
-
-    rate: float
-    start: float
-    source: str
-    jitter: float
-    step: float
-    on_grid: bool
-    rows: NDArray[np.int64] | None
-    places: NDArray[np.int64] | None
-    n: int
+    rate: float  # Sampling rate. [Hz]
+    start: float  # First stamp in use; without whole seconds if it counts from an epoch. [s]
+    source: str  # How the rate was found, in words
+    jitter: float  # Standard deviation of the stamps about their grid. [s]
+    step: float  # Resolution of the clock; 0 if the stamps show none. [s]
+    on_grid: bool  # Whether the stamps lie on a grid, so that lost samples are visible
+    rows: NDArray[np.int64] | None  # Rows of the table in use, in order; None for all
+    places: NDArray[np.int64] | None  # Places of the rows on the grid; None if no place is empty
+    n: int  # Places
     notes: tuple[str, ...]
     findings: tuple[Finding, ...]
 
 
 def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None) -> Fit:
-    """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`.
-
-    Parameters
-    ----------
-    used : Rows
-        From `sigmatau.io.read.time.rows.in_order`.
-    second : float or None
-        One unit of the stamps; if None, it follows from `rate`. [s]
-    where : callable
-        Place of a row in the file, for the messages.
-    name : str
-        The column, as messages name it.
-    rate : float, optional
-        Sampling rate given by the user. [Hz]
-
-    Raises
-    ------
-    StampError
-        If the stamps do not span a usable time.
+    """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`. `second`: one unit of the stamps; if
+    None, it follows from `rate` [s]; `where`: place of a row in the file, for the messages; `name`: the column, as
+    messages name it; `rate`: sampling rate given by the user [Hz].
     """
     stamps = used.stamps
     with np.errstate(over="ignore"):

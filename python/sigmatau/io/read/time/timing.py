@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -11,53 +11,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau._native import kernels
+from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import RateOverruled
+from sigmatau.findings.kinds.stamps import EmptyChannel, Jitter, RateOverruled
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
-from sigmatau.io.read.time.placement import laid
 from sigmatau.io.read.time.rows import in_order
+from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
-
-__all__ = ["Timing", "timed"]
+from sigmatau.record.streams import Stream
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """Sampling times of a stream.
+    """Sampling times of a stream."""
 
-    Attributes
-    ----------
-    rate : float
-        Sampling rate. [Hz]
-    start : float
-        Time of the first sample. [s]
-    source : str
-        How the rate was found, in words.
-    rows, places, n
-        See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps.
-    jitter : float or None
-        Standard deviation of the stamps about the grid. [s]
-    step : float
-        Resolution of their clock. [s]
-    counted : bool
-        Whether the stamps show lost samples.
-    notes : tuple of str
-    findings : tuple of Finding
-    """
-
-    rate: float
-    start: float = 0.0
-    source: str = "given"
+    rate: float  # Sampling rate. [Hz]
+    start: float = 0.0  # Time of the first sample. [s]
+    source: str = "given"  # How the rate was found, in words
+    # See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps
     rows: NDArray[np.int64] | None = None
     places: NDArray[np.int64] | None = None
     n: int | None = None
-    jitter: float | None = None
-    step: float = 0.0
-    counted: bool = False
+    jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
+    step: float = 0.0  # Resolution of their clock. [s]
+    counted: bool = False  # Whether the stamps show lost samples
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
@@ -146,3 +127,216 @@ def _rate_overruled(rate: float, table: Table) -> tuple[Finding, ...]:
     if table.rate is None or math.isclose(rate, table.rate, rel_tol=1e-3):
         return ()
     return (Finding(details=RateOverruled(given=rate, stated=table.rate), severity="warning"),)
+
+
+_MOST_EMPTY = 0.5  # share of empty rows above which a column is not used
+_LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
+_FILLED_BY_OTHERS = 0.95  # share of these empty rows that other streams must fill
+
+
+def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set[int]:
+    """The columns that contain a NaN."""
+    doubles = [i for i in indices if raw[i].dtype == np.float64 and raw[i].flags.c_contiguous]
+    found = dict(zip(doubles, kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
+    with np.errstate(over="ignore", invalid="ignore"):
+        return {
+            i
+            for i in indices
+            if not found.get(i, False) and raw[i].dtype.kind == "f" and bool(np.isnan(np.sum(raw[i], dtype=np.float64)))
+        }
+
+
+def own_rows(
+    raw: Mapping[int, NDArray[Any]], by_stream: Mapping[str, Sequence[int]], missing: set[int]
+) -> dict[str, NDArray[np.int64]]:
+    """Rows of each stream that fills only part of the rows, where other streams fill the rest. Logging programs that
+    write a row for each sample of any sensor make such tables. Streams that fill (nearly) all rows are not in the
+    result.
+    """
+    empty: dict[str, NDArray[np.bool_]] = {}
+    for name, indices in by_stream.items():
+        if indices and all(i in missing for i in indices):
+            nothing = np.isnan(raw[indices[0]])
+            for i in indices[1:]:
+                nothing &= np.isnan(raw[i])
+            empty[name] = nothing
+    found: dict[str, NDArray[np.int64]] = {}
+    for name, nothing in empty.items():
+        share = np.count_nonzero(nothing) / len(nothing)
+        if share < _LEAST_OTHER_ROWS or share == 1:
+            continue
+        filled = np.zeros(len(nothing), dtype=bool)
+        for other in by_stream:
+            if other != name:
+                filled |= ~empty[other] if other in empty else True
+        if np.count_nonzero(filled & nothing) >= _FILLED_BY_OTHERS * np.count_nonzero(nothing):
+            found[name] = np.flatnonzero(~nothing)
+    return found
+
+
+def mostly_missing(
+    raw: Mapping[int, NDArray[Any]],
+    by_stream: Mapping[str, Mapping[str, int]],
+    missing: set[int],
+    own: Mapping[str, NDArray[np.int64]],
+    where: Callable[[int], str],
+    label: Callable[[int], str],
+    *,
+    timed: bool,
+) -> dict[str, Finding]:
+    """Findings about channels that are empty in more than half of the rows of their stream. `where, label`: places of
+    rows and names of columns, for the messages; `timed`: whether the rows have time stamps; without them, the times of
+    streams with separate rows are unknown.
+    """
+    found: dict[str, Finding] = {}
+    refused: NonFiniteError | None = None
+    others_rows = False
+    for stream, columns in by_stream.items():
+        rows = own.get(stream) if timed else None
+        kept = False
+        for channel, index in columns.items():
+            bad = np.isnan(raw[index] if rows is None else raw[index][rows]) if index in missing else np.zeros(1, bool)
+            count, total = int(np.count_nonzero(bad)), len(bad)
+            if count <= _MOST_EMPTY * total:
+                kept = True
+                continue
+            at = int(np.argmax(bad))
+            first = at if rows is None else int(rows[at])
+            refused = refused or NonFiniteError(
+                f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
+                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
+                " time stamps with --channels time=…",
+                channel=channel,
+                index=first,
+            )
+            details = EmptyChannel(column=label(index), count=count, rows=total, place=where(first))
+            found[channel] = Finding(details=details, severity="error", channels=(channel,), size=count / total)
+        others_rows |= kept and not timed and stream in own
+    if refused is not None and (others_rows or len(found) == sum(map(len, by_stream.values()))):
+        raise refused
+    return found
+
+
+def laid(
+    column: NDArray[Any], rows: NDArray[np.int64] | None, places: NDArray[np.int64] | None, n: int | None
+) -> NDArray[Any]:
+    """A column on its grid, NaN in empty places; the array itself if nothing changes."""
+    if rows is not None:
+        column = column[rows]
+    if places is None or n is None:
+        return column
+    grid = np.full(n, np.nan)
+    grid[places] = column
+    return grid
+
+
+def missing_in(
+    raw: Mapping[int, NDArray[Any]],
+    channels: Mapping[str, int],
+    missing: set[int],
+    used: Mapping[int, NDArray[np.int64]],
+    where: Callable[[int], str],
+    tau0: float,
+) -> tuple[Finding, ...]:
+    """A finding about missing numbers in the rows in use; `tau0` is the time from row to row."""
+    said: dict[str, NDArray[np.bool_]] = {}
+    for channel, index in channels.items():
+        if index not in missing:
+            continue
+        bad = np.isnan(raw[index])
+        if index in used:
+            inside = np.zeros(len(bad), dtype=bool)
+            inside[used[index]] = True
+            bad &= inside
+        said[channel] = bad
+    of = {channel: len(used[channels[channel]]) for channel in said if channels[channel] in used}
+    return missing_values(said, where, tau0, of=of)
+
+
+_LEAST_JITTER = 0.03  # share of the sample interval from which on jitter is a finding
+_ROUNDING_FACTOR = 1.3  # times the scatter that the resolution of the clock makes: up to it, jitter is rounding
+_LEAST_SHARE = 0.2  # of the squared quantization noise: less changes the coefficient by less than 12 %
+_MOST_SHARE = 1.5  # the samples cannot have less noise than their jitter makes: above, only the stamps scatter
+_LEAST_OWN = 0.05  # share of the sensor's own noise from which on the factor on it is known
+_SEGMENTS, _SEGMENT_LENGTH = 64, 4096  # evenly spread segments from which mean and covariance are computed
+_INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
+
+
+def jitter_findings(
+    streams: Sequence[Stream], times: Sequence[Timing], *, least: float = _LEAST_JITTER
+) -> tuple[Finding, ...]:
+    """Findings about jitter of more than the share `least` of the interval that the resolution does not explain. An
+    integrating sensor whose intervals scatter shows its mean times the scatter as noise of its angle or velocity: σ_j
+    |m| is quantization noise. The mean of a rate does not depend on the instant of sampling.
+    """
+    found: list[Finding] = []
+    for timing in times:
+        jitter = timing.jitter or 0.0
+        rounding = timing.step / math.sqrt(12)
+        if not timing.counted or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
+            continue
+        own = [s for s in streams if s.grid.jitter == timing.jitter]
+        integrating = [s for s in own if s.samples.transforms[0].kind != "rate"]
+        if integrating:
+            found += [f for s in integrating for channel in s.channels if (f := _of_channel(s, channel, jitter))]
+            continue
+        details = Jitter(sigma=jitter, interval=1 / timing.rate)
+        levels = [(abs(_mean(s, c)), c, s.unit) for s in own for c in s.channels if s.quantity != "signal"]
+        if levels:
+            mean, channel, unit = max(levels)
+            details = Jitter(sigma=jitter, interval=1 / timing.rate, mean=mean, strongest=channel, unit=_integral(unit))
+        found.append(Finding(details=details, severity="info", size=jitter, unit="s"))
+    return tuple(found)
+
+
+def _integral(unit: str) -> str:
+    return _INTEGRALS.get(unit, f"{unit} s")
+
+
+def _of_channel(stream: Stream, channel: str, jitter: float) -> Finding | None:
+    """A finding if the scatter would make a considerable part of the quantization noise of an integrating channel."""
+    tau0 = stream.grid.tau0
+    mean = abs(_mean(stream, channel))
+    made = mean * jitter
+    # Quantization noise Q contributes -Q²/τ0² to the covariance, other terms nothing.
+    seen = math.sqrt(max(-_covariance(stream, channel), 0.0)) * tau0
+    unit = _integral(stream.unit)
+    share = (made / seen) ** 2 if seen > 0 else math.inf
+    if share < _LEAST_SHARE:
+        return None
+    details = Jitter(sigma=jitter, interval=tau0, mean=mean, strongest=channel, unit=unit, seen=seen, share=share)
+    if share > _MOST_SHARE:
+        return Finding(details=details, severity="info", channels=(channel,), size=jitter, unit="s")
+    own = 1 - share
+    factors = (("quantization", 1 / math.sqrt(own)),) if own > _LEAST_OWN else ()
+    return Finding(details=details, severity="warning", channels=(channel,), size=made, unit=unit, factors=factors)
+
+
+def _segments(stream: Stream) -> list[tuple[int, int]]:
+    n = stream.grid.n
+    if n <= _SEGMENTS * _SEGMENT_LENGTH:
+        return [(0, n)]
+    return [(int(a), int(a) + _SEGMENT_LENGTH) for a in np.linspace(0, n - _SEGMENT_LENGTH, _SEGMENTS)]
+
+
+def _mean(stream: Stream, channel: str) -> float:
+    k = stream.channels.index(channel)
+    parts = [stream.samples.read(k, a, b) for a, b in _segments(stream)]
+    total = sum(float(np.nansum(part)) for part in parts)
+    return total / max(sum(int(np.count_nonzero(~np.isnan(part))) for part in parts), 1)
+
+
+def _covariance(stream: Stream, channel: str) -> float:
+    """Covariance of samples one interval apart, less that of samples two intervals apart: slow changes cancel. With d
+    the differences, E[d²] = 2(γ0 − γ1) and E[d_k d_k+1] = 2γ1 − γ0 − γ2, so that γ1 − γ2 = E[d²]/2 + E[d_k d_k+1].
+    """
+    k = stream.channels.index(channel)
+    squares, products = [], []
+    for a, b in _segments(stream):
+        d = np.diff(stream.samples.read(k, a, b))
+        squares.append(d * d)
+        products.append(d[1:] * d[:-1])
+    square, product = (
+        float(np.nanmean(np.concatenate(parts))) if sum(map(len, parts)) else 0.0 for parts in (squares, products)
+    )
+    return square / 2 + product

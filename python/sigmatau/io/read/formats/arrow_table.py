@@ -1,8 +1,9 @@
-"""The numeric columns of an Arrow schema."""
+"""Numeric columns of Arrow tables, read batch by batch up to the first batch that cannot be read."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,31 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.arrays import WIDEST, parts, pick
-from sigmatau.io.read.table import Column
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damage, Place
+from sigmatau.findings.wording import sentence
+from sigmatau.io.read.formats.arrays import WIDEST, parts, pick, real_columns
+from sigmatau.io.read.formats.damage import first_line
+from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.io.read.time.rows import NO_STAMP
-
-__all__ = ["ArrowColumn", "columns_of", "is_list", "numbers", "with_sizes"]
 
 _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrowColumn:
-    """A numeric column of an Arrow table.
-
-    Attributes
-    ----------
-    column : Column
-    path : tuple of str
-        The field, and the fields within it if it is a struct.
-    part : tuple of int
-        Index of the element, if the field is a list of fixed size.
-    """
+    """A numeric column of an Arrow table."""
 
     column: Column
-    path: tuple[str, ...]
-    part: tuple[int, ...] = ()
+    path: tuple[str, ...]  # The field, and the fields within it if it is a struct
+    part: tuple[int, ...] = ()  # Index of the element, if the field is a list of fixed size
 
 
 def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN401  pyarrow has no types
@@ -55,7 +49,11 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
         elif pa.types.is_struct(kind):
             for inner in kind:
                 look(inner, path)
-        elif pa.types.is_fixed_size_list(kind) and kind.list_size <= WIDEST and _plain(kind.value_type):
+        elif (
+            pa.types.is_fixed_size_list(kind)
+            and kind.list_size <= WIDEST
+            and (pa.types.is_integer(kind.value_type) or pa.types.is_floating(kind.value_type))
+        ):
             for label, part in parts(name, (kind.list_size,)):
                 found.append(ArrowColumn(column=Column(name=label, unit=_unit(field)), path=path, part=part))
         else:
@@ -126,14 +124,89 @@ def with_sizes(schema: Any, first: Any) -> Any:  # noqa: ANN401
     return schema
 
 
-def _plain(kind: Any) -> bool:  # noqa: ANN401
-    import pyarrow as pa
-
-    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))
-
-
 def _unit(field: Any) -> str | None:  # noqa: ANN401
     for key, value in (field.metadata or {}).items():
         if key.lower() in (b"unit", b"units"):
             return str(value.decode("utf-8", "replace"))
     return None
+
+
+class BatchError(Exception):
+    """A batch that cannot be read; the arguments are fields of `sigmatau.findings.kinds.reading.Damage`."""
+
+    def __init__(self, place: Place | None, **fields: Any) -> None:  # noqa: ANN401
+        super().__init__(place)
+        self.fields = {"place": place, **fields}
+
+
+def table_of(
+    kind: str,
+    found: Sequence[ArrowColumn],
+    others: Sequence[str],
+    notes: tuple[str, ...],
+    batches: Callable[[Sequence[str]], Iterator[tuple[Place, Any] | Finding]],
+    rows: int | None,
+    *,
+    damage: type[Damage],
+    findings: tuple[Finding, ...] = (),
+) -> Table:
+    """The table of these columns, read batch by batch; `damage` is the kind of finding for a batch that cannot be read."""
+    if not found:
+        raise DataError(f"has no column of numbers (columns: {', '.join(others[:12]) or 'none'})")
+    twice = sorted({c.path[0] for c in found if sum(o.path == c.path and o.part == c.part for o in found) > 1})
+    if twice:
+        raise DataError(f"has several columns called {twice[0]!r}; name them apart")
+    if others:
+        notes = (*notes, f"columns of other types: {', '.join(others[:12])}")
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
+        fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
+        row = 0
+        fault: BatchError | None = None
+        late: list[Finding] = []
+        source = batches(fields)
+        while True:
+            place: Place | None = None
+            try:
+                item = next(source)
+                if isinstance(item, Finding):
+                    late.append(item)
+                    continue
+                place, batch = item
+                got = {i: numbers(batch.column(found[i].path[0]), found[i], row, exact=i == exact) for i in wanted}
+            except StopIteration:
+                break
+            except MemoryError:
+                raise
+            except BatchError as error:
+                fault = error
+                break
+            except Exception as error:
+                fault = BatchError(place, reason=first_line(error))
+                break
+            for index, values in got.items():
+                # A copy: the file is closed later, and an array of three columns is not kept for one.
+                pieces[index].append(np.array(values))
+            row += batch.num_rows
+        if fault is not None:
+            details = damage(**fault.fields, measured="rows", kept=row, declared=rows)
+            late.append(Finding(details=details, severity="error"))
+            if not row:
+                raise DataError(f"no rows can be read: {sentence(late[-1])}")
+        joined: dict[int, NDArray[Any]] = {}
+        for index in wanted:
+            held = pieces.pop(index)
+            joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
+        labels = {index: repr(found[index].column.name) for index in wanted}
+        return Loaded(columns=real_columns(joined, labels, exact), findings=tuple(late))
+
+    return Table(
+        format=kind,
+        columns=tuple(column.column for column in found),
+        notes=notes,
+        load=load,
+        where=lambda row: f"row {row}",
+        rows=rows,
+        findings=findings,
+    )

@@ -1,0 +1,114 @@
+"""Damage as readers of several formats report it: errors of libraries, message chains that break off, bytes after the end.
+
+Formats that declare their length are read up to it. Their libraries ignore the bytes that follow (filler, or another log
+that was appended by ``cat``) without a warning.
+"""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import BrokenOff, BytesNotRead, Damage, Damaged, Filler, Place
+
+
+def first_line(error: Exception) -> str:
+    """The first line of an error, or its type if it has no text."""
+    return str(error).split("\n")[0].strip("'\"") or type(error).__name__
+
+
+def damaged(error: Exception, what: str = "damaged or truncated") -> DataError:
+    """A `DataError` from the error of a library."""
+    return DataError(f"is {what} ({first_line(error)}); copy or record the file again")
+
+
+@contextmanager
+def library_faults(convert: Callable[[Exception], DataError] = damaged) -> Iterator[None]:
+    """Turn the errors of a library on a damaged file into `DataError`. `DataError`, `MemoryError` and errors of the
+    operating system are not changed.
+    """
+    try:
+        yield
+    except (DataError, MemoryError):
+        raise
+    except OSError as error:
+        if error.errno not in (None, errno.EINVAL):  # EINVAL: an offset before the beginning of the file
+            raise
+        raise convert(error) from None
+    except Exception as error:
+        raise convert(error) from None
+
+
+def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
+    """A finding of where the chain of messages is truncated; nothing if it reaches the end of the file. `scan`: of
+    `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
+    """
+    if scan["broken"] is None:
+        return ()
+    at, reason = scan["broken"]
+    place, kept = Place("byte", at, of=size), scan["messages"]
+    details: Damage = (
+        BrokenOff(place=place, inside="message", kept=kept, counted="messages")
+        if reason is None
+        else Damaged(place=place, reason=reason, kept=kept, counted="messages")
+    )
+    return (Finding(details=details, severity="error"),)
+
+
+_CHUNK = 1 << 20
+_END_RECORD, _END_LENGTH, _COMMENT = b"PK\x05\x06", 22, 1 << 16  # of zip archives
+
+
+def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
+    """A finding of the bytes after the end of the contents; nothing if the file ends there. `end`: where the contents
+    end [bytes]; `what`: what ends there: ``"the array"``.
+    """
+    size = path.stat().st_size
+    if size <= end:
+        return ()
+    number, place, value = size - end, Place("byte", end), _filler(path, end)
+    if value is not None:
+        return (Finding(details=Filler(bytes=number, place=place, after=what, value=value), severity="info"),)
+    return (not_read(number, end, after=what),)
+
+
+def not_read(number: int, start: int, *, after: str = "") -> Finding:
+    """A finding of bytes that are not read, see `sigmatau.findings.kinds.reading.BytesNotRead`."""
+    return Finding(details=BytesNotRead(bytes=number, place=Place("byte", start), after=after), severity="error")
+
+
+def _filler(path: Path, start: int) -> int | None:
+    """The value of all bytes from a place to the end of the file, if it is 0 or 0xff."""
+    with path.open("rb") as stream:
+        stream.seek(start)
+        first = stream.read(1)
+        if first not in (b"\0", b"\xff"):
+            return None
+        while piece := stream.read(_CHUNK):
+            if piece.strip(first):
+                return None
+    return first[0]
+
+
+def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
+    """Findings of bytes before and after a zip archive; of several archives the library reads the last. `first`: where
+    the first member begins [bytes].
+    """
+    found: tuple[Finding, ...] = ()
+    if first > 0:
+        found = (not_read(first, 0),)
+    size = path.stat().st_size
+    start = max(0, size - _END_LENGTH - _COMMENT)
+    with path.open("rb") as stream:
+        stream.seek(start)
+        tail = stream.read()
+    at = tail.rfind(_END_RECORD)
+    if at < 0 or at + _END_LENGTH > len(tail):
+        return found
+    comment = int.from_bytes(tail[at + 20 : at + 22], "little")
+    return (*found, *behind(path, start + at + _END_LENGTH + comment, "the archive"))

@@ -52,21 +52,16 @@ _Q, _N, _FLICKER = range(3)
 def angle_noise(
     record: Record, fitted: NoiseFit, *, least_share: float = LEAST_FLICKER_SHARE, threads: int | None = None
 ) -> Finding | None:
-    """White or flicker noise of the angle at short averaging times; None if neither dominates there.
+    """White or flicker noise of the angle at short averaging times, an info or a warning; None if neither dominates there.
+
+    Of a record with missing samples, the longest run without a gap is used.
 
     Parameters
     ----------
-    record : Record
-        The record that was fitted; of a record with missing samples, the longest run without a gap is used.
-    fitted : NoiseFit
+    record, fitted : Record, NoiseFit
+        The record that was fitted, and the fit of one channel.
     least_share : float
         See `LEAST_FLICKER_SHARE`.
-    threads : int, optional
-
-    Returns
-    -------
-    Finding or None
-        ``"white_angle_noise"``, an info, or ``"flicker_angle_noise"``, a warning.
     """
     stream = record.stream_of(fitted.channel).only(fitted.channel).longest_run()
     sizes = _SIZES[stream.grid.n >= _LEAST_CLUSTERS * _SIZES]
@@ -106,8 +101,7 @@ def _decomposed(
 ) -> tuple[float, NDArray[np.float64], float]:
     """Misfit of three terms, their shares of the Allan variance by term and size, and the misfit without flicker.
 
-    A variance has about n/m degrees of freedom. The correlation of neighbouring variances and of the two kinds is
-    neglected; the thresholds are far above its effect.
+    A variance has about n/m degrees of freedom. Correlations are neglected; the thresholds are far above their effect.
     """
     size = m.astype(np.float64)
     of_plain = np.stack([3 / size**2, 1 / size, (1.038 + 3 * np.log(np.pi * size)) / size**2], axis=1)

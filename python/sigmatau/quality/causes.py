@@ -31,19 +31,10 @@ _STRONGEST_LINES = 4  # that must all be broad
 
 
 def one_cause(findings: Sequence[Finding], channels: Sequence[str], duration: float) -> list[Finding]:
-    """Findings, with those as infos that follow from another finding.
+    """Findings, with those as infos with a `cause` that follow from another finding.
 
-    Noise that is largest in the segment with a fault, lines that are all broad, a curve without an adequate model, and axes
-    that share their drifts become infos with a `cause`. Without such a fault, or if the noise is largest elsewhere, they
-    stay warnings.
-
-    Parameters
-    ----------
-    findings : sequence of Finding
-    channels : sequence of str
-        All channels that were analysed.
-    duration : float
-        Of the record. [s]
+    These are noise that is largest in the segment with a fault, lines that are all broad, a curve without an adequate
+    model, and axes that share their drifts. `channels` are all that were analysed, `duration` that of the record. [s]
     """
     findings = _without_steps_of_drifts(findings)
     causes: dict[str, Finding] = {}

@@ -25,8 +25,7 @@ _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 class Change:
     """Factor by which a coefficient is larger with a fault than without it.
 
-    `at_least`: the coefficient is not observed without the fault, and the factor is that to its upper limit. Such a factor
-    may be 1 or less, see `vanished`.
+    `at_least`: it is not observed without the fault, and the factor is that to its upper limit, which may be 1 or less.
     """
 
     term: str
@@ -81,19 +80,10 @@ def in_fit(
     hidden: tuple[str, ...] = (),
     lower_bound: bool = False,
 ) -> dict[str, Any]:
-    """The fields of a finding that hold the effect of its fault on the printed fit.
+    """The fields of a finding with the effect of its fault on the printed fit `before`.
 
-    Parameters
-    ----------
-    changes : sequence of Change
-    before, after : NoiseFit
-        The printed fit, and the one without the fault; None if too little is left to fit.
-    without : tuple of str
-        Codes of the findings whose fault the second fit is without.
-    compared_from : float, optional
-        Shortest averaging time of the second fit. Default: that of the printed fit. [s]
-    hidden, lower_bound
-        See `FitEffect`.
+    `after` is the fit without the fault, None if too little is left to fit, and `compared_from` its shortest averaging
+    time, by default that of the printed fit. [s] For the others see `FitEffect`.
     """
     tau_min = before.tau_min or before.tau0
     effect = FitEffect(

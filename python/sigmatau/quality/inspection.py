@@ -54,10 +54,6 @@ def inspect(
     **reading
         Options of `sigmatau.read`.
 
-    Returns
-    -------
-    Inspection
-
     Raises
     ------
     DataError

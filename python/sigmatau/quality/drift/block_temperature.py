@@ -58,19 +58,9 @@ def temperature_of(edges: Floats, thermometer: Stream) -> Floats:
 
 
 def between_steps(time: Floats, values: Floats) -> Floats:
-    """Temperatures of a coarse thermometer at the same times, interpolated between its changes of level.
+    """Temperatures of a coarse thermometer at the same times [s], interpolated between its changes of level; shape (n,).
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        [s]
-    values : ndarray, shape (n,)
-        [K or °C]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The same values if the steps are fine, or if noise averages them out.
+    The same values if the steps are fine, or if noise averages them out.
     """
     changes = np.flatnonzero(np.diff(values))
     if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:

@@ -79,20 +79,16 @@ def warm_up(
 ) -> list[Finding]:
     """Exponential drifts at the beginning or the end of the record, beside level, ramp and noise.
 
+    ``"warm_up"``, or ``"late_drift"`` if the drift is clearer at the end; at most one for each channel. A warning if it
+    changes a coefficient by more than 10 %. With steps of the level beside the drift, ``"not_static"`` for these.
+
     Parameters
     ----------
     stream : Stream
-        Missing samples are NaN.
     fits : mapping of str to NoiseFit
         Fits to the whole record, for the effect only; channels without a fit are checked too.
     max_p, min_ratio : float
         Thresholds, see `MAX_P_SETTLING` and `MIN_RATIO_SETTLING`.
-
-    Returns
-    -------
-    list of Finding
-        ``"warm_up"``, or ``"late_drift"`` if the drift is clearer at the end; at most one for each channel. A warning if it
-        changes a coefficient by more than 10 %. With steps of the level beside the drift, ``"not_static"`` for these.
     """
     findings = []
     for channel in stream.channels:
@@ -182,16 +178,9 @@ def _ratio(regression: Regression) -> float:
 
 
 def settling(
-    data: BlockMeans,
-    *,
-    steps: Sequence[int] = (),
-    max_p: float = MAX_P_SETTLING,
-    min_ratio: float = MIN_RATIO_SETTLING,
+    data: BlockMeans, *, steps: Sequence[int] = (), max_p: float = MAX_P_SETTLING, min_ratio: float = MIN_RATIO_SETTLING
 ) -> tuple[float, Regression] | None:
-    """Time constant and regression of an exponential in the block means; None if it is not significant.
-
-    The level may change in the blocks `steps`. The thresholds are those of `warm_up`.
-    """
+    """Time constant and regression of an exponential in the block means, beside steps in some; None if not significant."""
     edges = data.edges
     times = _TIME_CONSTANTS * (edges[-1] - edges[0])
     try:
@@ -261,29 +250,19 @@ def temperature(
     *,
     thresholds: Sequence[tuple[float, float]] = TEMPERATURE_THRESHOLDS,
 ) -> list[Finding]:
-    """Drifts with the temperature, beside level, ramp and noise.
+    """Drifts with the temperature, beside level, ramp and noise: at most one ``"temperature_drift"`` for each channel.
+
+    A warning if the drift changes a coefficient by more than 10 %. The temperature is averaged over the sensor's blocks, or
+    interpolated if it is sampled more slowly, see `sigmatau.quality.drift.block_temperature`.
 
     Parameters
     ----------
-    stream : Stream
-        Gyros or accelerometers; missing samples are NaN.
-    thermometer : Stream
-        Of quantity ``"temperature"``, on its own grid in the same clock; the channel with the largest range is used.
-        [K or °C]
+    stream, thermometer : Stream
+        The thermometer has its own grid in the same clock; its channel with the largest range is used. [K or °C]
     fits : mapping of str to NoiseFit
         Fits to the whole record, for the effect.
     thresholds : sequence of (float, float)
         See `TEMPERATURE_THRESHOLDS`.
-
-    Returns
-    -------
-    list of Finding
-        ``"temperature_drift"``, at most one for each channel. A warning if it changes a coefficient by more than 10 %.
-
-    Notes
-    -----
-    The temperature is averaged over the sensor's blocks, or interpolated if it is sampled more slowly; the resolution steps
-    and the noise of the thermometer are removed, see `sigmatau.quality.drift.block_temperature`.
     """
     findings = []
     for channel in stream.channels:

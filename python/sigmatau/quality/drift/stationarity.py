@@ -55,30 +55,14 @@ _LEAST_IN_BLOCK = 8  # samples
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SegmentTest:
-    """Allan variances of segments, and the test whether they are equal.
+    """Allan variances of segments, and the test whether they are equal."""
 
-    Attributes
-    ----------
-    m : ndarray of int, shape (n_tau,)
-        Cluster sizes tested.
-    starts : ndarray of int, shape (n_segments,)
-        First sample of each segment.
-    avar : ndarray, shape (n_segments, n_tau)
-        [unit²]
-    p_value : float
-        P-value: probability of such a scatter in stationary noise.
-    evidence : ndarray, shape (n_tau,)
-        χ² of each octave alone.
-    p_values : ndarray, shape (n_tau,)
-        Of each octave alone.
-    """
-
-    m: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    avar: Floats
-    p_value: float
-    evidence: Floats
-    p_values: Floats
+    m: NDArray[np.int64]  # cluster sizes tested
+    starts: NDArray[np.int64]  # first sample of each segment
+    avar: Floats  # [unit²]
+    p_value: float  # P-value: probability of such a scatter in stationary noise
+    evidence: Floats  # χ² of each octave alone
+    p_values: Floats  # of each octave alone
 
 
 def non_stationary(
@@ -89,22 +73,18 @@ def non_stationary(
     min_ratio: float = MIN_RATIO,
     warning_ratio: float = WARNING_RATIO,
 ) -> list[Finding]:
-    """Channels whose noise changes during the record.
+    """Channels whose noise changes during the record: at most one ``"non_stationary"`` for each.
+
+    The span is the segment with the largest deviation, or the time of the change if the cusum found it.
 
     Parameters
     ----------
     stream : Stream
-        Missing samples are NaN; segments with missing samples are left out.
+        Segments with missing samples are left out.
     fits : mapping of str to NoiseFit
         Determine the law of the segments' variances. A channel without a fit is tested by the cusum only.
     false_alarm, min_ratio, warning_ratio : float
         Thresholds, see `FALSE_ALARM`, `MIN_RATIO` and `WARNING_RATIO`.
-
-    Returns
-    -------
-    list of Finding
-        ``"non_stationary"``, at most one for each channel; the span is the segment with the largest deviation, or the time
-        of the change if the cusum found it.
     """
     findings = []
     for channel in stream.channels:
@@ -161,15 +141,7 @@ def _noise_change(x: Floats, tau0: float, false_alarm: float) -> NoiseChange | N
 
 
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
-    """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Rates, NaN where missing.
-    fitted : NoiseFit
-        Of the whole record.
-    """
+    """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments."""
     size = len(x) // SEGMENTS
     if size < _LEAST_SAMPLES or not fitted.model:
         return None
@@ -259,28 +231,17 @@ def _law(fitted: NoiseFit, size: int, sizes: NDArray[np.int64]) -> tuple[Floats,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cusum:
-    """Largest distance of the running sum from a straight line.
+    """Largest distance of the running sum from a straight line."""
 
-    Attributes
-    ----------
-    at : int
-        Sample of the largest distance.
-    p_value : float
-        By Kolmogorov's law.
-    ratio : float
-        Mean square after over that before.
-    """
-
-    at: int
-    p_value: float
-    ratio: float
+    at: int  # sample of the largest distance
+    p_value: float  # by Kolmogorov's law
+    ratio: float  # mean square after over that before
 
 
 def cusum(x: Floats) -> Cusum | None:
     """Cusum of squared first differences over blocks; None if the record is too short.
 
-    The scatter of the blocks is estimated from neighbouring blocks: correlated samples do not matter as long as the blocks
-    are independent, and neither does the change itself.
+    The scatter is that between neighbouring blocks, which neither correlated samples nor the change itself affect.
     """
     length = max(-(-len(x) // _CUSUM_BLOCKS), _LEAST_IN_BLOCK)
     count = len(x) // length

@@ -72,10 +72,7 @@ def present(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def block_rms(x: NDArray[np.float64]) -> float:
-    """Root mean square of x by the middle half of blocks of 32: unlike a median of samples it has no steps if x has.
-
-    0 for nothing. Blocks with a missing sample are left out; a few large values spoil as many blocks and no more.
-    """
+    """Root mean square by the middle half of blocks of 32: unlike a median it has no steps if x has them; 0 for nothing."""
     if len(x) < 2 * _BLOCK:
         x = present(x)
         return float(np.sqrt(np.mean(x * x))) if len(x) else 0.0
@@ -94,17 +91,9 @@ _STARTED = 64.0
 
 
 def rounding_dust(x: NDArray[np.float64], n: int) -> float:
-    """Below this, changes of increments may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
+    """Below this, changes of n increments x may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
 
-    An angle goes no further in n samples than n times their root mean square; its rounding is ε of that. 3e-9 of a sample
-    after 2·10⁵ of them: noise that is not coarse has next to no changes as small.
-
-    Parameters
-    ----------
-    x : ndarray
-        Some of the increments, NaN where they are missing.
-    n : int
-        How many there are.
+    An angle goes no further in n samples than n times their root mean square; its rounding is ε of that.
     """
     return _STARTED * float(np.finfo(float).eps) * n * block_rms(x)
 
@@ -150,8 +139,7 @@ _FINE, _STEP_PARTS, _LEAST_IN_PART = 30.0, 8, 250
 def growing_step(x: NDArray[np.float64]) -> float:
     """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
 
-    The step of an angle or a velocity in single precision doubles with it, and a common step of all values is that of the
-    beginning.
+    The step of an angle or velocity in single precision doubles with it; the common step of all values is the first.
     """
     if len(x) < _STEP_PARTS * _LEAST_IN_PART:
         return 0.0
@@ -204,10 +192,7 @@ def axes_text(channels: Sequence[str]) -> str:
 
 
 def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
-    """Cluster size, Allan variance of clusters that share no sample, and pairs; sizes 1, 2, 4, … while 8 pairs are left.
-
-    A cluster counts if half its samples are there.
-    """
+    """Cluster size 1, 2, 4, …, Allan variance of clusters that share no sample and are half there, and pairs (8 or more)."""
     n = len(x)
     there = np.isfinite(x)
     if there.all():
@@ -281,10 +266,7 @@ _WHITE, _DOWN = 1.5, 2.0
 
 
 def worst_on_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:
-    """By which factor bad samples make σ(τ) larger at worst, where the others show white noise, and at which τ.
-
-    A shake of some hertz does nothing to σ at one sample and next to nothing at ten seconds. 1 if there is too little left.
-    """
+    """By which factor bad samples make σ(τ) larger at worst where the others show white noise, and the τ; 1 if unknown."""
     clean = np.where(bad, np.nan, x)
     level, clearest = white_level(clean, tau0)
     rest = {m: (avar, pairs) for m, avar, pairs in octaves(clean)}
@@ -321,18 +303,10 @@ def longest_spans(stream: Stream, first: NDArray[np.int64], lengths: NDArray[np.
 
 
 def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
-    """One finding of several axes in place of one per axis.
+    """At most one finding of several axes in place of one per axis, each given with the size of its effect.
 
-    Parameters
-    ----------
-    findings : sequence of (float, Finding)
-        Findings of one kind, each of one axis, with the size of its effect.
-
-    Returns
-    -------
-    list of Finding
-        At most one: channels and spans of all axes, a warning if one of them is; details, size and factors of the axis with
-        the largest effect, which the field `strongest` of the details names.
+    Channels and spans of all axes, a warning if one of them is; details, size and factors of the axis with the largest
+    effect, which the field `strongest` of the details names.
     """
     if len(findings) < 2:
         return [finding for _, finding in findings]

@@ -56,10 +56,7 @@ _ALMOST, _ROUNDS = 1.5, 4
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Tail:
-    """Residuals of a part of a record in standard deviations.
-
-    `usual` is the median residual, `scale` the standard deviation over the local median, `share` that of the spikes.
-    """
+    """Residuals of a part of a record in standard deviations."""
 
     side: int
     usual: float
@@ -71,23 +68,11 @@ class _Tail:
 
 
 def dense_spikes(x: Floats, step: float) -> NDArray[np.bool_] | None:
-    """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them.
+    """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them; None without a hump.
 
     A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
     and 5. The standard deviation is that of the samples outside the tail; where the noise is stronger for 128 samples, the
-    local one.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        NaN where samples are missing.
-    step : float
-        Of the numbers; 0 if they have none. Noise below it is not examined.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None
-        None if there is no hump.
+    local one. Noise below the `step` of the numbers is not examined.
     """
     tail = _tail(x, step)
     if tail is None or tail.share > _MOST:
@@ -197,10 +182,7 @@ def _scale(ordered: Floats) -> tuple[float, float]:
 
 
 def _residual(x: Floats, side: int, step: float) -> Floats:
-    """Samples less the median of those on both sides, NaN where fewer than half of these are there.
-
-    Numbers with a step get a part of it, spread evenly, so that a median of them has no steps.
-    """
+    """Samples less the median of those on both sides, NaN where more than half of these are missing; steps are blurred."""
     ends = np.full(side, np.nan)
     windows = np.lib.stride_tricks.sliding_window_view(np.concatenate((ends, x, ends)), 2 * side + 1)
     others = np.delete(windows, side, axis=1)

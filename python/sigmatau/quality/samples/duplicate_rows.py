@@ -28,16 +28,8 @@ _MAX_RUN = 3
 def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
     """Samples that are equal to the one before on all axes of a stream, where chance does not make them; None if none are.
 
-    If neighbours on axis c are equal by chance in a part p_c of all rows, they are so on all axes in ∏p_c.
-
-    Parameters
-    ----------
-    stream : Stream
-        Of two axes or more; of one, equal neighbours are judged by `sigmatau.quality.samples.repeated_samples`.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None
+    If neighbours on axis c are equal by chance in a part p_c of all rows, they are so on all axes in ∏p_c. A stream of one
+    axis is judged by `sigmatau.quality.samples.repeated_samples`.
     """
     if len(stream.channels) < 2 or any(t.kind == "accumulated" for t in stream.samples.transforms):
         return None
@@ -65,17 +57,9 @@ def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
 
 
 def copies(stream: Stream) -> list[Finding]:
-    """Rows that are in the log twice, where they are too few to be a sensor slower than its log, see `repeated_samples`.
+    """Rows that are in the log twice, an info, where they are too few to be a sensor slower than its log.
 
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    list of Finding
-        At most one ``"repeated_samples"``, an info. A part h of copies makes N² larger by 1 + 2h: each pair counts four
-        times in the sum that two samples would count in.
+    A part h of copies makes N² larger by 1 + 2h: each pair counts four times in the sum that two samples would count in.
     """
     rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:

@@ -32,21 +32,11 @@ _RIGHT_FROM = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Upsampling:
-    """How a channel was interpolated.
+    """How a channel was interpolated."""
 
-    Attributes
-    ----------
-    factor : float
-        Rate of the log over that of the sensor.
-    aligned : bool
-        Whether the sensor's samples are among those of the log.
-    share : float
-        Part of the samples that lie on the line through their neighbours.
-    """
-
-    factor: float
-    aligned: bool
-    share: float
+    factor: float  # rate of the log over that of the sensor
+    aligned: bool  # whether the sensor's samples are among those of the log
+    share: float  # part of the samples that lie on the line through their neighbours
 
     @property
     def shortest(self) -> float:
@@ -61,17 +51,9 @@ class Upsampling:
 
 
 def upsampling(stream: Stream, channel: str) -> Upsampling | None:
-    """Whether a channel was interpolated linearly, by the second differences that are zero to rounding.
+    """Whether a channel was interpolated linearly, by the second differences that are zero to rounding; None if not.
 
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    Upsampling or None
-        None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
+    None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
     x = sample_of(stream, channel, most=_LOOKED_AT)
     zero = tolerance(stream, channel, x)
@@ -96,19 +78,10 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
 
 
 def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[Finding]:
-    """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost.
+    """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost. One finding.
 
-    Parameters
-    ----------
-    stream : Stream
-    warn_factor : float
-        Factor of the random walk, or of 1/σ at one sample, from which on single lost samples are a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of all channels concerned. Where all samples were made from a lower rate, ``factors`` holds the random
-        walk read at one sample over the sensor's own; at long τ it is right.
+    Where all samples were made from a lower rate, `factors` holds the random walk read at one sample over the sensor's own;
+    at long τ it is right. Lost samples are a warning from `warn_factor` on the random walk or on 1/σ at one sample.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
     found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}

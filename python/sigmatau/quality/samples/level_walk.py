@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.kinds.disturbances import AddedWalk
-from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.quality.samples.common import affected, octaves
+from sigmatau.quality.samples.common import octaves
 from sigmatau.record.streams import Stream
-from sigmatau.results import two_digits
 
-__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_effect"]
+__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without"]
 
 Parts = Sequence[tuple[int, int]]
 
@@ -83,17 +81,7 @@ def added_by_stretches(
 
 
 def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> AddedWalk:
-    """The walk that levels other than the sensor's own add.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    added : float
-        What they add to K². [unit²/s, of the stream]
-    parts : sequence of (int, int)
-        Undisturbed parts of the channel, see `own_walk`.
-    """
+    """The walk that levels other than the sensor's own add: `added` to K² [unit²/s], against the undisturbed `parts`."""
     own, resolved = own_walk(stream.column(channel), stream.grid.tau0, parts)
     return AddedWalk(
         channel=channel,
@@ -103,22 +91,3 @@ def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> Adde
         factor=math.sqrt(1 + added / own) if own > 0 else None,
         resolved=resolved and own > 0,
     )
-
-
-def walk_effect(stream: Stream, added: float, own: float, *, rules: bool) -> tuple[str, tuple[tuple[str, float], ...]]:
-    """What is added to K² in words, and the factor if the sensor's own is known rather than bounded."""
-    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
-    unit, size = display_units("rate_random_walk", stream.quantity, stream.unit)[0]
-    label = TERMS["rate_random_walk"].label(stream.quantity)
-    text = f"as much as {_article(label)} {label} of {math.sqrt(added) / size:.3g} {unit} adds to σ at long τ"
-    if not math.isfinite(factor):
-        return text, ()
-    if rules:
-        return f"{text}: {affected(factor, term=label)}", (("rate_random_walk", factor),)
-    # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
-    limit = f"{two_digits(factor)} times the sensor's own or more, of which the record shows a limit only"
-    return f"{text}: {limit}", ()
-
-
-def _article(word: str) -> str:
-    return "an" if word[0] in "aeiou" else "a"

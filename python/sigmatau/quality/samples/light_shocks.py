@@ -26,18 +26,9 @@ _BEFORE, _AFTER = 0.1, 0.5  # parts of the shock before its first and after its 
 
 @stream_fact
 def light_shocks(stream: Stream) -> list[Burst]:
-    """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row.
+    """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row: a burst per axis.
 
     A corrupt row makes spikes on all axes in that row only; a shock rings.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    list of Burst
-        One per shock and axis with spikes.
     """
     if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _LEAST_AXES:
         return []

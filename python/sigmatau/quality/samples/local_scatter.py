@@ -59,10 +59,9 @@ def residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArr
 
 
 def scatter(x: NDArray[np.float64], at: NDArray[np.int64], part: float) -> NDArray[np.float64]:
-    """Standard deviation of the samples before or after a spike, whichever is larger, from a quantile of their changes.
+    """Standard deviation of the samples before or after a spike, from a quantile `part` of their changes; 0 if unknown.
 
-    The larger one, because a shock has a first sample. The quantile is the median, or a quarter where half may be spikes.
-    0 if unknown.
+    The larger of both, because a shock has a first sample; a quarter in place of the median where half may be spikes.
     """
     scatter = np.zeros(len(at))
     for first, last in ((-AROUND, -2), (2, AROUND)):

@@ -11,14 +11,7 @@ from sigmatau.arrays import median_and_spread
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Dropout
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.common import (
-    block_rms,
-    change_of_white,
-    longest_spans,
-    mask_of_runs,
-    present,
-    sample_of,
-)
+from sigmatau.quality.samples.common import block_rms, change_of_white, longest_spans, mask_of_runs, present, sample_of
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import resolution
@@ -52,14 +45,6 @@ def zero_rows(stream: Stream) -> NDArray[np.bool_] | None:
 
     The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
     channel is judged where 0 is more than 12 standard deviations from its level.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None
     """
     together = np.ones(stream.grid.n, dtype=bool)
     for channel in stream.channels:
@@ -106,17 +91,9 @@ def lost_rows(
 ) -> tuple[list[Finding], Stream]:
     """The finding ``dropout`` for rows of zeros outside long runs, and the stream without them.
 
-    Parameters
-    ----------
-    stream : Stream
-    warn_share, warn_factor : float
-        Part of the record, and factor of the random walk, from which on the finding is a warning.
-
-    Returns
-    -------
-    list of Finding, Stream
-        One finding for all axes, long runs of zeros included; none, and the same stream, where all zeros are in runs, which
-        `sigmatau.quality.samples.stuck_samples.dropouts` reports.
+    One finding for all axes, long runs of zeros included, a warning from the thresholds on: part of the record, and factor
+    of the random walk. None, and the same stream, where all zeros are in runs, see
+    `sigmatau.quality.samples.stuck_samples`.
     """
     rows = zero_rows(stream)
     if rows is None:

@@ -51,79 +51,39 @@ _LASTS, _HALF_WINDOWS = 0.6, 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Burst:
-    """A stretch of one channel in which it moves.
-
-    Attributes
-    ----------
-    channel : str
-    start, stop : int
-        Samples, stop not included.
-    ratio : float
-        Largest root mean square of the changes from sample to sample in a window over the usual one; of an excursion, its
-        size in standard deviations of the noise.
-    away : float
-        How far the mean of a window moves; 0 if the changes show the motion. [unit of the stream]
-    """
+    """A stretch of one channel in which it moves."""
 
     channel: str
-    start: int
+    start: int  # samples, stop not included
     stop: int
+    # largest root mean square of the changes from sample to sample in a window over the usual one; of an excursion, its
+    # size in standard deviations of the noise
     ratio: float
-    away: float = 0.0
+    away: float = 0.0  # how far the mean of a window moves; 0 if the changes show the motion [unit of the stream]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelChange:
-    """A lasting step of the mean.
-
-    Attributes
-    ----------
-    channel : str
-    sample : int
-        First sample after the step, to half the window.
-    size : float
-        New mean less old mean. [unit of the stream]
-    window : int
-        Samples in the windows that show it best.
-    times : float
-        Size in standard deviations of the difference of such windows.
-    around : int
-        Half width of the interval in which the mean changes. [samples]
-    gradual : bool
-        Whether a line fits better than two constant parts, as in a warm-up.
-    """
+    """A lasting step of the mean."""
 
     channel: str
-    sample: int
-    size: float
-    window: int
-    times: float
-    around: int
-    gradual: bool
+    sample: int  # first sample after the step, to half the window
+    size: float  # new mean less old mean [unit of the stream]
+    window: int  # samples in the windows that show it best
+    times: float  # size in standard deviations of the difference of such windows
+    around: int  # half width of the interval in which the mean changes [samples]
+    gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Summary:
-    """A channel by windows of about a second.
-
-    Attributes
-    ----------
-    channel : str
-    window : int
-        Samples in a window.
-    first : float
-        The first sample there is. [unit of the stream]
-    mean : ndarray, shape (n_windows,)
-        Mean less `first`; NaN where half of a window is missing. [unit of the stream]
-    power : ndarray, shape (n_windows,)
-        Mean square of the changes from sample to sample. [unit², of the stream]
-    """
+    """A channel by windows of about a second."""
 
     channel: str
-    window: int
-    first: float
-    mean: NDArray[np.float64]
-    power: NDArray[np.float64]
+    window: int  # samples in a window
+    first: float  # the first sample there is [unit of the stream]
+    mean: NDArray[np.float64]  # mean less `first`; NaN where half of a window is missing [unit of the stream]
+    power: NDArray[np.float64]  # mean square of the changes from sample to sample [unit², of the stream]
 
 
 @channel_fact
@@ -167,23 +127,10 @@ def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
 def bursts(
     stream: Stream, found: Summary, *, spreads: float = _BURST_SPREADS, power_ratio: float = _BURST_POWER
 ) -> list[Burst]:
-    """Stretches in which the samples of a channel change far more than usual.
+    """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
-    The mean square of the changes from sample to sample in each window is compared with its distribution over the record;
-    slow terms hardly contribute. One or two spikes are not a burst.
-
-    Parameters
-    ----------
-    stream : Stream
-    found : Summary
-        Of the channel, see `summary`.
-    spreads, power_ratio : float
-        Thresholds for the cube root of the power in robust standard deviations, and for the power over the usual one.
-
-    Returns
-    -------
-    list of Burst
-        In order of time; none for fewer than 24 windows.
+    The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
+    its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
     channel, power, w = found.channel, found.power, found.window
     if np.count_nonzero(np.isfinite(power)) < _LEAST_WINDOWS:
@@ -223,25 +170,12 @@ def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
 
 
 def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPREADS) -> list[LevelChange]:
-    """Lasting steps of a channel's mean that its noise does not make.
+    """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
-    rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the
-    same τ; of several windows that show it, the clearest counts. Missing windows are not bridged, because slow noise
-    continues where nothing is recorded.
-
-    Parameters
-    ----------
-    stream : Stream
-    found : Summary
-        Of the channel, see `summary`.
-    spreads : float
-        Threshold in robust standard deviations for many windows.
-
-    Returns
-    -------
-    list of LevelChange
-        In order of time; none for fewer than 48 windows.
+    rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the same
+    τ; of several windows that show it, the clearest counts. Missing windows are not bridged, because slow noise continues
+    where nothing is recorded.
     """
     channel, mean, w = found.channel, found.mean, found.window
     step: float | None = None
@@ -321,20 +255,8 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
     A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
-    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold.
-
-    Parameters
-    ----------
-    stream : Stream
-    found : Summary
-        Of the channel, see `summary`.
-    changes : sequence of LevelChange
-        Of the channel; excursions beside one are ignored.
-
-    Returns
-    -------
-    list of Burst
-        In order of time; none for fewer than 48 windows.
+    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold. Excursions
+    beside one of the `changes` of the channel are ignored.
     """
     mean, w = found.mean, found.window
     step: float | None = None

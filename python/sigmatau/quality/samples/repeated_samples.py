@@ -44,29 +44,16 @@ _RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repeats:
-    """How samples of a stream repeat.
+    """How samples of a stream repeat."""
 
-    Attributes
-    ----------
-    channels : tuple of str
-        Those that repeat.
-    share : float
-        Part of the samples that are copies of the one before.
-    shortest, longest : int
-        How often a sample is there, but for the rarest 2.5 % at either end.
-    squares : float
-        Mean over the rows of how often the sample of a row is there: N² of the rows, taken at their rate, over that of a
-        sensor at this rate.
-    regular : bool
-        Whether copies come as evenly as from a sensor at a lower rate, and not at random.
-    """
-
-    channels: tuple[str, ...]
-    share: float
-    shortest: int
+    channels: tuple[str, ...]  # those that repeat
+    share: float  # part of the samples that are copies of the one before
+    shortest: int  # how often a sample is there, but for the rarest 2.5 % at either end
     longest: int
+    # mean over the rows of how often the sample of a row is there: N² of the rows, taken at their rate, over that of a
+    # sensor at this rate
     squares: float
-    regular: bool
+    regular: bool  # whether copies come as evenly as from a sensor at a lower rate, and not at random
 
     @property
     def times(self) -> float:
@@ -217,11 +204,7 @@ def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
 
 
 def _share_alone(
-    stream: Stream,
-    channel: str,
-    x: NDArray[np.float64],
-    equal: NDArray[np.bool_],
-    inside: NDArray[np.bool_] | None,
+    stream: Stream, channel: str, x: NDArray[np.float64], equal: NDArray[np.bool_], inside: NDArray[np.bool_] | None
 ) -> float:
     if inside is not None:
         equal = equal[inside]
@@ -267,17 +250,9 @@ def _solved(shares: list[float], all_at_once: float) -> float:
 
 
 def repeated_samples(stream: Stream) -> list[Finding]:
-    """Samples that are copies of the one before: sample and hold, duplicated messages.
+    """Samples that are copies of the one before: sample and hold, duplicated messages. At most one finding.
 
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    list of Finding
-        At most one. ``factors`` holds more than the random walk only where the rate was given by the user, because it may
-        then be the sensor's and not the log's.
+    `factors` holds more than the random walk only where the rate was given by the user: it may then be the sensor's.
     """
     found = repeats(stream)
     if found is None:

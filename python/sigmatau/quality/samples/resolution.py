@@ -52,21 +52,12 @@ _TOLERANCE = 1.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolution(Printed):
-    """Step of a channel's numbers, and the noise beside it.
-
-    Attributes
-    ----------
-    channel : str
-    step : float
-        Common step of all values, of the rate. [unit of the stream]
-    noise : float
-        Standard deviation of the white part of a sample: root mean square of the differences of neighbours over √2; of
-        noise that is coarser than the step, its own. [unit of the stream]
-    unit : str
-    """
+    """Step of a channel's numbers, and the noise beside it."""
 
     channel: str
-    step: float
+    step: float  # common step of all values, of the rate [unit of the stream]
+    # standard deviation of the white part of a sample: root mean square of the differences of neighbours over √2; of
+    # noise that is coarser than the step, its own [unit of the stream]
     noise: float
     unit: str
 
@@ -86,20 +77,8 @@ class Resolution(Printed):
 def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | None:
     """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
 
-    Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32):
-    the step is that of the counts, by regression of the values on their whole numbers.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        NaN is passed over.
-    rounding : float
-        Values closer than this are the same. [unit of x]
-
-    Returns
-    -------
-    float or None
-        [unit of x]
+    Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the
+    step is that of the counts, by regression of the values on their whole numbers. Values closer than `rounding` are one.
     """
     x = present(x)
     values = np.unique(x)
@@ -125,17 +104,7 @@ def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | Non
 
 @channel_fact
 def resolution(stream: Stream, channel: str) -> Resolution | None:
-    """Step and noise of a channel; None if its values have no common step that can be told from none.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    Resolution or None
-    """
+    """Step and noise of a channel; None if its values have no common step that can be told from none."""
     x = sample_of(stream, channel, most=_LOOKED_AT)
     rounding = _rounding(stream, channel)
     if stream.samples.transforms[stream.channels.index(channel)].kind == "increments":
@@ -152,18 +121,7 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
 
 
 def quantization_step(stream: Stream, channel: str) -> float | None:
-    """Step S of the increments or of the accumulated angle or velocity that a log holds, for Q against S/√12.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    float or None
-        None for a log of rates, to whose rounding no Q belongs, and where no step is found. [unit of the stream, times s]
-    """
+    """Step S of the increments, angle or velocity in a log, for Q against S/√12 [unit·s]; None for rates or no step."""
     if stream.samples.transforms[stream.channels.index(channel)].kind == "rate":
         return None
     found = resolution(stream, channel)
@@ -173,23 +131,9 @@ def quantization_step(stream: Stream, channel: str) -> float | None:
 def quantization_mismatch(
     stream: Stream, channel: str, quantization: float, *, low: float = 0.0, tolerance: float = _TOLERANCE
 ) -> list[Finding]:
-    """A finding if a fitted quantization noise is larger than the step of the log can make.
+    """A finding if a fitted quantization noise [unit·s] is larger than the step of the log can make; at most one info.
 
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    quantization : float
-        Fitted Q. [unit of the stream, times s]
-    low : float
-        Lower end of its interval. Default: the value alone counts.
-    tolerance : float
-        Ratio to S/√12 from which on it is reported.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of severity info.
+    The lower end `low` of its interval, or without one the value itself, is compared with `tolerance` times S/√12.
     """
     step = quantization_step(stream, channel)
     if step is None:
@@ -215,21 +159,11 @@ def too_coarse(finding: Finding) -> bool:
 def coarse_resolution(
     stream: Stream, *, report_factor: float = _REPORT_FACTOR, warn_factor: float = _WARN_FACTOR
 ) -> list[Finding]:
-    """Channels whose step is so coarse against their noise that rounding shows in a coefficient.
+    """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
     noise, which belongs to increments and accumulated values alone. Below half a step of noise no number can be trusted.
-
-    Parameters
-    ----------
-    stream : Stream
-    report_factor, warn_factor : float
-        Factor of the random walk from which on a channel is reported, and from which on the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        One per channel; ``factors`` holds the random walk's where it can be known.
+    The thresholds are factors of the random walk.
     """
     findings = (_coarse(stream, channel, report_factor, warn_factor) for channel in stream.channels)
     return [finding for finding in findings if finding is not None]

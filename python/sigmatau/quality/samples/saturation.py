@@ -34,19 +34,10 @@ _NORMAL = NormalDist()
 
 
 def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Finding]:
-    """Channels that are at their largest or smallest value more often than a tail of noise is.
+    """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding.
 
-    Parameters
-    ----------
-    stream : Stream
-    false_alarm : float
-        Probability that noise visits an end so often.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of all axes concerned; ``factors`` holds what clipping does to white noise, where the clipped samples
-        are spread over the whole record.
+    `factors` holds what clipping does to white noise, where clipped samples are spread over the whole record. `false_alarm`
+    is the probability that noise visits an end so often.
     """
     findings = []
     for channel in stream.channels:
@@ -101,10 +92,7 @@ def _visits(at: NDArray[np.int64]) -> int:
 
 
 def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
-    """Standard deviation of unit Gaussian noise of which parts `low` and `high` are held at the ends they go beyond.
-
-    `half` is half a step of the numbers: where they are rounded, the ends are so much further out than what counts as there.
-    """
+    """Standard deviation of unit Gaussian noise of which parts `low` and `high` are held at the ends, `half` a step out."""
     a = _NORMAL.inv_cdf(low) if low > 0 else -40.0
     b = -_NORMAL.inv_cdf(high) if high > 0 else 40.0
     pa, pb = _NORMAL.pdf(a), _NORMAL.pdf(b)

@@ -95,20 +95,10 @@ def largest_noise(stream: Stream, channel: str, *, least_pairs: int = 0) -> floa
 
 
 def mixed_units(stream: Stream) -> list[Finding]:
-    """Axes of a triad that are in another unit than the others, although the same was stated.
+    """Axes of a triad that are in another unit than the others, although the same was stated; at most one finding.
 
     Their white noise differs by about 57.3 (deg/s and rad/s) or 9.80665 (g and m/s²) from that of the others, and in the
     other unit no more than that of axes of one triad does. For accelerometers gravity must then be right.
-
-    Parameters
-    ----------
-    stream : Stream
-        Three gyros or accelerometers of a log; simulated ones are not judged.
-
-    Returns
-    -------
-    list of Finding
-        At most one ``"implausible_unit"``; ``factors`` are those of the channels that it names.
     """
     if stream.quantity not in _MISTAKES or len(stream.channels) != 3 or stream.grid.source == "simulated":
         return []
@@ -158,18 +148,7 @@ def _of_axes(stream: Stream, some: tuple[int, ...], noise: list[float]) -> list[
 
 
 def grade(stream: Stream) -> list[Finding]:
-    """Whether the noise of gyros is larger than that of any gyro, or their mean too large for gyros with so little noise.
-
-    Parameters
-    ----------
-    stream : Stream
-        Angular rates.
-
-    Returns
-    -------
-    list of Finding
-        At most one ``"implausible_unit"``.
-    """
+    """Whether the noise of gyros is larger than that of any gyro, or their mean too large for gyros with so little noise."""
     if stream.quantity != "angular_rate" or stream.grid.source == "simulated":
         return []
     noise = sorted(white_noise(stream, channel) for channel in stream.channels)

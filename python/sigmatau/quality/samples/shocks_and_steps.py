@@ -38,6 +38,8 @@ def not_static(
 ) -> list[Finding]:
     """Motion of a sensor that should rest: rotation, shocks and other bursts, steps of the mean (tilt).
 
+    At most one finding a channel and one for several axes together; light shocks are an info below `warn_factor`.
+
     Parameters
     ----------
     stream : Stream
@@ -48,13 +50,6 @@ def not_static(
         Shocks found before, see `sigmatau.quality.samples.light_shocks`.
     largest_bias : float
         A larger mean rate is a rotation. [rad/s]
-    warn_factor : float
-        Light shocks that change the random walk by less are an info.
-
-    Returns
-    -------
-    list of Finding
-        At most one a channel and one for several axes together.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
@@ -85,23 +80,12 @@ def _both(motion: Finding, steps: Finding) -> Finding:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Movements:
-    """Motion of the channels of a stream.
-
-    Attributes
-    ----------
-    moved : list of Burst
-    changed : dict of str to list of LevelChange
-        Steps of the mean, of the channels that have any.
-    rates : dict of str to float
-        Size of the mean, by channel.
-    window : int
-        Samples in a window.
-    """
+    """Motion of the channels of a stream."""
 
     moved: list[Burst]
-    changed: dict[str, list[LevelChange]]
-    rates: dict[str, float]
-    window: int
+    changed: dict[str, list[LevelChange]]  # steps of the mean, of the channels that have any
+    rates: dict[str, float]  # size of the mean, by channel
+    window: int  # samples in a window
 
 
 def _not_in(shocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
@@ -224,17 +208,7 @@ def _effect(stream: Stream, channel: str, spans: Sequence[tuple[int, int]]) -> t
 def level_finding(
     stream: Stream, channel: str, changes: Sequence[LevelChange], *, beside_drift: bool = False
 ) -> Finding:
-    """Finding about steps of the mean: when, how large, and what they add to the rate random walk.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    changes : sequence of LevelChange
-        At least one.
-    beside_drift : bool
-        Whether the steps were found in a record from which a drift was subtracted.
-    """
+    """Finding about one or more steps of the mean: when, how large, and what they add to the rate random walk."""
     largest = max(changes, key=lambda change: abs(change.size))
     tau0, n = stream.grid.tau0, stream.grid.n
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).

@@ -65,30 +65,17 @@ _LEAST = 32  # samples from which a scale can be taken
 
 
 def find_spikes(x: NDArray[np.float64], *, false_spikes: float = FALSE_SPIKES) -> NDArray[np.bool_]:
-    """Samples that stand out from the medians of the four samples before and of the four samples after them.
+    """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
 
     Where spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of
-    the noise, see `sigmatau.quality.samples.dense_spikes`. Where most blocks of 32 samples contain spikes, the scale is that
-    of the median residual and the medians are of 16 samples: up to 20 % of spikes are found. The rest is searched again
-    without the spikes found.
+    the noise, see `sigmatau.quality.samples.dense_spikes`. Where most blocks of 32 samples contain spikes, the scale is
+    that of the median residual and the medians are of 16 samples: up to 20 % of spikes are found. The rest is searched
+    again without the spikes found.
 
     The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
-    less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a
-    median over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a
-    shock, theirs counts. A step of the mean is not a spike.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        NaN where samples are missing.
-    false_spikes : float
-        Spikes that Gaussian noise may make in a record, on average.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        All False for fewer than 32 samples, or fewer than 32 that have two of the four before them: at random, with more
-        than about 95 % of 10⁵ missing.
+    less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a median
+    over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a shock,
+    theirs counts. A step of the mean is not a spike. Fewer than 32 samples that can be judged have none.
     """
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
@@ -151,22 +138,10 @@ def more_below(rest: NDArray[np.float64]) -> bool:
 
 @stream_fact
 def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WARN_FACTOR) -> list[Finding]:
-    """Spikes of each channel: number, time and height, and their effect on the random walk.
+    """Spikes of each channel: number, time and height, and their effect on the random walk; at most one finding a channel.
 
-    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first.
-
-    Parameters
-    ----------
-    stream : Stream
-    many : float
-        Share of spikes beyond which the finding is a warning.
-    warn_factor : float
-        Factor on the random walk beyond which the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one a channel.
+    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first. A
+    warning beyond a share of `many` spikes, or a factor of `warn_factor` on the random walk.
     """
     findings = []
     for channel in stream.channels:
@@ -178,19 +153,7 @@ def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WA
 
 
 def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
-    """The record with its spikes taken for missing samples.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    record : Record
-        NaN in place of each spike; the very same record if there is none.
-    findings : list of Finding
-        One a channel that had spikes, of severity info.
-    """
+    """The record with its spikes taken for missing, the same object if it has none; an info for each such channel."""
     streams, findings = [], []
     for stream in record.streams:
         masks = [spike_mask(stream, channel) for channel in stream.channels]
@@ -240,13 +203,7 @@ def without_spikes(stream: Stream) -> Stream:
 
 
 def _finding(
-    stream: Stream,
-    channel: str,
-    x: NDArray[np.float64],
-    found: NDArray[np.bool_],
-    *,
-    many: float,
-    warn_factor: float,
+    stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_], *, many: float, warn_factor: float
 ) -> Finding:
     tau0 = stream.grid.tau0
     at = np.flatnonzero(found)
@@ -281,8 +238,7 @@ def _finding(
 def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
     """Variance of white noise that spikes add to n samples; consecutive spikes are summed first.
 
-    The sum of their autocovariances over the lags at which spikes follow each other more often than by chance, less their
-    mean, which is not noise.
+    The sum of their autocovariances over lags that are more frequent than by chance, less their mean, which is not noise.
     """
     total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
     for lag in range(1, _SIDE + 1):
@@ -313,9 +269,7 @@ def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.
 
 
 def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
-    """Standard deviation of the residual against one side, the step of the numbers if they have one worth a thought, how
-    many neighbours a side takes, and how many residuals are in the tail.
-    """
+    """Standard deviation of the residual against one side, step of the numbers, neighbours a side, residuals in the tail."""
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
         parts = [x]
@@ -362,10 +316,7 @@ def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
-    """Samples within two of a change that a spike cannot do without: half of the threshold. Of three in a row, all.
-
-    Missing samples are passed over: a spike beside a gap differs from the next sample that is there.
-    """
+    """Samples within two of a change that a spike cannot do without: half of the threshold. Missing ones are passed over."""
     there = np.flatnonzero(~np.isnan(x))
     whole = len(there) == len(x)
     found = []

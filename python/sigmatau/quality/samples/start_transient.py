@@ -61,21 +61,9 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
 def start_transient(
     stream: Stream, *, longest: float = LONGEST_TRANSIENT, warn_factor: float = WARN_FACTOR
 ) -> list[Finding]:
-    """Channels that begin near zero and settle at their mean within seconds, as a filter does that starts from zero.
+    """Channels that begin near zero and settle at their mean within `longest` seconds, as a filter from zero does.
 
-    Parameters
-    ----------
-    stream : Stream
-        Angular rates or accelerations; other signals are not checked.
-    longest : float
-        A longer transient is not looked for. [s]
-    warn_factor : float
-        Factor on the random walk beyond which the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        One for all channels concerned.
+    One finding for all channels concerned, a warning beyond `warn_factor` on the random walk.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []

@@ -38,24 +38,12 @@ TOO_COARSE = 0.15
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerance:
-    """Which second differences of a channel are 0.
+    """Which second differences of a channel are 0."""
 
-    Attributes
-    ----------
-    rounding : float
-        Rounding of a second difference by double precision. [unit of the stream]
-    largest : float
-        Second differences up to this are 0. [unit of the stream]
-    scale : float
-        Root mean square of those that are not 0 to rounding. [unit of the stream]
-    chance : float
-        Part of all that noise makes 0; 1 if there is no noise.
-    """
-
-    rounding: float
-    largest: float
-    scale: float
-    chance: float
+    rounding: float  # rounding of a second difference by double precision [unit of the stream]
+    largest: float  # second differences up to this are 0 [unit of the stream]
+    scale: float  # root mean square of those that are not 0 to rounding [unit of the stream]
+    chance: float  # part of all that noise makes 0; 1 if there is no noise
 
 
 def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolerance | None:
@@ -74,44 +62,24 @@ def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolera
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StraightParts:
-    """Which samples lie on the line through their neighbours.
+    """Which samples lie on the line through their neighbours."""
 
-    Attributes
-    ----------
-    at : ndarray of int
-        Those samples.
-    chance : float
-        Share of all that noise puts there.
-    smooth : float
-        Change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter.
-    """
-
-    at: NDArray[np.int64]
-    chance: float
+    at: NDArray[np.int64]  # those samples
+    chance: float  # share of all that noise puts there
+    # change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter
     smooth: float
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Filled:
-    """Samples that were filled in with straight lines where others were lost.
+    """Samples that were filled in with straight lines where others were lost."""
 
-    Attributes
-    ----------
-    first, lengths : ndarray of int, shape (n_runs,)
-        First sample and length of each run of them.
-    singles : float
-        Part of the samples that is in shorter runs, less what chance puts on lines.
-    random_walk : float
-        N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted.
-    short : float
-        σ at one sample over the sensor's own.
-    """
-
-    first: NDArray[np.int64]
+    first: NDArray[np.int64]  # first sample and length of each run of them
     lengths: NDArray[np.int64]
-    singles: float
+    singles: float  # part of the samples that is in shorter runs, less what chance puts on lines
+    # N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted
     random_walk: float
-    short: float
+    short: float  # σ at one sample over the sensor's own
 
     @property
     def outages(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -151,18 +119,9 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 
     A line is reported from L samples on, where n·p^L < 1e-4 and p is the share of samples on lines: for white noise, and
-    from more samples on where the changes of second differences are small. Single samples are reported where more than
-    0.4 % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
+    from more samples on where the changes of second differences are small. Single samples are reported where more than 0.4
+    % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
     interpolated from another rate all samples are on lines.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    Filled or None
     """
     parts = straight_parts(stream, channel)
     if parts is None or not len(parts.at):
@@ -207,9 +166,9 @@ def filled(stream: Stream, channel: str) -> Filled | None:
 def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
     """Whether neighbouring changes away from the lines are not parts of one line.
 
-    Interpolation to less than 2.5 times the rate, where not all samples are on lines, makes a correlation of +0.2; white
-    noise of −1/2, noise behind a filter up to 1. The number of samples between lines then decides: lines between samples of
-    a lower rate leave an even number of them, or one.
+    Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise of −1/2, noise behind a filter up
+    to 1. Then the number of samples between lines decides: lines between samples of a lower rate leave an even number, or
+    one.
     """
     between = np.ones(len(x), dtype=bool)
     between[straight] = False
@@ -230,8 +189,8 @@ def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
 def _of_singles(first: NDArray[np.int64], lengths: NDArray[np.int64], n: int) -> tuple[float, float]:
     """N at long τ and σ at one sample, over those of the sensor.
 
-    A gap of g samples gives g/2 of weight to each of the two that it lies between: N² is as the mean of the squared weights
-    over all rows. The g + 1 changes across it are each (b − a)/(g + 1): (g + 1)⁻¹ of the squares in place of g + 1.
+    A gap of g samples gives g/2 of weight to each of the two beside it: N² is as the mean of the squared weights over all
+    rows. The g + 1 changes across it are each (b − a)/(g + 1): (g + 1)⁻¹ of the squares in place of g + 1.
     """
     weight = np.ones(n + 2)
     gone = np.zeros(n + 2, dtype=np.int8)

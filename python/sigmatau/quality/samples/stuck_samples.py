@@ -62,18 +62,11 @@ _MIN_SHARE_IN_RUNS = 0.95
 
 
 def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> Runs:
-    """First samples and lengths of the runs of equal samples that are longer than the noise can explain.
+    """First samples and lengths of the runs of equal samples of a channel x that are longer than the noise can explain.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
     into the middle of a step, the largest there can be. No run is reported where less than 0.6 steps of noise are seen:
     then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    x : ndarray
-        The channel.
     """
     first, lengths = runs_of_equal(x, least=_MIN_RUN)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
@@ -110,10 +103,7 @@ def zero_rate(stream: Stream, channel: str) -> float | None:
 
 
 def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> Runs:
-    """First samples and lengths of the runs in which the log holds only the number 0: the sensor was not connected.
-
-    None for a sensor whose range ends at 0, or whose numbers are coarse: single samples are 0 there too.
-    """
+    """The runs in which the log holds only the number 0; none if single samples are 0 too (coarse, or a range from 0 on)."""
     first, lengths = stuck_runs(stream, channel, x)
     zero = zero_rate(stream, channel)
     here = np.zeros(len(first), dtype=bool) if zero is None else x[first] == zero
@@ -141,16 +131,8 @@ def without_runs(stream: Stream) -> Stream:
 def dropouts(stream: Stream, *, warn_duration: float = WARN_DURATION, warn_share: float = WARN_SHARE) -> list[Finding]:
     """Runs in which the log holds only the number 0: the sensor, or the link to it, was not there.
 
-    Parameters
-    ----------
-    stream : Stream
-    warn_duration, warn_share : float
-        Length of a run [s] and part of the record from which on the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of all axes concerned; none for a channel that never changes.
+    At most one finding of all axes concerned, a warning from a length [s] or a part of the record on; none for a channel
+    that never changes.
     """
     findings = []
     for channel in stream.channels:
@@ -164,19 +146,10 @@ def dropouts(stream: Stream, *, warn_duration: float = WARN_DURATION, warn_share
 def stuck_samples(
     stream: Stream, *, warn_duration: float = WARN_DURATION, warn_share: float = WARN_SHARE
 ) -> list[Finding]:
-    """Runs of equal samples that are improbably long for the step and the noise of a channel.
+    """Runs of equal samples that are improbably long for the step and the noise of a channel; thresholds as of `dropouts`.
 
-    Parameters
-    ----------
-    stream : Stream
-    warn_duration, warn_share : float
-        See `dropouts`.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of all axes concerned; none for a channel that never changes, for runs at an end of the range, see
-        `saturation`, and for runs of the number 0, see `dropouts`.
+    At most one finding of all axes concerned; none for a channel that never changes, for runs at an end of the range, see
+    `saturation`, and for runs of the number 0, see `dropouts`.
     """
     findings = []
     for channel in stream.channels:

@@ -25,19 +25,10 @@ _MOST_DISTURBED = 0.4  # a record with a larger disturbed share is left as it is
 
 @stream_fact
 def undisturbed(stream: Stream) -> Stream:
-    """The stream with disturbed samples taken for missing.
+    """The stream with disturbed samples taken for missing; the same object if nothing is disturbed, or more than 40 %.
 
     Motion on all axes, with a window before and after it, because a shock of one axis reaches the others; steps of the mean
     with their uncertainty; runs of equal samples and straight lines.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    Stream
-        The same object if nothing is disturbed, or more than 40 %.
     """
     still = without_runs(stream)
     if stream.quantity not in ("angular_rate", "acceleration"):
@@ -57,15 +48,6 @@ def quiet(stream: Stream) -> Stream:
 
     A value held at either end, or a spike of a thousand standard deviations there, looks like a drift; and the steep
     beginning of a drift looks like a step.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    Stream
-        The same object if nothing is disturbed.
     """
     still = without_runs(lost_rows(stream)[1])
     if stream.quantity not in ("angular_rate", "acceleration"):

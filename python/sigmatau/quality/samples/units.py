@@ -57,10 +57,7 @@ _MISTAKEN: tuple[tuple[float, str, str, str], ...] = (
 
 # White noise of existing sensors, best and worst, and the factor beyond them that is implausible. Gyros: 1e-5 deg/√h
 # (hemispherical resonators) to 1 (deg/s)/√Hz; accelerometers: 1 ng/√Hz (seismic) to 10 mg/√Hz. [SI unit per √Hz]
-_NOISE = {
-    "angular_rate": (1e-5 * DEGREE / 60, 1 * DEGREE),
-    "acceleration": (1e-9 * GRAVITY, 0.01 * GRAVITY),
-}
+_NOISE = {"angular_rate": (1e-5 * DEGREE / 60, 1 * DEGREE), "acceleration": (1e-9 * GRAVITY, 0.01 * GRAVITY)}
 _BEYOND = 10.0
 
 # What noise beyond the worst and below the best sensors may be due to: stated unit, likely unit, factor of all coefficients.
@@ -82,22 +79,12 @@ _SAME_STEP = 1e-4
 
 
 def implausible_unit(stream: Stream) -> list[Finding]:
-    """Signs that the samples are in another unit than stated.
+    """Signs that the samples are in another unit than stated: at most one finding, whose factor is that of all terms.
 
     An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. One axis may have 57.3 or 9.8 times
     the noise of the other two, see `mixed_units`; gyros may be noisier than any gyro, or have a bias that gyros with so
     little noise do not have, see `grade`. White noise more than ten times beyond that of the best and the worst sensors, or
     a step of the numbers that is known from datasheets in the other unit, distinguishes deg/s from rad/s.
-
-    Parameters
-    ----------
-    stream : Stream
-        Angular rates or accelerations; other signals are not judged.
-
-    Returns
-    -------
-    list of Finding
-        At most one; ``factors`` holds all terms with the factor of the unit.
     """
     if mixed := mixed_units(stream):
         return mixed
@@ -122,20 +109,10 @@ def implausible_unit(stream: Stream) -> list[Finding]:
 
 
 def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Finding]:
-    """The mean of an accelerometer triad at rest, where it is not 9.75 to 9.85 m/s².
+    """The mean of an orthogonal accelerometer triad at rest, where it is not 9.75 to 9.85 m/s²; at most one finding.
 
-    Parameters
-    ----------
-    stream : Stream
-        Three orthogonal accelerometers; others are not judged.
-    tolerance : float
-        Deviation from standard gravity that biases and scale errors explain, as a part of it.
-
-    Returns
-    -------
-    list of Finding
-        At most one: info for biases and scale errors within 12 %, and where gravity has been removed; a warning for other
-        values that no mistaken unit explains.
+    An info for biases and scale errors within `tolerance`, and where gravity has been removed; a warning for other values
+    that no mistaken unit explains.
     """
     if stream.quantity != "acceleration" or len(stream.channels) != 3 or stream.grid.source == "simulated":
         return []
@@ -163,22 +140,17 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
 
 
 def earth_rate(stream: Stream, *, bias: float | None = None) -> list[Finding]:
-    """Whether the mean of a gyro triad can be the rotation of the Earth.
+    """Whether the mean of a triad of orthogonal gyros can be the rotation of the Earth; at most one finding.
+
+    Empty if bias and noise together are larger than a fifth of the Earth's rate, so that nothing can be concluded.
 
     Parameters
     ----------
     stream : Stream
-        Three orthogonal gyros.
     bias : float, optional
         Largest constant bias of each gyro, by its datasheet. Default: unknown. Then only gyros with white noise below
         0.01 deg/√h, as only optical ones have, are judged, and only as information: whether their mean is the Earth's rate,
         or so small that something has been removed. [rad/s]
-
-    Returns
-    -------
-    list of Finding
-        Empty if the stream is not a triad of gyros, or if bias and noise together are larger than a fifth of the Earth's
-        rate, so that nothing can be concluded.
     """
     if stream.quantity != "angular_rate" or len(stream.channels) != 3:
         return []

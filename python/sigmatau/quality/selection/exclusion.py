@@ -43,20 +43,14 @@ def from_the_start(record: Record) -> Record:
 
 
 def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, list[Finding]]:
-    """The record with some stretches taken for missing on all sensors.
+    """The record with some stretches taken for missing on all sensors, and the finding ``"left_out"``, an info.
 
     Parameters
     ----------
     record : Record
     stretches : str or sequence of str
         ``"720s:722s"``, ``"720s:722s,1080s:1083s"``, ``":10s"``, ``"2h:"``: times from the beginning of the record, the end
-        not included; units ms, s, min, h, d. ``"dropouts"``, ``"stuck"`` and ``"copies"``: the samples that the
-        findings ``dropout``, ``stuck_samples`` and, of single rows, ``repeated_samples`` are about, each on its channels.
-
-    Returns
-    -------
-    Record, list of Finding
-        The finding ``"left_out"``, an info: how many samples of each stream were left out.
+        not included; units ms, s, min, h, d. Or the name of a fault, see `FAULTS`: its samples, each on its channels.
 
     Raises
     ------
@@ -114,8 +108,7 @@ def _span(text: str, end: float) -> tuple[float, float]:
     stop = time_of(last, text, option="leave_out", forms=_FORMS) if last.strip() else end
     if start >= end:
         raise OptionError(
-            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long",
-            option="leave_out",
+            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long", option="leave_out"
         )
     if start >= stop:
         raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option="leave_out")

@@ -58,30 +58,14 @@ _TOLD_TAUS = (300.0, 600.0, 1200.0, 1800.0)  # at which the finding states the r
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SelectionBias(Printed):
-    """Mean effect of choosing the most stable window on one channel.
-
-    Attributes
-    ----------
-    channel : str
-    tau : ndarray, shape (n_tau,)
-        Averaging times. [s]
-    ratio : ndarray, shape (n_tau,)
-        Allan variance of the chosen window over that of the noise.
-    error : ndarray, shape (n_tau,)
-        Standard error of the ratio from the number of draws.
-    factors : mapping of str to float
-        Coefficient of the chosen window over that of the noise.
-    record, window : float
-        Lengths. [s]
-    draws : int
-    """
+    """Mean effect of choosing the most stable window on one channel."""
 
     channel: str
-    tau: Floats
-    ratio: Floats
-    error: Floats
-    factors: Mapping[str, float]
-    record: float
+    tau: Floats  # averaging times [s]
+    ratio: Floats  # Allan variance of the chosen window over that of the noise
+    error: Floats  # standard error of the ratio from the number of draws
+    factors: Mapping[str, float]  # coefficient of the chosen window over that of the noise
+    record: float  # lengths [s]
     window: float
     draws: int
 
@@ -123,28 +107,20 @@ def selection_bias(
     draws: int = DRAWS,
     rng: int | np.random.Generator = SEED,
 ) -> dict[str, SelectionBias]:
-    """Effect of choosing the most stable window of a stationary record on the Allan variance and the coefficients.
+    """Effect of choosing the most stable window of stationary noise on the Allan variance and the coefficients, by channel.
 
     Parameters
     ----------
     models : mapping of str to mapping of str to float
         Coefficients of the noise by channel, terms as in `sigmatau.noise.terms.TERMS`; the window is chosen by all channels
         together, as `sigmatau.quality.selection.window.most_stable` does. [SI]
-    n, window : int
-        Samples in the record and in the window.
+    n, window, block : int
+        Samples in the record, in the window, and in the blocks whose means are compared, see `block_length`.
     tau0 : float
         Sample interval. [s]
-    block : int, optional
-        Samples in the blocks whose means are compared. Default: 60 s, or a tenth of the window if that is less.
     draws : int
         Simulated records.
     rng : int or numpy.random.Generator
-        Seed, or generator.
-
-    Returns
-    -------
-    dict of str to SelectionBias
-        By channel.
 
     Raises
     ------
@@ -190,31 +166,25 @@ def bias_finding(
     rng: int | np.random.Generator = SEED,
     warn_bias: float = WARN_BIAS,
 ) -> list[Finding]:
-    """Bias of the coefficients that were fitted to the most stable window.
+    """Bias of the coefficients that were fitted to the most stable window, as ``"most-stable=2h"`` chose it.
+
+    One ``"selection_bias"`` for each channel of the streams whose window was chosen by their own scatter: a warning if a
+    coefficient is more than 5 % too small or too large, or the Allan variance more than 20 % too small. The fitted noise is
+    itself too small: the bias stated is that of the noise which, after the choice, shows on average what was fitted; the
+    simulation is iterated four times. A term that is not observed in the window is taken as absent.
 
     Parameters
     ----------
     record : Record
         The whole one, before `sigmatau.quality.selection.window.choose`.
     text : str
-        The option, ``"most-stable=2h"``; any other gives no finding.
+        The option; any other than ``"most-stable=…"`` gives no finding.
     fits : mapping of str to NoiseFit
         Of the channels in the window.
     rng : int or numpy.random.Generator
         Seed of the simulated choices, or a generator.
     warn_bias : float
         Relative change of a coefficient from which on the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        ``"selection_bias"``, one for each channel of the streams whose window was chosen by their own scatter: a warning
-        if a coefficient is more than 5 % too small or too large, or the Allan variance more than 20 % too small.
-
-    Notes
-    -----
-    The fitted noise is itself too small. The bias stated is that of the noise which, after the choice, shows on average what
-    was fitted; the simulation is iterated four times. A term that is not observed in the window is taken as absent.
     """
     length = wanted_length(text)
     if length is None:
@@ -241,11 +211,7 @@ def _hidden_walks(
     rng: int | np.random.Generator,
     warn_bias: float,
 ) -> dict[str, kinds.HiddenWalk | None]:
-    """By channel, of a rate random walk that was not observed in the window: its limit, and the bias of a walk as large.
-
-    The most stable windows are those without slow noise: of a record with a walk as large as the limit they show less. None
-    where a fit has no limit, or the window shows the walk.
-    """
+    """By channel, the limit of a rate random walk that the window does not show, and the bias of such a walk; else None."""
     limits = {
         channel: limit
         for channel, model in seen.items()
@@ -357,10 +323,7 @@ def _variances(means: Floats, sizes: Sequence[int]) -> Floats:
 
 
 def _ratios(chosen: Floats, whole: Floats, sizes: NDArray[np.int64], expected: Floats) -> tuple[Floats, Floats]:
-    """Mean Allan variance of the chosen windows over the expected one.
-
-    That of the whole records has a known mean, and goes with that of the windows: what it is off by is taken out of them.
-    """
+    """Mean Allan variance of the chosen windows over the expected one, with that of the whole records as control variate."""
     of_chosen = _variances(chosen, sizes.tolist()) / expected
     control = _variances(whole, sizes.tolist()) / expected - 1
     spread = control.std(axis=0)

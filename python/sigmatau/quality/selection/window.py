@@ -50,22 +50,17 @@ _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Criterion:
-    """Criterion by which the window of a stream is chosen.
+    """Criterion by which the window of a stream is chosen."""
 
-    Attributes
-    ----------
-    kind : {"temperature", "other", "own"}
-        Least range of a temperature; least scatter of the other kind of sensor; least scatter of the stream itself.
-    stream : Stream
-        The stream that is looked at.
-    """
-
+    # least range of a temperature; least scatter of the other kind of sensor; least scatter of the stream itself
     kind: Literal["temperature", "other", "own"]
-    stream: Stream
+    stream: Stream  # the stream that is looked at
 
 
 def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
-    """The part of a record that an option ``--window`` names.
+    """The part of a record that ``--window`` names, and the finding ``"window_chosen"``, an info, of `most_stable`.
+
+    The effect of a choice by the noise itself needs fits, see `sigmatau.quality.selection.selection_bias.bias_finding`.
 
     Parameters
     ----------
@@ -73,12 +68,6 @@ def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
     text : str
         ``"600s:7800s"``, ``"600s:"``, ``":2h"``: times from the beginning of the record; units ms, s, min, h, d.
         ``"most-stable=2h"``: see `most_stable`.
-
-    Returns
-    -------
-    Record, list of Finding
-        ``"window_chosen"``, an info, for a most stable window: the criterion. The effect of a choice by the noise itself
-        needs fits, see `sigmatau.quality.selection.selection_bias.bias_finding`.
 
     Raises
     ------
@@ -103,13 +92,7 @@ def wanted_length(text: str) -> float | None:
 
 
 def cut(record: Record, text: str) -> Record:
-    """The part of a record between two times, ``"600s:7800s"``, from the beginning of its first stream.
-
-    Raises
-    ------
-    OptionError
-        For a text that is not a window, or a window beyond the record.
-    """
+    """The part of a record between two times, ``"600s:7800s"``, from the beginning of its first stream."""
     first, colon, last = text.partition(":")
     if not colon or ":" in last:
         raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="window")
@@ -129,23 +112,11 @@ def cut(record: Record, text: str) -> Record:
 
 
 def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
-    """The most stable window of a length, for each stream by a criterion that is independent of its noise if possible.
+    """The most stable window of a length [s], for each stream by a criterion that is independent of its noise if possible.
 
     A temperature: the window in which its means over 60 s range least, for all streams. Without one: for gyros the window
     in which the standard deviation of the accelerometers' means over 60 s is least, and the other way round. Without that
     either: the stream's own. Of several axes the product of the standard deviations counts.
-
-    Parameters
-    ----------
-    record : Record
-        Missing samples are NaN.
-    length : float
-        [s]
-
-    Returns
-    -------
-    Record, list of Finding
-        The streams, each cut to its window, and the finding ``"window_chosen"``.
 
     Raises
     ------
@@ -212,16 +183,7 @@ def block_length(length: float, tau0: float) -> int:
 def scatter(means: Floats, size: int) -> Floats:
     """Logarithm of the standard deviation of block means in each window of `size` blocks, summed over channels.
 
-    Parameters
-    ----------
-    means : ndarray, shape (..., n_channels, n_blocks)
-        NaN where a block has no mean.
-    size : int
-
-    Returns
-    -------
-    ndarray, shape (..., n_blocks − size + 1)
-        Infinite where more than a tenth of the blocks has no mean.
+    Means of shape (..., n_channels, n_blocks) give (..., n_blocks − size + 1); infinite with more than a tenth missing.
     """
     there = ~np.isnan(means)
     centred = np.where(there, means - np.nanmean(means, axis=-1, keepdims=True), 0.0)

@@ -46,23 +46,8 @@ _MOST_SAMPLES = 1 << 22
 
 
 def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float = CORRELATION_WARNED) -> list[Finding]:
-    """Correlation of the axes of a stream beyond chance.
-
-    Parameters
-    ----------
-    stream : Stream
-        Missing samples are NaN.
-    told, warned : float
-        Correlations from which there is a finding, and from which it is a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one ``"correlated_axes"`` for the stream, an info or a warning.
-
-    Notes
-    -----
-    Of more than 4.2·10⁶ samples, 32 evenly spread stretches are used for neighbouring samples.
+    """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``, from `told` on a finding, from
+    `warned` on a warning. Of more than 4.2·10⁶ samples, 32 evenly spread stretches are used for neighbouring samples.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []

@@ -45,20 +45,11 @@ _ROUNDING = 4e-15  # of the largest sample: a few of the last digits of double p
 
 
 def lines(stream: Stream, *, factor_warned: float = SIGMA_FACTOR_WARNED) -> list[Finding]:
-    """Findings ``spectral_line``: one for each channel that has lines, with all its lines.
+    """One finding ``spectral_line`` for each channel that has lines, with all of them; see `lines_in_fits` for `factors`.
 
-    Parameters
-    ----------
-    stream : Stream
-        Static data. Missing samples are replaced by the channel's mean, which neither hides a line nor makes one; so are
-        samples in motion. A channel that moves for half of the record is not judged.
-    factor_warned : float
-        Lines are a warning if they make σ(τ) larger by this factor at any τ.
-
-    Returns
-    -------
-    list of Finding
-        Warnings or infos. `factors` is filled by `lines_in_fits`.
+    Missing samples are replaced by the channel's mean, which neither hides a line nor makes one; so are samples in motion.
+    A channel that moves for half of the record is not judged. A warning if lines make σ(τ) larger by `factor_warned` at any
+    τ.
 
     Notes
     -----
@@ -84,24 +75,11 @@ def lines(stream: Stream, *, factor_warned: float = SIGMA_FACTOR_WARNED) -> list
 
 
 def lines_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
-    """Findings ``spectral_line`` of `lines` with the effect of the lines on the printed fits.
+    """Findings ``spectral_line`` of `lines` with the factors of the lines on the printed fits; all others are left as they
+    are.
 
     The lines are removed from the samples (steady ones) or from the variances (others), and the rest is fitted from the
     same shortest averaging time on. A fit that begins beyond a line, or has a sinusoid for it, hardly changes.
-
-    Parameters
-    ----------
-    stream : Stream
-        As `lines` had it, and all that was fitted.
-    fits : mapping of str to NoiseFit
-        By channel.
-    found : sequence of Finding
-        Of any kind; all others are returned as they are.
-
-    Returns
-    -------
-    list of Finding
-        `factors` holds the factor by which each printed coefficient is larger than without the lines.
     """
     return [
         _fitted(stream, fits[finding.channel], finding)
@@ -152,9 +130,7 @@ def _scanned(stream: Stream, channel: str) -> _Scan | None:
 
 
 def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
-    """Samples without mean and slope, 0 where missing and in the stretches `without`; None if too few are left, or all are
-    on a straight line.
-    """
+    """Samples without mean and slope, 0 where missing and in stretches `without`; None if too few, or all on a line."""
     y = np.ascontiguousarray(stream.column(channel))
     # A ramp alone leaves its rounding error, which has lines.
     rounding = _ROUNDING * max(float(np.fmax.reduce(y, initial=0.0)), -float(np.fmin.reduce(y, initial=0.0)))
@@ -305,9 +281,7 @@ def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCu
 
 
 def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats:
-    """Samples without each line: a sinusoid whose amplitude and phase may change linearly, so that an error of the frequency
-    of half a bin does not matter.
-    """
+    """Samples without each line: a sinusoid whose amplitude and phase may change linearly, for an error of half a bin."""
     there = np.isfinite(y)
     whole = bool(there.all())
     level = float(y.mean() if whole else y[there].mean())

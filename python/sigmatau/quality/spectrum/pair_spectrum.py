@@ -43,8 +43,7 @@ def is_torn(spectrum: Spectrum | None, there: int) -> bool:
 def by_pairs(y: Floats, stream: Stream, channel: str) -> Spectrum | None:
     """The density of a channel with missing samples, NaN, by pairs; None if too few are there.
 
-    Frequencies and resolution are those of Welch's estimate of the whole record; the slow part, beyond the length of a
-    taper, is taken off.
+    Frequencies and resolution are those of Welch's estimate; the slow part, beyond the length of a taper, is taken off.
     """
     y = y[:_MOST]
     there = np.isfinite(y)

@@ -75,10 +75,7 @@ def measured_lines(spectrum: Periodogram) -> list[Line]:
 
 
 def strongest_line(y: Floats) -> tuple[float, float] | None:
-    """Frequency and amplitude of the strongest line of a series without a mean; None if there is none.
-
-    The frequency is in sampling rates.
-    """
+    """Frequency in sampling rates and amplitude of the strongest line of a series without a mean; None without a line."""
     spectrum = periodogram(y, 1.0)
     clusters = _clusters(spectrum)
     if not clusters:
@@ -222,9 +219,8 @@ def _median(values: Floats) -> float:
 
 @functools.lru_cache(maxsize=64)
 def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, float]:
-    """Edges of the blocks, every which bin the median is of, by which factor bins must stand out, mean over median.
-
-    The first block is too low for a test: it is only held against the second.
+    """Edges of blocks, every which bin the median is of, factors by which bins must stand out (never in the first),
+    mean/median.
     """
     from scipy.special import chdtri, fdtri
 
@@ -261,9 +257,8 @@ def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int6
 def _exceeded(width: int, dof: float, probability: float) -> float:
     """Value that the mean of neighbouring bins, of expectation 1, exceeds with the given probability.
 
-    Neighbours are correlated, so that the mean is a sum of χ² variables with unequal weights, whose far tail is that of the
-    largest weight and much longer than that of the χ² law with the same variance. By the saddle point, with the factor of
-    Bahadur and Rao, which is good to a tenth of the probability.
+    A sum of χ² variables with unequal weights, whose far tail is that of the largest: by the saddle point, with the factor
+    of Bahadur and Rao, which is good to a tenth of the probability.
     """
     if width <= 16:
         lag = np.abs(np.subtract.outer(np.arange(width), np.arange(width)))

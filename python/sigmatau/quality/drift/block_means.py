@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.gls import non_negative
+from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
 __all__ = ["BlockMeans", "Regression", "autocovariance", "block_means", "regress"]
@@ -96,14 +97,7 @@ def block_means(
     count = n // length
     if count < (1 if gaps else _LEAST_BLOCKS):
         return None
-    x = stream.column(channel)[: count * length].reshape(count, length)
-    means = x.mean(axis=1)
-    bad = np.flatnonzero(np.isnan(means))
-    if len(bad):
-        known = ~np.isnan(x[bad])
-        number = known.sum(axis=1)
-        sums = np.where(known, x[bad], 0.0).sum(axis=1)
-        means[bad] = np.where(number >= _LEAST_SHARE * length, sums / np.maximum(number, 1), np.nan)
+    means = row_means(stream.column(channel)[: count * length].reshape(count, length), least=_LEAST_SHARE)
     first = 0
     empty = np.isnan(means)
     if not gaps and empty.mean() > _MOST_EMPTY:
@@ -122,19 +116,15 @@ def autocovariance(term: str, lags: int, length: int) -> Floats:
     The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term (one of
     `sigmatau.fitting.components.LINEAR`), over length²; the sample interval is 1. Shape (lags,).
     """
-    result = np.zeros(lags)
-    if term == "quantization":
-        known = [6.0, -4.0, 1.0]
-    elif term == "random_walk":
-        known = [2.0 * length, -1.0 * length]
-    elif term == "rate_random_walk":
+    known = {
+        "quantization": [6.0, -4.0, 1.0],
+        "random_walk": [2.0 * length, -1.0 * length],
         # (|l|³ − |l|)/12 at strides of a block.
-        known = [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6]
-    else:
+        "rate_random_walk": [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6],
+    }.get(term)
+    if known is None:
         return _flicker(lags, length)
-    keep = min(lags, len(known))
-    result[:keep] = known[:keep]
-    return result / length**2
+    return np.array([*known, *[0.0] * lags][:lags]) / length**2
 
 
 def _flicker(lags: int, length: int) -> Floats:

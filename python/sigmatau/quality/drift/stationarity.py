@@ -29,7 +29,7 @@ from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
 
-__all__ = ["SegmentTest", "cusum", "non_stationary", "segment_test"]
+__all__ = ["cusum", "non_stationary", "segment_test"]
 
 Floats = NDArray[np.float64]
 

@@ -12,28 +12,22 @@ from numpy.typing import NDArray
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
-from sigmatau.results import duration_text
 
 __all__ = [
-    "MOST_SPANS",
     "WARN_FACTOR",
-    "affected",
-    "axes_text",
     "block_rms",
     "change_of_white",
     "full_ends",
     "growing_step",
-    "length",
     "longest_spans",
     "mask_of_runs",
     "merged_axes",
     "octaves",
     "pieces",
-    "place",
     "present",
     "rounding_dust",
+    "row_means",
     "sample_of",
-    "when",
     "white_level",
     "without_dust",
     "worst_on_white",
@@ -69,6 +63,18 @@ def present(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """The samples that are there."""
     there = np.isfinite(x)
     return x if there.all() else x[there]
+
+
+def row_means(rows: NDArray[np.float64], *, least: float = 0.5) -> NDArray[np.float64]:
+    """Mean of each row; NaN with less than a part `least` of its values."""
+    means = rows.mean(axis=1)
+    torn = np.flatnonzero(np.isnan(means))
+    if len(torn):
+        known = ~np.isnan(rows[torn])
+        number = known.sum(axis=1)
+        sums = np.where(known, rows[torn], 0.0).sum(axis=1)
+        means[torn] = np.where(number >= least * rows.shape[1], sums / np.maximum(number, 1), np.nan)
+    return np.asarray(means)
 
 
 def block_rms(x: NDArray[np.float64]) -> float:
@@ -173,22 +179,6 @@ def full_ends(x: NDArray[np.float64]) -> list[float]:
         if at > np.count_nonzero(x == beside):
             found.append(end)
     return found
-
-
-def when(index: int, stream: Stream) -> str:
-    """Time of a sample from the beginning of the record, in words: ``"40.2 min"`` or ``"12.34 s"``."""
-    t = index * stream.grid.tau0
-    return f"{t:.4g} s" if t < 1000 else f"{t:.0f} s"
-
-
-def place(index: int, stream: Stream) -> str:
-    """Time of a sample from the beginning of the record, for a program: ``"t = 2400 s"``."""
-    return f"t = {index * stream.grid.tau0:.6g} s"
-
-
-def axes_text(channels: Sequence[str]) -> str:
-    """``"gyro_x, gyro_y and gyro_z"``."""
-    return channels[0] if len(channels) == 1 else f"{', '.join(channels[:-1])} and {channels[-1]}"
 
 
 def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
@@ -330,18 +320,3 @@ def _united(spans: Iterable[Span]) -> tuple[Span, ...]:
         else:
             united.append((start, stop))
     return tuple(united)
-
-
-def affected(factor: float, *, term: str = "random walk") -> str:
-    """What a factor does to a term, in words: ``"random walk 3.8 % larger than the sensor's own"``."""
-    off = abs(factor - 1)
-    if off < 5e-4:
-        return f"no change of the {term} that shows"
-    if off < 0.2:
-        return f"{term} {100 * off:.2g} % {'larger' if factor > 1 else 'smaller'} than the sensor's own"
-    return f"{term} {factor:.3g} × the sensor's own"
-
-
-def length(samples: int, stream: Stream) -> str:
-    """How long some samples take, in words."""
-    return duration_text(samples * stream.grid.tau0)

@@ -13,7 +13,7 @@ from sigmatau.quality.samples.common import longest_spans, mask_of_runs
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
-__all__ = ["copied_rows", "copies", "copy_masks"]
+__all__ = ["copies", "copy_masks"]
 
 # Least number of rows that are equal on all axes, and how many times more than by chance.
 _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0

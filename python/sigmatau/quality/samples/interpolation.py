@@ -10,11 +10,11 @@ import numpy as np
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import FilledOutages, FilledSamples, Interpolated, Upsampled
 from sigmatau.quality.samples.common import longest_spans, sample_of
+from sigmatau.quality.samples.level_walk import walk_of_runs
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
-from sigmatau.quality.samples.stuck_samples import added_walk
 from sigmatau.record.streams import Stream
 
-__all__ = ["Upsampling", "interpolated", "upsampling"]
+__all__ = ["interpolated", "upsampling"]
 
 # Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning.
 _WARN_FACTOR = 1.02
@@ -93,37 +93,26 @@ def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[F
 def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
     strongest, first = next(iter(found.items()))
     rate = stream.grid.rate / first.factor
-    return Finding(
-        details=Interpolated(
-            strongest=strongest,
-            share=first.share,
-            upsampled=Upsampled(
-                sensor_rate=rate,
-                log_rate=stream.grid.rate,
-                aligned=first.aligned,
-                sigma_one_sample=first.shortest,
-                right_from=_RIGHT_FROM / rate,
-            ),
-        ),
-        severity="warning",
-        channels=tuple(found),
-        size=first.factor,
-        factors=(("random_walk", first.shortest),),
+    how = Upsampled(
+        sensor_rate=rate,
+        log_rate=stream.grid.rate,
+        aligned=first.aligned,
+        sigma_one_sample=first.shortest,
+        right_from=_RIGHT_FROM / rate,
     )
+    details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
+    factors = (("random_walk", first.shortest),)
+    return Finding(details=details, severity="warning", channels=tuple(found), size=first.factor, factors=factors)
 
 
 def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], warn_factor: float) -> Finding:
     tau0 = stream.grid.tau0
-
-    def extent(channel: str) -> tuple[int, float]:
-        return int(gaps[channel].outages[1].max(initial=0)), gaps[channel].singles
-
-    strongest = max(gaps, key=extent)
+    strongest = max(gaps, key=lambda c: (int(gaps[c].outages[1].max(initial=0)), gaps[c].singles))
     one = gaps[strongest]
     first, lengths = one.outages
     outages, factors = None, dict[str, float]()
     if len(first):
-        walks = {channel: added_walk(stream, channel, gap.outages) for channel, gap in gaps.items()}
+        walks = {channel: walk_of_runs(stream, channel, gap.outages) for channel, gap in gaps.items()}
         walk = walks[strongest]
         for channel, added in walks.items():
             own = dict(added.factors)

@@ -12,7 +12,7 @@ from sigmatau.findings.kinds.disturbances import AddedWalk
 from sigmatau.quality.samples.common import octaves
 from sigmatau.record.streams import Stream
 
-__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without"]
+__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_of_runs"]
 
 Parts = Sequence[tuple[int, int]]
 
@@ -78,6 +78,13 @@ def added_by_stretches(
             if len(there):
                 squares += float(end - there.mean()) ** 2
     return squares / (len(x) * tau0)
+
+
+def walk_of_runs(stream: Stream, channel: str, runs: tuple[NDArray[np.int64], NDArray[np.int64]]) -> AddedWalk:
+    """The walk that stretches with a false mean add, given by first samples and lengths."""
+    (first, lengths), x = runs, stream.column(channel)
+    added = added_by_stretches(x, stream.grid.tau0, first, lengths)
+    return added_walk(stream, channel, added, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
 
 
 def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> AddedWalk:

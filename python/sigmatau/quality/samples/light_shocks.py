@@ -58,5 +58,5 @@ def light_shocks(stream: Stream) -> list[Burst]:
             here = changes[start : stop - 1]
             usual = block_rms(changes)
             ratio = float(np.sqrt(np.nanmean(here * here))) / usual if usual > 0 else math.inf
-            found.append(Burst(channel=channel, start=start, stop=stop, ratio=ratio))
+            found.append(Burst(channel, start, stop, ratio))
     return found

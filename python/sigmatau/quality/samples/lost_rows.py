@@ -18,7 +18,7 @@ from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.stuck_samples import WARN_SHARE, stuck_runs, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-__all__ = ["dropout_masks", "lost_rows", "stuck_masks", "zero_rows"]
+__all__ = ["dropout_masks", "lost_rows", "stuck_masks"]
 
 # Distance of 0 from the level of a single channel, in standard deviations, beyond which noise does not reach it.
 _BEYOND_NOISE = 12.0

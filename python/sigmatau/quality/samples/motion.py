@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau.arrays import median_and_spread
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import CHUNK, Stream
 
 __all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
@@ -49,7 +49,7 @@ _BURST_GAP = 5.0  # windows no further apart are one burst [s]
 _LASTS, _HALF_WINDOWS = 0.6, 6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Burst:
     """A stretch of one channel in which it moves."""
 
@@ -62,7 +62,7 @@ class Burst:
     away: float = 0.0  # how far the mean of a window moves; 0 if the changes show the motion [unit of the stream]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class LevelChange:
     """A lasting step of the mean."""
 
@@ -75,7 +75,7 @@ class LevelChange:
     gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Summary:
     """A channel by windows of about a second."""
 
@@ -110,7 +110,7 @@ def summary(stream: Stream, channel: str) -> Summary:
             mean[few] = power[few] = np.nan
         means.append(mean)
         powers.append(power)
-    return Summary(channel=channel, window=w, first=first, mean=np.concatenate(means), power=np.concatenate(powers))
+    return Summary(channel, w, first, np.concatenate(means), np.concatenate(powers))
 
 
 def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -118,10 +118,6 @@ def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
     there = ~np.isnan(x)
     count = there.sum(axis=1)
     return np.where(there, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
-
-
-def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
-    return median_and_spread(present(x))
 
 
 def bursts(
@@ -136,13 +132,12 @@ def bursts(
     if np.count_nonzero(np.isfinite(power)) < _LEAST_WINDOWS:
         return []
     root = np.cbrt(power)
-    centre, spread = _centre_and_spread(root)
+    centre, spread = median_and_spread(present(root))
     usual = centre**3
     limit = max(centre + spreads * spread, np.cbrt(power_ratio * usual))
     if not np.any(root > limit):
         return []
-    resolved = resolution(stream, channel)
-    step = 0.0 if resolved is None else resolved.step
+    step = step_of(stream, channel)
     # Values that alternate between two steps change by one step at each sample.
     at = np.flatnonzero(power > max(limit**3, power_ratio * step**2))
     at = at[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in at]]
@@ -151,15 +146,8 @@ def bursts(
     apart = max(round(_BURST_GAP / (w * stream.grid.tau0)), 1)
     groups = np.split(at, np.flatnonzero(np.diff(at) > apart) + 1)
     floor = max(usual, step**2 / 12)
-    return [
-        Burst(
-            channel=channel,
-            start=int(g[0]) * w,
-            stop=(int(g[-1]) + 1) * w,
-            ratio=math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf,
-        )
-        for g in groups
-    ]
+    ratios = [math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf for g in groups]
+    return [Burst(channel, int(g[0]) * w, (int(g[-1]) + 1) * w, r) for g, r in zip(groups, ratios, strict=True)]
 
 
 def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
@@ -178,48 +166,28 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
     where nothing is recorded.
     """
     channel, mean, w = found.channel, found.mean, found.window
-    step: float | None = None
     seen: list[LevelChange] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
     while len(half) >= 2 * _LEAST_WINDOWS:
         window = (half[:-1] + half[1:]) / 2
         differences = window[2:] - window[:-2]
-        known = int(np.count_nonzero(np.isfinite(differences)))
-        if known < _LEAST_WINDOWS:
+        judged = _departures(stream, channel, differences, spreads)
+        if judged is None:
             break
-        centre, spread = _centre_and_spread(differences)
-        far = np.abs(differences - centre)
-        limit = spreads * (1 + _FEW_WINDOWS / known) * spread
-        if np.any(far > limit):
-            if step is None:
-                resolved = resolution(stream, channel)
-                step = 0.0 if resolved is None else resolved.step
-            limit = max(limit, _ROUNDING * step)
-            farthest = np.argsort(-far)[:_MOST_STEPS]  # NaN last
-            for i in farthest[far[farthest] > limit].tolist():
-                before, after = (
-                    present(half[max(i + 2 - _HALF_WINDOWS, 0) : i + 2]),
-                    present(half[i + 2 : i + 2 + _HALF_WINDOWS]),
-                )
-                if len(before) < 2 or len(after) < 2:
-                    continue
-                size = float(np.median(after) - np.median(before))
-                if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
-                    times = float(far[i]) / spread if spread > 0 else math.inf
-                    at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                    gradual = _gradual(mean, at // shortest, 2 * w // shortest)
-                    around = 2 * w if gradual else max(2 * shortest, w // 8)
-                    seen.append(
-                        LevelChange(
-                            channel=channel,
-                            sample=at,
-                            size=size,
-                            window=2 * w,
-                            times=times,
-                            around=around,
-                            gradual=gradual,
-                        )
-                    )
+        far, spread, limit = judged
+        farthest = np.argsort(-far)[:_MOST_STEPS]  # NaN last
+        for i in farthest[far[farthest] > limit].tolist():
+            before = present(half[max(i + 2 - _HALF_WINDOWS, 0) : i + 2])
+            after = present(half[i + 2 : i + 2 + _HALF_WINDOWS])
+            if len(before) < 2 or len(after) < 2:
+                continue
+            size = float(np.median(after) - np.median(before))
+            if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
+                times = float(far[i]) / spread if spread > 0 else math.inf
+                at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
+                gradual = _gradual(mean, at // shortest, 2 * w // shortest)
+                around = 2 * w if gradual else max(2 * shortest, w // 8)
+                seen.append(LevelChange(channel, at, size, 2 * w, times, around, gradual))
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
@@ -228,6 +196,21 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
         if all(abs(change.sample - other.sample) > 3 * max(change.window, other.window) for other in kept):
             kept.append(change)
     return sorted(kept, key=lambda change: change.sample)
+
+
+def _departures(
+    stream: Stream, channel: str, x: NDArray[np.float64], spreads: float
+) -> tuple[NDArray[np.float64], float, float] | None:
+    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach."""
+    known = int(np.count_nonzero(np.isfinite(x)))
+    if known < _LEAST_WINDOWS:
+        return None
+    centre, spread = median_and_spread(present(x))
+    far = np.abs(x - centre)
+    limit = spreads * (1 + _FEW_WINDOWS / known) * spread
+    if np.any(far > limit):
+        limit = max(limit, _ROUNDING * step_of(stream, channel))
+    return far, spread, limit
 
 
 def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
@@ -259,34 +242,25 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     beside one of the `changes` of the channel are ignored.
     """
     mean, w = found.mean, found.window
-    step: float | None = None
     seen: list[Burst] = []
     for _ in range(_EXCURSION_LENGTHS):
         if len(mean) < 2 * _LEAST_WINDOWS:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        known = int(np.count_nonzero(np.isfinite(away)))
-        if known < _LEAST_WINDOWS:
+        judged = _departures(stream, found.channel, away, _STEP_SPREADS)
+        if judged is None:
             break
-        centre, spread = _centre_and_spread(away)
-        far = np.abs(away - centre)
-        limit = _STEP_SPREADS * (1 + _FEW_WINDOWS / known) * spread
-        if np.any(far > limit):
-            if step is None:
-                resolved = resolution(stream, found.channel)
-                step = 0.0 if resolved is None else resolved.step
-            # Beside what goes away half of it shows with the other sign.
-            at = np.flatnonzero(far > max(limit, _ROUNDING * step, _PART_OF_FARTHEST * float(np.nanmax(far))))
-            for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
-                k = int(group[np.argmax(far[group])])
-                times = float(far[k]) / spread if spread > 0 else math.inf
-                start, stop = (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w
-                near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
-                base = found.first + float((mean[k] + mean[k + 4]) / 2)
-                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _LASTS * float(
-                    far[k]
-                ):
-                    seen.append(Burst(channel=found.channel, start=start, stop=stop, ratio=times, away=float(far[k])))
+        far, spread, limit = judged
+        # Beside what goes away half of it shows with the other sign.
+        at = np.flatnonzero(far > max(limit, _PART_OF_FARTHEST * float(np.nanmax(far))))
+        for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
+            k = int(group[np.argmax(far[group])])
+            farthest = float(far[k])
+            near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
+            base = found.first + float((mean[k] + mean[k + 4]) / 2)
+            if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _LASTS * farthest:
+                times = farthest / spread if spread > 0 else math.inf
+                seen.append(Burst(found.channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, times, farthest))
         even = len(mean) // 2 * 2
         mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w
     kept: list[Burst] = []

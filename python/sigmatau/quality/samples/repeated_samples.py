@@ -13,10 +13,10 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["Repeats", "repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
+__all__ = ["repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
 
 # Least part of the record that is repeated, standard errors of it beyond chance, and number of equal neighbours.
 _MIN_SHARE, _SIGMAS, _MIN_EQUAL = 0.02, 6.0, 20
@@ -42,7 +42,7 @@ _MIN_FACTOR = 1.01
 _RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Repeats:
     """How samples of a stream repeat."""
 
@@ -180,14 +180,7 @@ def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) 
     squares = (single + float(lengths.astype(float) @ lengths)) / rows
     if whole == longest and shortest == longest:
         squares = float(whole)
-    return Repeats(
-        channels=channels,
-        share=share,
-        shortest=shortest,
-        longest=longest,
-        squares=squares,
-        regular=_evenly(equal, share),
-    )
+    return Repeats(channels, share, shortest, longest, squares, _evenly(equal, share))
 
 
 def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
@@ -211,8 +204,7 @@ def _share_alone(
         if not len(equal):
             return 0.0
     n, count = len(equal), int(np.count_nonzero(equal))
-    found = resolution(stream, channel)
-    step = 0.0 if found is None else found.step
+    step = step_of(stream, channel)
     differences = np.diff(x[: 1 << 18])
     scale = block_rms(differences[differences != 0])
     if scale < _MIN_STEPS * step or growing_step(x) > 0:
@@ -272,26 +264,19 @@ def repeated_samples(stream: Stream) -> list[Finding]:
         )
     elif at_sensor_rate > _MIN_FACTOR:
         factors = (("random_walk", at_sensor_rate),)
-    return [
-        Finding(
-            details=RepeatedSamples(
-                pattern="held" if found.regular else "irregular",
-                copies=round(found.share * stream.grid.n),
-                share=found.share,
-                times=k,
-                shortest=found.shortest,
-                longest=found.longest,
-                log_rate=rate,
-                sensor_rate=rate / k,
-                rate_given=given,
-                sigma_one_sample=1 / k,
-                right_from=max(_RIGHT_FROM, math.ceil(_RIGHT_FROM_TIMES * k)),
-                walk_at_log_rate=at_log_rate,
-                walk_at_sensor_rate=at_sensor_rate,
-            ),
-            severity="warning",
-            channels=found.channels,
-            size=k,
-            factors=factors,
-        )
-    ]
+    details = RepeatedSamples(
+        pattern="held" if found.regular else "irregular",
+        copies=round(found.share * stream.grid.n),
+        share=found.share,
+        times=k,
+        shortest=found.shortest,
+        longest=found.longest,
+        log_rate=rate,
+        sensor_rate=rate / k,
+        rate_given=given,
+        sigma_one_sample=1 / k,
+        right_from=max(_RIGHT_FROM, math.ceil(_RIGHT_FROM_TIMES * k)),
+        walk_at_log_rate=at_log_rate,
+        walk_at_sensor_rate=at_sensor_rate,
+    )
+    return [Finding(details=details, severity="warning", channels=found.channels, size=k, factors=factors)]

@@ -23,6 +23,7 @@ __all__ = [
     "quantization_mismatch",
     "quantization_step",
     "resolution",
+    "step_of",
     "too_coarse",
 ]
 
@@ -120,12 +121,17 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 
+def step_of(stream: Stream, channel: str) -> float:
+    """Step of a channel's numbers; 0 if it has none."""
+    found = resolution(stream, channel)
+    return 0.0 if found is None else found.step
+
+
 def quantization_step(stream: Stream, channel: str) -> float | None:
     """Step S of the increments, angle or velocity in a log, for Q against S/√12 [unit·s]; None for rates or no step."""
     if stream.samples.transforms[stream.channels.index(channel)].kind == "rate":
         return None
-    found = resolution(stream, channel)
-    return None if found is None else found.step * stream.grid.tau0
+    return step_of(stream, channel) * stream.grid.tau0 or None
 
 
 def quantization_mismatch(
@@ -141,14 +147,8 @@ def quantization_mismatch(
     limit = step / math.sqrt(12)
     if (low or quantization) <= tolerance * limit:
         return []
-    return [
-        Finding(
-            details=QuantizationMismatch(quantization=quantization, step=step, limit=limit, unit=stream.unit),
-            severity="info",
-            channels=(channel,),
-            size=quantization / limit,
-        )
-    ]
+    details = QuantizationMismatch(quantization=quantization, step=step, limit=limit, unit=stream.unit)
+    return [Finding(details=details, severity="info", channels=(channel,), size=quantization / limit)]
 
 
 def too_coarse(finding: Finding) -> bool:
@@ -194,13 +194,9 @@ def _coarse(stream: Stream, channel: str, report_factor: float, warn_factor: flo
         else:
             rounding, severity, added = "white", "warning" if factor > warn_factor else "info", math.sqrt(square)
             factors = (("random_walk", factor),)
+    details = CoarseResolution(step=found.step, noise=found.noise, unit=found.unit, rounding=rounding, added=added)
     return Finding(
-        details=CoarseResolution(step=found.step, noise=found.noise, unit=found.unit, rounding=rounding, added=added),
-        severity=severity,
-        channels=(channel,),
-        size=found.ratio,
-        unit="steps",
-        factors=factors,
+        details=details, severity=severity, channels=(channel,), size=found.ratio, unit="steps", factors=factors
     )
 
 

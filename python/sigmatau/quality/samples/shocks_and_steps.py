@@ -18,7 +18,7 @@ from sigmatau.quality.samples.masking import in_seconds, mask_of, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.record.streams import Stream
 
-__all__ = ["LARGEST_BIAS", "Movements", "level_finding", "movements", "not_static"]
+__all__ = ["Movements", "level_finding", "movements", "not_static"]
 
 LARGEST_BIAS = math.radians(20)
 """Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
@@ -143,13 +143,8 @@ def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
 
 
 def _rotation(stream: Stream, channel: str, rate: float) -> Finding:
-    return Finding(
-        details=NotStatic(quantity=stream.quantity, unit=stream.unit, rotation=Rotation(rate=rate, stream=stream.name)),
-        severity="warning",
-        channels=(channel,),
-        size=rate,
-        unit=stream.unit,
-    )
+    details = NotStatic(quantity=stream.quantity, unit=stream.unit, rotation=Rotation(rate=rate, stream=stream.name))
+    return Finding(details=details, severity="warning", channels=(channel,), size=rate, unit=stream.unit)
 
 
 def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool, warn_factor: float) -> Finding:

@@ -19,17 +19,7 @@ from sigmatau.quality.samples.masking import in_seconds, masked
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK, Stream
 
-__all__ = [
-    "FALSE_SPIKES",
-    "MANY_SPIKES",
-    "find_spikes",
-    "mask_spikes",
-    "more_below",
-    "spike_mask",
-    "spikes",
-    "spikes_missing",
-    "without_spikes",
-]
+__all__ = ["find_spikes", "mask_spikes", "more_below", "spike_mask", "spikes", "spikes_missing", "without_spikes"]
 
 FALSE_SPIKES = 1e-4
 """Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a

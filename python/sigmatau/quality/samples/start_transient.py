@@ -13,7 +13,7 @@ from sigmatau.quality.samples.common import WARN_FACTOR, change_of_white, presen
 from sigmatau.quality.samples.masking import in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["LONGEST_TRANSIENT", "settled_from", "start_transient"]
+__all__ = ["settled_from", "start_transient"]
 
 LONGEST_TRANSIENT = 10.0
 """A record that settles later warms up. [s]"""

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "Tolerance", "filled", "straight_parts", "tolerance"]
+__all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "filled", "tolerance"]
 
 # Rounding of a second difference by double precision, as a part of the samples; and the part of the usual second difference
 # that counts as 0: single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
@@ -36,7 +36,7 @@ TOO_COARSE = 0.15
 """Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Tolerance:
     """Which second differences of a channel are 0."""
 
@@ -53,14 +53,13 @@ def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolera
         return None
     rounding = _EPS * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
-    found = resolution(stream, channel)
     # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + _NOTHING * scale + 2.01 * (0.0 if found is None else found.step)
+    largest = rounding + _NOTHING * scale + 2.01 * step_of(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
-    return Tolerance(rounding=rounding, largest=largest, scale=scale, chance=chance)
+    return Tolerance(rounding, largest, scale, chance)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class StraightParts:
     """Which samples lie on the line through their neighbours."""
 
@@ -70,7 +69,7 @@ class StraightParts:
     smooth: float
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Filled:
     """Samples that were filled in with straight lines where others were lost."""
 
@@ -111,7 +110,7 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     equal = float(np.count_nonzero(np.abs(np.diff(some)) <= zero.largest)) / len(second)
     chance = max(chance, equal / math.sqrt(3))
     moving = second[np.abs(second) > zero.rounding]
-    return StraightParts(at=np.concatenate(places), chance=chance, smooth=block_rms(np.diff(moving)) / zero.scale)
+    return StraightParts(np.concatenate(places), chance, block_rms(np.diff(moving)) / zero.scale)
 
 
 @channel_fact
@@ -154,13 +153,7 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     random_walk, short = _of_singles(first[single], lengths[single], n)
     part = float(lengths[single].sum()) / n
     true = max(1 - chance / part, 0.0) if part else 0.0
-    return Filled(
-        first=first[kept],
-        lengths=lengths[kept],
-        singles=part * true,
-        random_walk=1 + (random_walk - 1) * true,
-        short=1 + (short - 1) * true,
-    )
+    return Filled(first[kept], lengths[kept], part * true, 1 + (random_walk - 1) * true, 1 + (short - 1) * true)
 
 
 def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:

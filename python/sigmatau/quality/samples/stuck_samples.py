@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import AddedWalk, Dropout, StuckSamples
+from sigmatau.findings.kinds.values import Dropout, StuckSamples
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import (
     change_of_white,
@@ -19,24 +19,14 @@ from sigmatau.quality.samples.common import (
     merged_axes,
     present,
 )
-from sigmatau.quality.samples.level_walk import added_by_stretches, own_walk, parts_without
+from sigmatau.quality.samples.level_walk import walk_of_runs
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.straight_lines import MIN_STRETCH, filled
 from sigmatau.record.streams import Stream
 
-__all__ = [
-    "WARN_DURATION",
-    "WARN_SHARE",
-    "added_walk",
-    "dropouts",
-    "stuck_runs",
-    "stuck_samples",
-    "without_runs",
-    "zero_rate",
-    "zero_runs",
-]
+__all__ = ["WARN_SHARE", "dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_rate", "zero_runs"]
 
 Runs = tuple[NDArray[np.int64], NDArray[np.int64]]
 """First samples and lengths."""
@@ -165,22 +155,6 @@ def stuck_samples(
     return merged_axes(findings)
 
 
-def added_walk(stream: Stream, channel: str, runs: Runs) -> AddedWalk:
-    """The rate random walk that stretches of levels other than the sensor's own add to a channel."""
-    (first, lengths), x, tau0 = runs, stream.column(channel), stream.grid.tau0
-    added = added_by_stretches(x, tau0, first, lengths)
-    own, resolved = own_walk(x, tau0, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
-    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
-    return AddedWalk(
-        channel=channel,
-        quantity=stream.quantity,
-        unit=stream.unit,
-        coefficient=math.sqrt(added),
-        factor=factor if math.isfinite(factor) else None,
-        resolved=resolved and math.isfinite(factor),
-    )
-
-
 def _held(
     kind: type[Dropout | StuckSamples],
     stream: Stream,
@@ -197,7 +171,7 @@ def _held(
     share, longest = float(bad.mean()), int(np.argmax(lengths))
     duration = int(lengths[longest]) * tau0
     long = lengths >= MIN_STRETCH
-    walk = added_walk(stream, channel, (first[long], lengths[long])) if long.any() else None
+    walk = walk_of_runs(stream, channel, (first[long], lengths[long])) if long.any() else None
     matters = share > warn[1] or duration >= warn[0] or abs(factor - 1) > _WARN_CHANGE
     return walk.coefficient if walk is not None else 0.0, Finding(
         details=kind(

@@ -25,7 +25,7 @@ from sigmatau.quality.samples.sensor_grades import (
 )
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
-__all__ = ["EARTH_RATE", "earth_rate", "gravity", "implausible_unit"]
+__all__ = ["earth_rate", "gravity", "implausible_unit"]
 
 EARTH_RATE = 7.292115e-5
 """Sidereal rotation of the Earth. [rad/s]"""

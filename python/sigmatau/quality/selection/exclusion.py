@@ -22,7 +22,7 @@ from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-__all__ = ["FAULTS", "from_the_start", "leave_out"]
+__all__ = ["from_the_start", "leave_out"]
 
 FAULTS = {"dropouts": dropout_masks, "stuck": stuck_masks, "copies": copy_masks}
 """Faults that can be left out by name: the samples that the findings ``dropout``, ``stuck_samples`` and, of single rows,
@@ -90,12 +90,9 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     listed += faults
     conversions = (*record.provenance.conversions, f"left out as asked: {', '.join(listed)}")
     provenance = replace(record.provenance, conversions=conversions)
+    details = LeftOut(faults=tuple(faults), streams=tuple(told))
     finding = Finding(
-        details=LeftOut(faults=tuple(faults), streams=tuple(told)),
-        severity="info",
-        spans=tuple(spans),
-        size=float(sum(b - a for a, b in spans)),
-        unit="s",
+        details=details, severity="info", spans=tuple(spans), size=float(sum(b - a for a, b in spans)), unit="s"
     )
     return replace(record, streams=tuple(streams), provenance=provenance), [finding]
 

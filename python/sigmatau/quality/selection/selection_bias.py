@@ -32,7 +32,7 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, duration_text, seconds
 
-__all__ = ["SEED", "SelectionBias", "bias_finding", "selection_bias"]
+__all__ = ["SelectionBias", "bias_finding", "selection_bias"]
 
 Floats = NDArray[np.float64]
 Models = Mapping[str, Mapping[str, float]]

@@ -25,17 +25,7 @@ from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-__all__ = [
-    "BLOCK",
-    "Criterion",
-    "block_length",
-    "choose",
-    "criterion",
-    "cut",
-    "most_stable",
-    "scatter",
-    "wanted_length",
-]
+__all__ = ["BLOCK", "block_length", "choose", "criterion", "cut", "most_stable", "scatter", "wanted_length"]
 
 Floats = NDArray[np.float64]
 

@@ -36,15 +36,9 @@ _MOST_SAMPLES = 1 << 20  # from the beginning; more do not improve the test at t
 _LEAST_STEEPNESS = 5.0
 """Allan variance at 4 samples over that at 16: 4 for a random walk, 10.8 for flicker angle noise alone."""
 
-_LEAST_IMPROVEMENT = 25.0
-"""Flicker angle noise is present if it reduces the normalised sum of squares by so much."""
-
-_MOST_RESIDUE = 0.2
-"""And if the sum of squares that is left is at most this share of the reduction."""
-
-LEAST_FLICKER_SHARE = 0.3
-"""Share of the variance from which on flicker angle noise is reported."""
-
+_LEAST_IMPROVEMENT = 25.0  # flicker angle noise is present if it reduces the normalised sum of squares by so much
+_MOST_RESIDUE = 0.2  # and if the sum of squares that is left is at most this share of the reduction
+LEAST_FLICKER_SHARE = 0.3  # share of the variance from which on flicker angle noise is reported
 _DOMINANT = 0.5  # share of the variance
 _Q, _N, _FLICKER = range(3)
 

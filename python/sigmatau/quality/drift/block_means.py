@@ -33,11 +33,8 @@ __all__ = ["BlockMeans", "Regression", "autocovariance", "block_means", "regress
 
 Floats = NDArray[np.float64]
 
-BLOCKS = 512
-"""Blocks in a record: a time constant of 1 % of the record spans five of them."""
-
-_LEAST_SHARE = 0.5
-"""Smallest share of its samples that a block must have for its mean to be used."""
+BLOCKS = 512  # blocks in a record: a time constant of 1 % of the record spans five of them
+_LEAST_SHARE = 0.5  # smallest share of its samples that a block must have for its mean to be used
 
 _MOST_EMPTY = 0.25
 """Largest share of empty blocks, each of which is an unknown; with more, only the longest stretch is used."""

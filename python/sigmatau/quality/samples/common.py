@@ -33,8 +33,7 @@ __all__ = [
     "worst_on_white",
 ]
 
-WARN_FACTOR = 1.02
-"""Factor on a coefficient from which on a fault is a warning; a convention."""
+WARN_FACTOR = 1.02  # factor on a coefficient from which on a fault is a warning; a convention
 
 _STRETCHES = 32
 
@@ -162,8 +161,7 @@ def growing_step(x: NDArray[np.float64]) -> float:
     return coarse if steps and coarse > 1.5 * min(steps) else 0.0
 
 
-# A tail that is so full is worth a look: none of noise that is seen in fine steps.
-_FULL = 5e-3
+_FULL = 5e-3  # a tail that is so full is worth a look: none of noise that is seen in fine steps
 
 
 def full_ends(x: NDArray[np.float64]) -> list[float]:
@@ -281,8 +279,7 @@ def mask_of_runs(n: int, first: NDArray[np.int64], lengths: NDArray[np.int64]) -
     return np.asarray(np.cumsum(edges[:-1], dtype=np.int8) > 0)
 
 
-MOST_SPANS = 8
-"""Spans that a finding of many runs lists: the longest."""
+MOST_SPANS = 8  # spans that a finding of many runs lists: the longest
 
 
 def longest_spans(stream: Stream, first: NDArray[np.int64], lengths: NDArray[np.int64]) -> tuple[Span, ...]:

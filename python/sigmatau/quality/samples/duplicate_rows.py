@@ -18,11 +18,8 @@ __all__ = ["copies", "copy_masks"]
 # Least number of rows that are equal on all axes, and how many times more than by chance.
 _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
 
-# Part of all rows in which neighbours on the finest axis are equal by chance, at most.
-_MAX_CHANCE = 1e-3
-
-# Longest run of copies that is reported here; longer ones are stuck samples.
-_MAX_RUN = 3
+_MAX_CHANCE = 1e-3  # part of all rows in which neighbours on the finest axis are equal by chance, at most
+_MAX_RUN = 3  # longest run of copies that is reported here; longer ones are stuck samples
 
 
 def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 __all__ = ["AROUND", "medians", "neighbours", "residuals", "scatter"]
 
-AROUND = 32
-"""Neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large."""
-
+AROUND = 32  # neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large
 _LEAST = 4  # changes that a scatter is taken from
 
 

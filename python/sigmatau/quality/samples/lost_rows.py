@@ -33,11 +33,8 @@ _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
 
 _LOOKED_AT = 1 << 17
 
-# Rows of zeros in a row that are a run, see `stuck_samples`.
-_RUN = 5
-
-# Factor of the random walk from which on the finding is a warning.
-_WARN_FACTOR = 1.02
+_RUN = 5  # rows of zeros in a row that are a run, see `stuck_samples`
+_WARN_FACTOR = 1.02  # factor of the random walk from which on the finding is a warning
 
 
 def zero_rows(stream: Stream) -> NDArray[np.bool_] | None:

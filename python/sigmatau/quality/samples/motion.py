@@ -18,7 +18,6 @@ from sigmatau.record.streams import CHUNK, Stream
 __all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
 
 _WINDOW_S, _WINDOW = 1.0, 16  # least length of a window, in seconds and in samples
-
 _LEAST_WINDOWS = 24  # windows that a distribution can be taken from
 
 # The cube root of the power of a window is Gaussian to some percent of its spread (Wilson and Hilferty, PNAS 17, 1931). Its
@@ -38,11 +37,8 @@ _STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
 _EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
 
 _LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
-
 _MOST_STEPS = 256  # candidates examined for each length of windows
-
 _ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
-
 _BURST_GAP = 5.0  # windows no further apart are one burst [s]
 
 # A step lasts if the medians of this many half windows before and after it differ by this part of the step.

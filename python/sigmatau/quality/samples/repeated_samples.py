@@ -29,17 +29,13 @@ _MAX_CHANCE, _MIN_STEPS = 0.5, 3.0
 # spread that chance makes is regular at most.
 _COPIES_IN_STRETCH, _MIN_STRETCHES, _MAX_SPREAD = 20, 20, 0.5
 
-# Parts of the record, of which more than half must have copies.
-_PARTS = 8
+_PARTS = 8  # parts of the record, of which more than half must have copies
 
 # A sample occurs a whole number of times if the mean is that number to this part and no sample occurs less often.
 _WHOLE = 0.01
 
-# Factor of the random walk from which on it is reported that some samples count more often.
-_MIN_FACTOR = 1.01
-
-# Samples from which on σ is right, at least, and per repetition.
-_RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4
+_MIN_FACTOR = 1.01  # factor of the random walk from which on it is reported that some samples count more often
+_RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4  # samples from which on σ is right, at least, and per repetition
 
 
 @dataclass(frozen=True, slots=True)

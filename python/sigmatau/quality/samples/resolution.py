@@ -42,9 +42,7 @@ _REPORT_FACTOR, _WARN_FACTOR = 1.005, 1.05
 # Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5.
 _MIN_NOISE_STEPS = 0.54
 
-# Noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most.
-_MAX_NOISE_STEPS = 3.0
-
+_MAX_NOISE_STEPS = 3.0  # noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most
 _MAX_FACTOR = 2.0  # beyond it, what rounding adds is not known
 
 # Largest ratio of a fitted quantization noise to S/√12, the paper's bound below eq. (13). Fits are right to some percent.

@@ -22,9 +22,7 @@ __all__ = ["saturation"]
 # to the outermost level and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
 _LEVELS = 4
 _FALSE_ALARM = 1e-8  # probability that noise visits an end so often
-
-# Least noise, in steps. Coarser channels have no tail: all their values are extremes.
-_MIN_NOISE_STEPS = 0.5
+_MIN_NOISE_STEPS = 0.5  # least noise, in steps. Coarser channels have no tail: all their values are extremes
 
 # Clipped samples are spread over the record if each tenth of it has so large a part of the mean number in a tenth, and they
 # are no larger a part of all.
@@ -123,21 +121,16 @@ def _finding(
         for _ in range(3 if found else 1):  # the step is known in parts of the clipped noise
             factor = _clipped_sd(low, high, half=factor / found.ratio / 2 if found else 0.0)
         factors = (("random_walk", factor),)
-    return Finding(
-        details=Saturation(
-            strongest=channel,
-            samples=len(at),
-            share=share,
-            low=ends[0] if len(clipped[0]) else None,
-            high=ends[1] if len(clipped[1]) else None,
-            unit=stream.unit,
-            start=int(at[0]) * stream.grid.tau0,
-            longest=longest,
-            spread=spread,
-        ),
-        severity="warning",
-        channels=(channel,),
-        spans=longest_spans(stream, *runs_of_places(at)),
-        size=share,
-        factors=factors,
+    details = Saturation(
+        strongest=channel,
+        samples=len(at),
+        share=share,
+        low=ends[0] if len(clipped[0]) else None,
+        high=ends[1] if len(clipped[1]) else None,
+        unit=stream.unit,
+        start=int(at[0]) * stream.grid.tau0,
+        longest=longest,
+        spread=spread,
     )
+    spans = longest_spans(stream, *runs_of_places(at))
+    return Finding(details=details, severity="warning", channels=(channel,), spans=spans, size=share, factors=factors)

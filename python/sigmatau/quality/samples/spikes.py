@@ -25,9 +25,7 @@ FALSE_SPIKES = 1e-4
 """Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
 median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""
 
-MANY_SPIKES = 0.01
-"""Share of spikes beyond which the finding is a warning, because the noise is not Gaussian then."""
-
+MANY_SPIKES = 0.01  # share of spikes beyond which the finding is a warning, because the noise is not Gaussian then
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
 
 # Neighbours on either side where two of four are often spikes; and how often the rest is searched again, because spikes
@@ -41,16 +39,13 @@ _SPOILED = 2.0
 _TAIL_FROM, _TAIL_COUNT = 4.0, 12
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-
 _APART = 7  # least distance between a spike and the sample that replaces it
-
 _STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
 _STEPS, _UNSEEN = 1.0, 0.3
 
 _FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
-
 _LEAST = 32  # samples from which a scale can be taken
 
 

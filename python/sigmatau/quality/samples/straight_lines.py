@@ -21,9 +21,7 @@ __all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "filled", "tolerance"]
 _EPS = 16 * float(np.finfo(float).eps)
 _NOTHING = 1e-3
 
-MIN_STRETCH = 16
-"""Samples of a line from which on it is an outage, and not single samples that were filled in."""
-
+MIN_STRETCH = 16  # samples of a line from which on it is an outage, and not single samples that were filled in
 _FALSE_ALARM = 1e-4  # probability that a record of noise alone has an outage that is reported
 
 # Single samples are reported from this part of the record on, beyond so many times chance and so many standard errors of it.

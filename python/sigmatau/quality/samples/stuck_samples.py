@@ -28,22 +28,16 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["WARN_SHARE", "dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_rate", "zero_runs"]
 
-Runs = tuple[NDArray[np.int64], NDArray[np.int64]]
-"""First samples and lengths."""
+Runs = tuple[NDArray[np.int64], NDArray[np.int64]]  # first samples and lengths
 
-# Probability that a record of noise alone has a run that is reported.
-_FALSE_ALARM = 1e-4
-
-# Shortest run of equal samples that is reported: logs of real sensors have triples without a fault.
-_MIN_RUN = 5
+_FALSE_ALARM = 1e-4  # probability that a record of noise alone has a run that is reported
+_MIN_RUN = 5  # shortest run of equal samples that is reported: logs of real sensors have triples without a fault
 
 # Least noise seen, in steps, for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
 # 0.5 steps, depending on where its mean lies between two steps.
 _MIN_NOISE_STEPS = 0.6
 
-WARN_DURATION, WARN_SHARE = 1.0, 1e-3
-"""Length of a run [s] and part of a record from which on a finding is a warning."""
-
+WARN_DURATION, WARN_SHARE = 1.0, 1e-3  # length of a run [s] and part of a record from which on a finding is a warning
 _WARN_CHANGE = 0.02  # of the random walk, from which on it is one too
 
 # Least part of the visits to zero that are runs. Single samples of a sensor whose range ends at zero, or whose numbers are

@@ -37,8 +37,7 @@ _STRETCHES = 32
 CORRELATION_TOLD = 0.05
 """A smaller correlation r has no consequence: the variance of the mean of two Allan variances grows by the factor 1 + r²."""
 
-CORRELATION_WARNED = 0.3
-"""Correlation from which shared noise is a warning."""
+CORRELATION_WARNED = 0.3  # correlation from which shared noise is a warning
 
 _LEAST_MEANS = 60
 _LONGER = 4  # times, from one length of means to the next; the last is the longest of which there are enough

@@ -24,9 +24,7 @@ __all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
 
 Floats = NDArray[np.float64]
 
-FALSE_ALARM = 1e-4
-"""Probability of any line in a clean channel, all bins and widths together."""
-
+FALSE_ALARM = 1e-4  # probability of any line in a clean channel, all bins and widths together
 _LONGEST = 1 << 22  # samples in a transform; of longer records four such stretches are averaged
 _STRETCHES = 4
 _WIDEST = 1 << 12
@@ -56,7 +54,6 @@ _LOW_MARGIN = 1.25
 # together; their density over that of one bin follows Snedecor's F.
 _SLOWEST, _ABOVE, _ABOVE_FREEDOM = 5, (3, 15), 12.0
 _STEEP = 4.0  # ratio by which a line, and no random walk, falls within three bins on its lower side
-
 _DYNAMIC = 1e-25  # of a spectrum in double precision
 
 

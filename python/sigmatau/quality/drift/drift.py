@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import channel_curve
 from sigmatau.findings.finding import Finding
@@ -30,8 +30,6 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 __all__ = ["from_the_end", "settling", "temperature", "warm_up"]
-
-Floats = NDArray[np.float64]
 
 _TIME_CONSTANTS = 2.0 ** -np.arange(2.0, 7.01, 0.5)
 """Time constants tried, over the record's length: longer ones look like a ramp, shorter ones span only two blocks."""

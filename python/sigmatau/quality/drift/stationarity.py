@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
@@ -31,8 +31,6 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
 
 __all__ = ["cusum", "non_stationary", "segment_test"]
-
-Floats = NDArray[np.float64]
 
 SEGMENTS = 8
 _LEAST_SEGMENTS = 4  # without missing samples
@@ -51,8 +49,8 @@ _LEAST_IN_BLOCK = 8  # samples
 class SegmentTest:
     """Allan variances of segments, and the test whether they are equal."""
 
-    m: NDArray[np.int64]  # cluster sizes tested
-    starts: NDArray[np.int64]  # first sample of each segment
+    m: Ints  # cluster sizes tested
+    starts: Ints  # first sample of each segment
     avar: Floats  # [unit²]
     p_value: float  # P-value: probability of such a scatter in stationary noise
     evidence: Floats  # χ² of each octave alone
@@ -180,7 +178,7 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     )
 
 
-def _law(fitted: NoiseFit, size: int, sizes: NDArray[np.int64]) -> tuple[Floats, Floats] | None:
+def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | None:
     """Degrees of freedom of each variance in a segment, and their correlation."""
     if len(sizes) == 0:
         return None

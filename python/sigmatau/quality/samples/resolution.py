@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import CoarseResolution, QuantizationMismatch
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed
 
 __all__ = [
     "Resolution",
@@ -50,7 +49,7 @@ _TOLERANCE = 1.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resolution(Printed):
+class Resolution:
     """Step of a channel's numbers, and the noise beside it."""
 
     channel: str
@@ -65,15 +64,8 @@ class Resolution(Printed):
         """Noise in steps."""
         return self.noise / self.step
 
-    def to_dict(self) -> dict[str, Any]:
-        return {"channel": self.channel, "step": self.step, "noise": self.noise, "unit": self.unit}
 
-    def __repr__(self) -> str:
-        noise = f"noise {self.noise:.4g} {self.unit} ({self.ratio:.3g} steps)"
-        return f"{self.channel}: step {self.step:.6g} {self.unit}, {noise}"
-
-
-def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | None:
+def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
 
     Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the

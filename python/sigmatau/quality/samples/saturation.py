@@ -6,8 +6,8 @@ import math
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Saturation
 from sigmatau.quality.samples.common import growing_step, longest_spans, mask_of_runs, merged_axes
@@ -65,9 +65,7 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fin
     return merged_axes(findings)
 
 
-def _too_often(
-    x: NDArray[np.float64], at: NDArray[np.int64], end: float, sign: float, step: float, false_alarm: float
-) -> bool:
+def _too_often(x: Floats, at: Ints, end: float, sign: float, step: float, false_alarm: float) -> bool:
     visits = [_visits(at)]
     if step > 0:
         edge = end - sign * (_LEVELS - 0.5) * step
@@ -84,7 +82,7 @@ def _too_often(
     return total * distance > -math.log(false_alarm)
 
 
-def _visits(at: NDArray[np.int64]) -> int:
+def _visits(at: Ints) -> int:
     """Runs of neighbouring samples: one long stay is one visit, so that a sensor that is read twice is not at fault."""
     return int(np.count_nonzero(np.diff(at) > 1)) + 1 if len(at) else 0
 
@@ -103,8 +101,8 @@ def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
 def _finding(
     stream: Stream,
     channel: str,
-    x: NDArray[np.float64],
-    clipped: list[NDArray[np.int64]],
+    x: Floats,
+    clipped: list[Ints],
     ends: tuple[float, float],
     found: Resolution | None,
     longest: float,

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import ChosenWindow, WindowChosen
@@ -26,8 +26,6 @@ from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
 __all__ = ["BLOCK", "block_length", "choose", "criterion", "cut", "most_stable", "scatter", "wanted_length"]
-
-Floats = NDArray[np.float64]
 
 BLOCK = 60.0  # length of the means that are compared [s]
 _LEAST_BLOCKS = 10  # in a window

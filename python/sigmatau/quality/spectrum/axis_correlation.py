@@ -11,16 +11,14 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
 __all__ = ["cross_axis"]
-
-Floats = NDArray[np.float64]
 
 _FALSE_ALARM = 1e-4
 """Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""

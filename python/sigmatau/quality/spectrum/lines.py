@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve, allan, cluster_sizes
 from sigmatau.findings.finding import Finding
@@ -26,8 +26,6 @@ from sigmatau.record.streams import Stream
 from sigmatau.spectrum.tapers import without_line
 
 __all__ = ["find_lines", "lines", "lines_in_fits"]
-
-Floats = NDArray[np.float64]
 
 SIGMA_FACTOR_WARNED = 1.10  # factor on σ(τ) at any τ from which lines are a warning
 
@@ -295,7 +293,7 @@ def _alternates(line: Line, tau0: float) -> bool:
     return abs(line.frequency * tau0 - 0.5) < _SAME_RATE
 
 
-def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:
+def _avar(line: Line, spectrum: Periodogram, sizes: Ints, tau0: float) -> Floats:
     """Allan variance of a line: of the sinusoid if it is steady, else of its band of the spectrum by eq. (11s)."""
     if line.width == 0:
         # At half the sampling rate there is no phase: alternating ±A has twice the power of a sinusoid.

@@ -15,14 +15,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.kinds.spectrum import Line
 from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
-
-Floats = NDArray[np.float64]
 
 FALSE_ALARM = 1e-4  # probability of any line in a clean channel, all bins and widths together
 _LONGEST = 1 << 22  # samples in a transform; of longer records four such stretches are averaged
@@ -215,7 +213,7 @@ def _median(values: Floats) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, float]:
+def _law(count: int, width: int, dof: float, bins: int) -> tuple[Ints, Ints, Floats, float]:
     """Edges of blocks, every which bin the median is of, factors by which bins must stand out (never in the first),
     mean/median.
     """

@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
-from sigmatau.quality.samples.common import affected, block_rms, octaves, sample_of, white_level
+from sigmatau.quality.samples.common import block_rms, octaves, sample_of, white_level
 
 N = 1 << 17
 
@@ -61,16 +61,3 @@ def test_samples_of_a_long_record_are_spread_over_it():
     x = sample_of(stream, "signal", most=3200)
     assert (len(x), x[0], x[-1]) == (3200, 0.0, 999_999.0)
     assert np.count_nonzero(np.diff(x) != 1) == 31
-
-
-@pytest.mark.parametrize(
-    ("factor", "text"),
-    [
-        (1.0001, "no change of the random walk that shows"),
-        (1.038, "random walk 3.8 % larger than the sensor's own"),
-        (0.9, "random walk 10 % smaller than the sensor's own"),
-        (1.4142, "random walk 1.41 × the sensor's own"),
-    ],
-)
-def test_words_of_an_effect(factor, text):
-    assert affected(factor) == text

@@ -24,13 +24,13 @@ _FIRST = "no_adequate_model"  # no number has an interval then, which matters mo
 class Details:
     """What is known of one kind of finding, beside what all findings have: base of the classes in `findings.kinds`.
 
-    Attributes
-    ----------
-    code : str
-        Stable name of the kind, such as ``"spectral_line"``; a class attribute.
+    Each kind states its code in its head: ``class SpectralLines(Details, code="spectral_line")``.
     """
 
-    code: ClassVar[str] = ""
+    code: ClassVar[str] = ""  # stable name of the kind
+
+    def __init_subclass__(cls, *, code: str = "") -> None:
+        cls.code = code or cls.code
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,23 +34,13 @@ __all__ = [
     "too_few_samples",
 ]
 
-LEAST, LARGEST = 1e-120, 1e120
-"""Range of Allan variances that can be analysed: a fit squares them. [rate_unit²]"""
-
+LEAST, LARGEST = 1e-120, 1e120  # range of Allan variances that can be analysed: a fit squares them [rate_unit²]
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
-
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
 
 
 def fit_findings(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
-    """Why a channel is not fitted, or not from its shortest averaging time on.
-
-    Parameters
-    ----------
-    fitted : NoiseFit
-    missing : float
-        Share of missing samples.
-    """
+    """Why a channel is not fitted, or not from its shortest averaging time on; `missing` is the share of missing samples."""
     channels = (fitted.channel,)
     if fitted.verdict == "too_short":
         size = missing if missing > _MANY_MISSING else None
@@ -127,17 +117,7 @@ def constant_channels(stream: Stream) -> list[Finding]:
 def strided(
     curves: Mapping[str, DeviationCurve], stream: str | None = None, *, out_of_memory: bool = False
 ) -> list[Finding]:
-    """From which averaging time on clusters do not begin at every sample.
-
-    Parameters
-    ----------
-    curves : mapping of str to DeviationCurve
-        Of one stream, by channel.
-    stream : str, optional
-        Its name.
-    out_of_memory : bool
-        Whether the record does not fit in memory.
-    """
+    """From which averaging time on clusters of one stream (its name, its curves by channel) do not begin at every sample."""
     curve = next(iter(curves.values()))
     if curve.stride is None:
         return []

@@ -25,7 +25,7 @@ from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.record import memory
 from sigmatau.record.record import Record
 
-__all__ = ["FITTED", "Inspection", "inspect"]
+__all__ = ["FITTED", "inspect"]
 
 FITTED = 8_000_000
 """Largest number of samples of all channels that are fitted for the checks, which takes some seconds on one core."""
@@ -53,10 +53,6 @@ def inspect(
         Stretches to treat as missing before the samples are checked, see `sigmatau.analyze`.
     **reading
         Options of `sigmatau.read`.
-
-    Returns
-    -------
-    Inspection
 
     Raises
     ------

@@ -3,238 +3,115 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from sigmatau.findings.finding import Details
-
-__all__ = ["Aliasing", "AxisPair", "CorrelatedAxes", "Line", "LowPassFilter", "Mains", "Resampled", "SpectralLines"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mains:
-    """The multiple of the mains frequency that a line may be.
+    """The multiple of the mains frequency that a line may be."""
 
-    Attributes
-    ----------
-    frequency : float
-        Of the mains: 50 or 60. [Hz]
-    multiple : int
-    folded : bool
-        Whether that multiple is beyond half the sampling rate.
-    """
-
-    frequency: float
+    frequency: float  # of the mains: 50 or 60 [Hz]
     multiple: int
-    folded: bool
+    folded: bool  # whether that multiple is beyond half the sampling rate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """A line in the spectrum of a channel.
+    """A line in the spectrum of a channel."""
 
-    Attributes
-    ----------
-    frequency : float
-        [Hz]
-    amplitude : float
-        Of the sinusoid; of an unsteady line, of a steady one with the same power. [unit of the finding]
-    width : float
-        Of the band that holds 80 % of its power; 0 if the line is steady, as narrow as the resolution. [Hz]
-    ratio : float
-        Density over that of the noise beside it, at the width that shows the line best.
-    low, high : float
-        The band that was taken as the line. [Hz]
-    harmonics : tuple of Line
-        Lines at multiples of its frequency, folded at half the sampling rate.
-    mains : Mains or None
-    """
-
-    frequency: float
-    amplitude: float
-    width: float
-    ratio: float
-    low: float
+    frequency: float  # [Hz]
+    amplitude: float  # of the sinusoid; of an unsteady line, of a steady one with the same power [unit of the finding]
+    width: float  # of the band that holds 80 % of its power; 0 if the line is steady, as narrow as the resolution [Hz]
+    ratio: float  # density over that of the noise beside it, at the width that shows the line best
+    low: float  # the band that was taken as the line [Hz]
     high: float
-    harmonics: tuple[Line, ...] = ()
+    harmonics: tuple[Line, ...] = ()  # lines at multiples of its frequency, folded at half the sampling rate
     mains: Mains | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SpectralLines(Details):
-    """Lines of a channel.
+class SpectralLines(Details, code="spectral_line"):
+    """Lines of a channel."""
 
-    Attributes
-    ----------
-    lines : tuple of Line
-        Strongest first, each with its harmonics.
-    factor : float
-        By which all lines together make σ(τ) larger at most; 1 if that is not known.
-    tau : float or None
-        Averaging time of that factor; None if it is not known. [s]
-    clear_from : float or None
-        Averaging time from which the lines change σ(τ) by 1 % at most; None if no fit can begin there. [s]
-    tau_min : float
-        The largest `clear_from` of the channels of the stream; 0 if all averaging times can be used. [s]
-    stretches : int
-        Stretches of the record that were searched: 1 is the whole record.
-    between_motion : bool
-        Whether the times of motion were left out of the search.
-    """
-
-    code: ClassVar[str] = "spectral_line"
-
-    lines: tuple[Line, ...]
-    factor: float
-    tau: float | None
+    lines: tuple[Line, ...]  # strongest first, each with its harmonics
+    factor: float  # by which all lines together make σ(τ) larger at most; 1 if that is not known
+    tau: float | None  # averaging time of that factor; None if it is not known [s]
+    # averaging time from which the lines change σ(τ) by 1 % at most; None if no fit can begin there [s]
     clear_from: float | None
+    # the largest `clear_from` of the channels of the stream; 0 if all averaging times can be used [s]
     tau_min: float = 0.0
-    stretches: int = 1
-    between_motion: bool = False
+    stretches: int = 1  # stretches of the record that were searched: 1 is the whole record
+    between_motion: bool = False  # whether the times of motion were left out of the search
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LowPassFilter(Details):
-    """A low-pass filter in front of the sampler.
+class LowPassFilter(Details, code="low_pass_filter"):
+    """A low-pass filter in front of the sampler."""
 
-    Attributes
-    ----------
-    shape : str
-        The most likely of `sigmatau.quality.spectrum.filter_models.SHAPES`.
-    order : int or None
-        Of a Butterworth filter.
-    corner, error : float
-        Frequency of -3 dB and its standard error, which includes half the distance to the corner of any other possible
-        shape. [Hz]
-    alike : tuple of str
-        Other shapes that the spectrum does not exclude.
-    alike_corners : tuple of float
-        Their corners. [Hz]
-    misfit : float
-        Deviance of the fit over the number of its points: 1 by chance.
-    tau0 : float
-        Sample interval. [s]
-    sigma_one_sample : float
-        σ at one sample over what the random walk makes there; above 1, quantization after the filter adds more than the
-        filter removes.
-    right_from : float
-        Averaging time from which σ is within 1 % of what the random walk makes, but for quantization. [s]
-    tau_min : float
-        The largest `right_from` of the channels of the stream. [s]
-    """
-
-    code: ClassVar[str] = "low_pass_filter"
-
-    shape: str
-    order: int | None
+    shape: str  # the most likely of `sigmatau.quality.spectrum.filter_models.SHAPES`
+    order: int | None  # of a Butterworth filter
+    # frequency of -3 dB and its standard error, which includes half the distance to the corner of any other possible
+    # shape [Hz]
     corner: float
     error: float
-    alike: tuple[str, ...]
-    alike_corners: tuple[float, ...]
-    misfit: float
-    tau0: float
+    alike: tuple[str, ...]  # other shapes that the spectrum does not exclude
+    alike_corners: tuple[float, ...]  # their corners [Hz]
+    misfit: float  # deviance of the fit over the number of its points: 1 by chance
+    tau0: float  # sample interval [s]
+    # σ at one sample over what the random walk makes there; above 1, quantization after the filter adds more than the
+    # filter removes
     sigma_one_sample: float
+    # averaging time from which σ is within 1 % of what the random walk makes, but for quantization [s]
     right_from: float
-    tau_min: float = 0.0
+    tau_min: float = 0.0  # the largest `right_from` of the channels of the stream [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Aliasing(Details):
-    """Noise that sampling without an anti-alias filter folds into the random walk; the size is the factor on it.
+class Aliasing(Details, code="aliasing"):
+    """Noise that sampling without an anti-alias filter folds into the random walk; the size is the factor on it."""
 
-    Attributes
-    ----------
-    rate : float
-        Sampling rate. [Hz]
-    bandwidth : float
-        Of the sensor. [Hz]
-    order : int or None
-        Of its filter; None if it was not stated: then the size is that of the first order.
-    stated : bool
-        Whether the bandwidth was stated by the user; else it was found in the spectrum, and the filter must be analog.
-    error : float or None
-        Standard error of a bandwidth that was found in the spectrum. [Hz]
-    second_order : float or None
-        Factor behind a second-order filter, if the order was not stated.
-    rate_needed : float
-        Sampling rate at which the factor is 1.02. [Hz]
-    """
-
-    code: ClassVar[str] = "aliasing"
-
-    rate: float
-    bandwidth: float
-    order: int | None
+    rate: float  # sampling rate [Hz]
+    bandwidth: float  # of the sensor [Hz]
+    order: int | None  # of its filter; None if it was not stated: then the size is that of the first order
+    # whether the bandwidth was stated by the user; else it was found in the spectrum, and the filter must be analog
     stated: bool
-    error: float | None = None
-    second_order: float | None = None
-    rate_needed: float
+    error: float | None = None  # standard error of a bandwidth that was found in the spectrum [Hz]
+    second_order: float | None = None  # factor behind a second-order filter, if the order was not stated
+    rate_needed: float  # sampling rate at which the factor is 1.02 [Hz]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resampled(Details):
-    """A channel that was interpolated from samples at a lower rate, as its spectrum shows.
+class Resampled(Details, code="interpolated"):
+    """A channel that was interpolated from samples at a lower rate, as its spectrum shows."""
 
-    Attributes
-    ----------
-    kind : {"held", "linear", "smooth", "empty"}
-        Values repeated; lines between samples; another interpolation; spectrum empty above half the true rate.
-    rate : float
-        Probable rate of the true samples. [Hz]
-    log_rate : float
-        Sampling rate of the record. [Hz]
-    sigma_one_sample : float
-        σ at one sample over what the random walk makes there.
-    right_from : float
-        Averaging time from which σ is within 1 % of what the random walk makes. [s]
-    depth : float
-        Amplitude of the squared differences at the true rate over their mean; of an empty band, its density over that
-        beside it.
-    """
-
-    code: ClassVar[str] = "interpolated"
-
+    # "held" or "linear" or "smooth" or "empty"; values repeated; lines between samples; another interpolation; spectrum
+    # empty above half the true rate
     kind: str
-    rate: float
-    log_rate: float
-    sigma_one_sample: float
-    right_from: float
+    rate: float  # probable rate of the true samples [Hz]
+    log_rate: float  # sampling rate of the record [Hz]
+    sigma_one_sample: float  # σ at one sample over what the random walk makes there
+    right_from: float  # averaging time from which σ is within 1 % of what the random walk makes [s]
+    # amplitude of the squared differences at the true rate over their mean; of an empty band, its density over that
+    # beside it
     depth: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisPair:
-    """Correlation of two axes.
-
-    Attributes
-    ----------
-    first, second : str
-    coefficient : float
-    mean_length : float
-        Length of the means whose differences are correlated; 0 for differences of neighbouring samples. [s]
-    """
+    """Correlation of two axes."""
 
     first: str
     second: str
     coefficient: float
+    # length of the means whose differences are correlated; 0 for differences of neighbouring samples [s]
     mean_length: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CorrelatedAxes(Details):
-    """Axes that share noise; the size is the largest correlation.
+class CorrelatedAxes(Details, code="correlated_axes"):
+    """Axes that share noise; the size is the largest correlation."""
 
-    Attributes
-    ----------
-    pairs : tuple of AxisPair
-        Strongest first.
-    only_slow : bool
-        Whether no pair is correlated between neighbouring samples.
-    stretches : int
-        Stretches of the record that neighbouring samples were taken from: 1 is the whole record.
-    """
-
-    code: ClassVar[str] = "correlated_axes"
-
-    pairs: tuple[AxisPair, ...]
-    only_slow: bool
-    stretches: int = 1
+    pairs: tuple[AxisPair, ...]  # strongest first
+    only_slow: bool  # whether no pair is correlated between neighbouring samples
+    stretches: int = 1  # stretches of the record that neighbouring samples were taken from: 1 is the whole record

@@ -22,21 +22,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.gls import non_negative
+from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
 __all__ = ["BlockMeans", "Regression", "autocovariance", "block_means", "regress"]
 
-Floats = NDArray[np.float64]
-
-BLOCKS = 512
-"""Blocks in a record: a time constant of 1 % of the record spans five of them."""
-
-_LEAST_SHARE = 0.5
-"""Smallest share of its samples that a block must have for its mean to be used."""
+BLOCKS = 512  # blocks in a record: a time constant of 1 % of the record spans five of them
+_LEAST_SHARE = 0.5  # smallest share of its samples that a block must have for its mean to be used
 
 _MOST_EMPTY = 0.25
 """Largest share of empty blocks, each of which is an unknown; with more, only the longest stretch is used."""
@@ -48,24 +44,12 @@ _TOLERANCE = 1e-3  # relative change of the mode variances at which it ends
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class BlockMeans:
-    """Means of equal blocks of one channel.
+    """Means of equal blocks of one channel."""
 
-    Attributes
-    ----------
-    means : ndarray, shape (n_blocks,)
-        NaN if too many samples of the block are missing. [unit]
-    length : int
-        Samples in a block.
-    first : int
-        Index of the first sample of the first block.
-    tau0 : float
-        Sample interval. [s]
-    """
-
-    means: Floats
-    length: int
-    first: int
-    tau0: float
+    means: Floats  # NaN if too many samples of the block are missing [unit]
+    length: int  # samples in a block
+    first: int  # index of the first sample of the first block
+    tau0: float  # sample interval [s]
 
     @property
     def step(self) -> float:
@@ -80,25 +64,13 @@ class BlockMeans:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Regression:
-    """Estimate of one coefficient beside a level and a ramp.
+    """Estimate of one coefficient beside a level and a ramp."""
 
-    Attributes
-    ----------
-    value, error : float
-        The coefficient and its standard error.
-    freedom : float
-        Degrees of freedom of the squared standard error.
-    p_value : float
-        Two-sided p-value by Student's t.
-    theta : ndarray, shape (4,)
-        Squared coefficients of the noise, per sample; order of `sigmatau.fitting.components.LINEAR`.
-    """
-
-    value: float
+    value: float  # the coefficient and its standard error
     error: float
-    freedom: float
-    p_value: float
-    theta: Floats
+    freedom: float  # degrees of freedom of the squared standard error
+    p_value: float  # Two-sided p-value by Student's t
+    theta: Floats  # squared coefficients of the noise, per sample; order of `sigmatau.fitting.components.LINEAR`
 
     def half_width(self, *, level: float = 0.95) -> float:
         """Half the width of the confidence interval of the coefficient."""
@@ -110,25 +82,17 @@ class Regression:
 def block_means(
     stream: Stream, channel: str, *, blocks: int = BLOCKS, length: int | None = None, gaps: bool = False
 ) -> BlockMeans | None:
-    """Means of a channel over at most `blocks` blocks, or over blocks of `length` samples.
+    """Means of a channel over at most `blocks` blocks, or over blocks of `length` samples; NaN if half of one is missing.
 
-    A block with fewer than half of its samples has no mean. If more than a quarter of the blocks has no mean, only the
-    longest stretch of the others is kept. None if fewer than 64 blocks are left. With `gaps` all blocks are kept, however
-    few they are.
+    If more than a quarter of the blocks has no mean, only the longest stretch of the others is kept. None if fewer than 64
+    blocks are left. With `gaps` all blocks are kept, however few they are.
     """
     n = stream.grid.n
     length = -(-n // blocks) if length is None else length
     count = n // length
     if count < (1 if gaps else _LEAST_BLOCKS):
         return None
-    x = stream.column(channel)[: count * length].reshape(count, length)
-    means = x.mean(axis=1)
-    bad = np.flatnonzero(np.isnan(means))
-    if len(bad):
-        known = ~np.isnan(x[bad])
-        number = known.sum(axis=1)
-        sums = np.where(known, x[bad], 0.0).sum(axis=1)
-        means[bad] = np.where(number >= _LEAST_SHARE * length, sums / np.maximum(number, 1), np.nan)
+    means = row_means(stream.column(channel)[: count * length].reshape(count, length), least=_LEAST_SHARE)
     first = 0
     empty = np.isnan(means)
     if not gaps and empty.mean() > _MOST_EMPTY:
@@ -144,41 +108,25 @@ def block_means(
 def autocovariance(term: str, lags: int, length: int) -> Floats:
     """Covariance of differences of neighbouring block means at lags 0 … `lags` − 1, for a squared coefficient of 1.
 
-    The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term, over
-    length²; the sample interval is 1.
-
-    Parameters
-    ----------
-    term : str
-        Of `sigmatau.fitting.components.LINEAR`.
-    lags : int
-    length : int
-        Samples in a block.
-
-    Returns
-    -------
-    ndarray, shape (lags,)
+    The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term (one of
+    `sigmatau.fitting.components.LINEAR`), over length²; the sample interval is 1. Shape (lags,).
     """
-    result = np.zeros(lags)
-    if term == "quantization":
-        known = [6.0, -4.0, 1.0]
-    elif term == "random_walk":
-        known = [2.0 * length, -1.0 * length]
-    elif term == "rate_random_walk":
+    known = {
+        "quantization": [6.0, -4.0, 1.0],
+        "random_walk": [2.0 * length, -1.0 * length],
         # (|l|³ − |l|)/12 at strides of a block.
-        known = [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6]
-    else:
+        "rate_random_walk": [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6],
+    }.get(term)
+    if known is None:
         return _flicker(lags, length)
-    keep = min(lags, len(known))
-    result[:keep] = known[:keep]
-    return result / length**2
+    return np.array([*known, *[0.0] * lags][:lags]) / length**2
 
 
 def _flicker(lags: int, length: int) -> Floats:
     """Fourth differences of −J(l)/2π, with J from the closed form of the Allan variance of flicker noise.
 
-    J grows as l² ln l, whose fourth differences lose digits; beyond 64 blocks the fourth derivative is used, with the next
-    term of its series.
+    J grows as l² ln l, whose fourth differences lose digits: beyond 64 blocks two terms of the fourth derivative's series
+    are used.
     """
     from scipy.special import digamma
 
@@ -216,32 +164,18 @@ def mode_variances(count: int, length: int) -> Floats:
 def regress(data: BlockMeans, regressor: Floats, *, theta: Floats | None = None) -> Regression:
     """The coefficient of one regressor in the block means, beside a level, a ramp and noise.
 
-    Parameters
-    ----------
-    data : BlockMeans
-    regressor : ndarray, shape (n_blocks,)
-        Its means over the blocks; NaN where it is not known: these blocks are left out.
-    theta : ndarray, shape (4,), optional
-        Squared coefficients of the noise. Default: estimated together with the regression.
-
-    Returns
-    -------
-    Regression
+    The regressor holds its means over the blocks; blocks where it is NaN are left out. The squared coefficients `theta` of
+    the noise, shape (4,), are estimated together with the regression unless they are given.
     """
     return Problem(data, np.isnan(regressor)).solve(np.nan_to_num(regressor), theta)
 
 
 class Problem:
-    """Differences of block means as independent modes, for one regressor after another.
-
-    Beside the level and the ramp, the level may change in the blocks `steps` by any amount.
-    """
+    """Differences of block means as independent modes; beside level and ramp, the level may change in the blocks `steps`."""
 
     __slots__ = ("_fixed", "_modes", "_y", "count")
 
-    def __init__(
-        self, data: BlockMeans, unknown: NDArray[np.bool_] | None = None, *, steps: Sequence[int] = ()
-    ) -> None:
+    def __init__(self, data: BlockMeans, unknown: Bools | None = None, *, steps: Sequence[int] = ()) -> None:
         from scipy.fft import dst
 
         means = data.means

@@ -14,13 +14,11 @@ D. Garcia, "Robust smoothing of gridded data in one and higher dimensions with m
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
 __all__ = ["between_steps", "smoothed", "temperature_of"]
-
-Floats = NDArray[np.float64]
 
 _OVERSAMPLED = 4  # points of interpolation in a block
 _MOST_CHANGES = 0.25  # share of the samples; if more change, the noise averages out the steps
@@ -58,19 +56,9 @@ def temperature_of(edges: Floats, thermometer: Stream) -> Floats:
 
 
 def between_steps(time: Floats, values: Floats) -> Floats:
-    """Temperatures of a coarse thermometer at the same times, interpolated between its changes of level.
+    """Temperatures of a coarse thermometer at the same times [s], interpolated between its changes of level; shape (n,).
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        [s]
-    values : ndarray, shape (n,)
-        [K or °C]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The same values if the steps are fine, or if noise averages them out.
+    The same values if the steps are fine, or if noise averages them out.
     """
     changes = np.flatnonzero(np.diff(values))
     if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:

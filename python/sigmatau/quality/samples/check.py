@@ -39,25 +39,13 @@ CHECKS = (
 )
 """All checks of samples, in the order of their findings: the gravest faults first."""
 
-_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)
-"""Checks that compare samples for equality."""
+_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)  # checks that compare samples for equality
 
 _RUNS = (dropouts, saturation, stuck_samples, interpolated)
 
 
 def check(stream: Stream) -> list[Finding]:
-    """Findings of all checks that need only the samples of a stream.
-
-    Parameters
-    ----------
-    stream : Stream
-        Samples may be missing.
-
-    Returns
-    -------
-    list of Finding
-        At most one per kind and channel, or one for several channels of the stream.
-    """
+    """Findings of all checks that need only the samples: at most one per kind and channel, or one for several channels."""
     lost, stream = lost_rows(stream)  # not samples of the sensor
     begun = start_transient(stream)
     start = round(begun[0].size / stream.grid.tau0) if begun and begun[0].size else 0

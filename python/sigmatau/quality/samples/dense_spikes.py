@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.local_scatter import medians, neighbours, residuals, scatter
 from sigmatau.record.streams import CHUNK
 
 __all__ = ["dense_spikes", "hidden"]
-
-Floats = NDArray[np.float64]
 
 _NORMAL = NormalDist()
 
@@ -56,10 +54,7 @@ _ALMOST, _ROUNDS = 1.5, 4
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Tail:
-    """Residuals of a part of a record in standard deviations.
-
-    `usual` is the median residual, `scale` the standard deviation over the local median, `share` that of the spikes.
-    """
+    """Residuals of a part of a record in standard deviations."""
 
     side: int
     usual: float
@@ -70,24 +65,12 @@ class _Tail:
     clustered: bool
 
 
-def dense_spikes(x: Floats, step: float) -> NDArray[np.bool_] | None:
-    """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them.
+def dense_spikes(x: Floats, step: float) -> Bools | None:
+    """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them; None without a hump.
 
     A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
     and 5. The standard deviation is that of the samples outside the tail; where the noise is stronger for 128 samples, the
-    local one.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        NaN where samples are missing.
-    step : float
-        Of the numbers; 0 if they have none. Noise below it is not examined.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None
-        None if there is no hump.
+    local one. Noise below the `step` of the numbers is not examined.
     """
     tail = _tail(x, step)
     if tail is None or tail.share > _MOST:
@@ -172,14 +155,14 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     )
 
 
-def _with_others(at: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _with_others(at: Ints) -> Bools:
     """Which of some indices have another one near, but not next to them."""
     after = np.searchsorted(at, at + _REACH, side="right") > np.searchsorted(at, at + _APART)
     before = np.searchsorted(at, at - _APART, side="right") > np.searchsorted(at, at - _REACH)
     return np.asarray(after | before)
 
 
-def _more_than_chance(near: NDArray[np.bool_], n: int) -> bool:
+def _more_than_chance(near: Bools, n: int) -> bool:
     chance = 1 - (1 - min(len(near) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
     expected = len(near) * chance
     return bool(np.count_nonzero(near) > _CLUSTERED * expected + _SIGMAS * math.sqrt(expected + 1))
@@ -197,10 +180,7 @@ def _scale(ordered: Floats) -> tuple[float, float]:
 
 
 def _residual(x: Floats, side: int, step: float) -> Floats:
-    """Samples less the median of those on both sides, NaN where fewer than half of these are there.
-
-    Numbers with a step get a part of it, spread evenly, so that a median of them has no steps.
-    """
+    """Samples less the median of those on both sides, NaN where more than half of these are missing; steps are blurred."""
     ends = np.full(side, np.nan)
     windows = np.lib.stride_tricks.sliding_window_view(np.concatenate((ends, x, ends)), 2 * side + 1)
     others = np.delete(windows, side, axis=1)
@@ -239,7 +219,7 @@ def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
     return np.nan_to_num(far[before : before + CHUNK])
 
 
-def _residual_at(x: Floats, at: NDArray[np.int64], side: int) -> Floats:
+def _residual_at(x: Floats, at: Ints, side: int) -> Floats:
     """Some samples less the median of those on both sides; 0 where these are all missing."""
     result = np.zeros(len(at))
     for start in range(0, len(at), CHUNK):
@@ -251,9 +231,7 @@ def _residual_at(x: Floats, at: NDArray[np.int64], side: int) -> Floats:
     return result
 
 
-def _stands_alone(
-    x: Floats, at: NDArray[np.int64], side: int, away: Floats, part: float, times: float = _AROUND_MANY
-) -> NDArray[np.bool_]:
+def _stands_alone(x: Floats, at: Ints, side: int, away: Floats, part: float, times: float = _AROUND_MANY) -> Bools:
     """Whether samples are far from either side, compared with the scatter of their neighbours."""
     alone = np.zeros(len(at), dtype=bool)
     for start in range(0, len(at), CHUNK):

@@ -10,14 +10,13 @@ import numpy as np
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import FilledOutages, FilledSamples, Interpolated, Upsampled
 from sigmatau.quality.samples.common import longest_spans, sample_of
+from sigmatau.quality.samples.level_walk import walk_of_runs
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
-from sigmatau.quality.samples.stuck_samples import added_walk
 from sigmatau.record.streams import Stream
 
-__all__ = ["Upsampling", "interpolated", "upsampling"]
+__all__ = ["interpolated", "upsampling"]
 
-# Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning.
-_WARN_FACTOR = 1.02
+_WARN_FACTOR = 1.02  # factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning
 
 _LOOKED_AT = 1 << 15
 
@@ -26,27 +25,16 @@ _LOOKED_AT = 1 << 15
 _MIN_SHARE, _SIGMAS = 0.05, 6.0
 _MAX_SHARE = 0.995
 
-# Number of the sensor's own samples from which on σ is right.
-_RIGHT_FROM = 8
+_RIGHT_FROM = 8  # number of the sensor's own samples from which on σ is right
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Upsampling:
-    """How a channel was interpolated.
+    """How a channel was interpolated."""
 
-    Attributes
-    ----------
-    factor : float
-        Rate of the log over that of the sensor.
-    aligned : bool
-        Whether the sensor's samples are among those of the log.
-    share : float
-        Part of the samples that lie on the line through their neighbours.
-    """
-
-    factor: float
-    aligned: bool
-    share: float
+    factor: float  # rate of the log over that of the sensor
+    aligned: bool  # whether the sensor's samples are among those of the log
+    share: float  # part of the samples that lie on the line through their neighbours
 
     @property
     def shortest(self) -> float:
@@ -61,17 +49,9 @@ class Upsampling:
 
 
 def upsampling(stream: Stream, channel: str) -> Upsampling | None:
-    """Whether a channel was interpolated linearly, by the second differences that are zero to rounding.
+    """Whether a channel was interpolated linearly, by the second differences that are zero to rounding; None if not.
 
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    Upsampling or None
-        None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
+    None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
     x = sample_of(stream, channel, most=_LOOKED_AT)
     zero = tolerance(stream, channel, x)
@@ -96,19 +76,10 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
 
 
 def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[Finding]:
-    """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost.
+    """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost. One finding.
 
-    Parameters
-    ----------
-    stream : Stream
-    warn_factor : float
-        Factor of the random walk, or of 1/σ at one sample, from which on single lost samples are a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of all channels concerned. Where all samples were made from a lower rate, ``factors`` holds the random
-        walk read at one sample over the sensor's own; at long τ it is right.
+    Where all samples were made from a lower rate, `factors` holds the random walk read at one sample over the sensor's own;
+    at long τ it is right. Lost samples are a warning from `warn_factor` on the random walk or on 1/σ at one sample.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
     found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
@@ -120,37 +91,26 @@ def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[F
 def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
     strongest, first = next(iter(found.items()))
     rate = stream.grid.rate / first.factor
-    return Finding(
-        details=Interpolated(
-            strongest=strongest,
-            share=first.share,
-            upsampled=Upsampled(
-                sensor_rate=rate,
-                log_rate=stream.grid.rate,
-                aligned=first.aligned,
-                sigma_one_sample=first.shortest,
-                right_from=_RIGHT_FROM / rate,
-            ),
-        ),
-        severity="warning",
-        channels=tuple(found),
-        size=first.factor,
-        factors=(("random_walk", first.shortest),),
+    how = Upsampled(
+        sensor_rate=rate,
+        log_rate=stream.grid.rate,
+        aligned=first.aligned,
+        sigma_one_sample=first.shortest,
+        right_from=_RIGHT_FROM / rate,
     )
+    details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
+    factors = (("random_walk", first.shortest),)
+    return Finding(details=details, severity="warning", channels=tuple(found), size=first.factor, factors=factors)
 
 
 def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], warn_factor: float) -> Finding:
     tau0 = stream.grid.tau0
-
-    def extent(channel: str) -> tuple[int, float]:
-        return int(gaps[channel].outages[1].max(initial=0)), gaps[channel].singles
-
-    strongest = max(gaps, key=extent)
+    strongest = max(gaps, key=lambda c: (int(gaps[c].outages[1].max(initial=0)), gaps[c].singles))
     one = gaps[strongest]
     first, lengths = one.outages
     outages, factors = None, dict[str, float]()
     if len(first):
-        walks = {channel: added_walk(stream, channel, gap.outages) for channel, gap in gaps.items()}
+        walks = {channel: walk_of_runs(stream, channel, gap.outages) for channel, gap in gaps.items()}
         walk = walks[strongest]
         for channel, added in walks.items():
             own = dict(added.factors)

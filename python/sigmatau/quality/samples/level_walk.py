@@ -6,15 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.findings.kinds.disturbances import AddedWalk
-from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.quality.samples.common import affected, octaves
+from sigmatau.quality.samples.common import octaves
 from sigmatau.record.streams import Stream
-from sigmatau.results import two_digits
 
-__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_effect"]
+__all__ = ["added_by_stretches", "added_walk", "own_walk", "parts_without", "walk_of_runs"]
 
 Parts = Sequence[tuple[int, int]]
 
@@ -41,7 +39,7 @@ def parts_without(n: int, first: Sequence[int], stop: Sequence[int]) -> list[tup
     return parts
 
 
-def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, bool]:
+def own_walk(x: Floats, tau0: float, parts: Parts) -> tuple[float, bool]:
     """K² of the sensor from undisturbed parts of a channel, or an upper bound; and whether a walk dominates the long times.
 
     3σ²(τ)/τ is K² where a walk dominates, and more elsewhere, because other terms only add to it. It is constant there;
@@ -58,9 +56,7 @@ def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, 
     return min(bounds, default=0.0), rules
 
 
-def added_by_stretches(
-    x: NDArray[np.float64], tau0: float, first: NDArray[np.int64], lengths: NDArray[np.int64]
-) -> float:
+def added_by_stretches(x: Floats, tau0: float, first: Ints, lengths: Ints) -> float:
     """K² that stretches with a false mean add at averaging times up to their length: a step at either end of each.
 
     Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
@@ -82,18 +78,15 @@ def added_by_stretches(
     return squares / (len(x) * tau0)
 
 
-def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> AddedWalk:
-    """The walk that levels other than the sensor's own add.
+def walk_of_runs(stream: Stream, channel: str, runs: Runs) -> AddedWalk:
+    """The walk that stretches with a false mean add, given by first samples and lengths."""
+    (first, lengths), x = runs, stream.column(channel)
+    added = added_by_stretches(x, stream.grid.tau0, first, lengths)
+    return added_walk(stream, channel, added, parts_without(len(x), first.tolist(), (first + lengths).tolist()))
 
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    added : float
-        What they add to K². [unit²/s, of the stream]
-    parts : sequence of (int, int)
-        Undisturbed parts of the channel, see `own_walk`.
-    """
+
+def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> AddedWalk:
+    """The walk that levels other than the sensor's own add: `added` to K² [unit²/s], against the undisturbed `parts`."""
     own, resolved = own_walk(stream.column(channel), stream.grid.tau0, parts)
     return AddedWalk(
         channel=channel,
@@ -103,22 +96,3 @@ def added_walk(stream: Stream, channel: str, added: float, parts: Parts) -> Adde
         factor=math.sqrt(1 + added / own) if own > 0 else None,
         resolved=resolved and own > 0,
     )
-
-
-def walk_effect(stream: Stream, added: float, own: float, *, rules: bool) -> tuple[str, tuple[tuple[str, float], ...]]:
-    """What is added to K² in words, and the factor if the sensor's own is known rather than bounded."""
-    factor = math.sqrt(1 + added / own) if own > 0 else math.inf
-    unit, size = display_units("rate_random_walk", stream.quantity, stream.unit)[0]
-    label = TERMS["rate_random_walk"].label(stream.quantity)
-    text = f"as much as {_article(label)} {label} of {math.sqrt(added) / size:.3g} {unit} adds to σ at long τ"
-    if not math.isfinite(factor):
-        return text, ()
-    if rules:
-        return f"{text}: {affected(factor, term=label)}", (("rate_random_walk", factor),)
-    # A bound on the sensor's own walk makes a bound on the factor, and no change of a number.
-    limit = f"{two_digits(factor)} times the sensor's own or more, of which the record shows a limit only"
-    return f"{text}: {limit}", ()
-
-
-def _article(word: str) -> str:
-    return "an" if word[0] in "aeiou" else "a"

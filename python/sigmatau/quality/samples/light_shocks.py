@@ -20,24 +20,14 @@ _GROUP_GAP = 0.25
 _LEAST_SPIKES, _LEAST_AXES, _LEAST_TIMES = 3, 2, 2
 
 _MOST_SINGLE = 0.5  # with a larger share of spikes outside groups, groups form by chance
-
 _BEFORE, _AFTER = 0.1, 0.5  # parts of the shock before its first and after its last spike [s]
 
 
 @stream_fact
 def light_shocks(stream: Stream) -> list[Burst]:
-    """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row.
+    """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row: a burst per axis.
 
     A corrupt row makes spikes on all axes in that row only; a shock rings.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    list of Burst
-        One per shock and axis with spikes.
     """
     if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _LEAST_AXES:
         return []
@@ -67,5 +57,5 @@ def light_shocks(stream: Stream) -> list[Burst]:
             here = changes[start : stop - 1]
             usual = block_rms(changes)
             ratio = float(np.sqrt(np.nanmean(here * here))) / usual if usual > 0 else math.inf
-            found.append(Burst(channel=channel, start=start, stop=stop, ratio=ratio))
+            found.append(Burst(channel, start, stop, ratio))
     return found

@@ -6,30 +6,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.arrays import runs
+from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Span
-from sigmatau.findings.wording import phrases
 from sigmatau.record.streams import Stream
 
-__all__ = ["in_seconds", "leave_out_option", "mask_of", "masked", "spans_of", "without_steps"]
+__all__ = ["in_seconds", "mask_of", "masked", "without_steps"]
 
 
-def masked(stream: Stream, mask: NDArray[np.bool_]) -> Stream:
-    """The stream with samples taken for missing; its log, and what is known of its numbers, stays as it is.
-
-    Parameters
-    ----------
-    stream : Stream
-    mask : ndarray of bool, shape (n,) or (n, n_channels)
-        True for the rates to take for missing, on all channels or on each.
-
-    Returns
-    -------
-    Stream
-        The very same if the mask has none.
-    """
+def masked(stream: Stream, mask: Bools) -> Stream:
+    """The stream with samples taken for missing by a mask, shape (n,) or (n, n_channels); the same object if it is empty."""
     if not mask.any():
         return stream
     missing = np.array(np.broadcast_to(mask.reshape(len(mask), -1), (stream.grid.n, len(stream.channels))))
@@ -38,17 +24,12 @@ def masked(stream: Stream, mask: NDArray[np.bool_]) -> Stream:
     return replace(stream, samples=replace(stream.samples, missing=missing), mask=missing)
 
 
-def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> NDArray[np.bool_]:
+def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
     """True in some stretches of n samples, which may reach beyond its ends; shape (n,)."""
     mask = np.zeros(n, dtype=bool)
     for start, stop in spans:
         mask[max(start, 0) : max(stop, 0)] = True
     return mask
-
-
-def spans_of(bad: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First sample of each stretch of True, and the first after it."""
-    return runs(bad)
 
 
 def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]], *, of_log: bool = False) -> tuple[Span, ...]:
@@ -57,34 +38,16 @@ def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]], *, of_log: bool
     return tuple((start * tau0 + lead, stop * tau0 + lead) for start, stop in spans)
 
 
-def leave_out_option(stream: Stream, spans: Sequence[tuple[int, int]], *, kind: str = "") -> str:
-    """The option that leaves out some stretches of samples, see `sigmatau.findings.wording.phrases.leave_out_option`."""
-    return phrases.leave_out_option(in_seconds(stream, spans, of_log=True), fault=kind)
-
-
 _CANCELS = 0.3  # two steps whose sum is less than this part of the larger one are a change of the mean that ends
 
 
 def without_steps(
     stream: Stream, steps: Sequence[tuple[int, int, float]]
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
-    """What to leave out, or else what to keep, of a record with steps of the mean.
+    """What to leave out, or else what to keep, of a record with steps: sample, uncertainty in samples, and size of each.
 
     The stretch between two steps that cancel is left out; otherwise the longest part between steps is kept, because a
-    record without the moment of a step still has both means.
-
-    Parameters
-    ----------
-    stream : Stream
-    steps : sequence of (int, int, float)
-        Sample of each step in order of time, its uncertainty in samples, and its size.
-
-    Returns
-    -------
-    tuple of (float, float)
-        Stretches to leave out, from the beginning of the log. [s]
-    (float or None, float or None) or None
-        The part to keep, None for an end of the log. [s]
+    record without the moment of a step still has both means. From the beginning of the log; None for an end of it. [s]
     """
     n = stream.grid.n
     if len(steps) == 2:

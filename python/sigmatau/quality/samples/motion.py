@@ -7,18 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.arrays import median_and_spread
+from sigmatau.arrays import Floats, Ints, median_and_spread
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import CHUNK, Stream
 
 __all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
 
 _WINDOW_S, _WINDOW = 1.0, 16  # least length of a window, in seconds and in samples
-
 _LEAST_WINDOWS = 24  # windows that a distribution can be taken from
 
 # The cube root of the power of a window is Gaussian to some percent of its spread (Wilson and Hilferty, PNAS 17, 1931). Its
@@ -38,92 +36,49 @@ _STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
 _EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
 
 _LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
-
 _MOST_STEPS = 256  # candidates examined for each length of windows
-
 _ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
-
 _BURST_GAP = 5.0  # windows no further apart are one burst [s]
 
 # A step lasts if the medians of this many half windows before and after it differ by this part of the step.
 _LASTS, _HALF_WINDOWS = 0.6, 6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Burst:
-    """A stretch of one channel in which it moves.
-
-    Attributes
-    ----------
-    channel : str
-    start, stop : int
-        Samples, stop not included.
-    ratio : float
-        Largest root mean square of the changes from sample to sample in a window over the usual one; of an excursion, its
-        size in standard deviations of the noise.
-    away : float
-        How far the mean of a window moves; 0 if the changes show the motion. [unit of the stream]
-    """
+    """A stretch of one channel in which it moves."""
 
     channel: str
-    start: int
+    start: int  # samples, stop not included
     stop: int
+    # largest root mean square of the changes from sample to sample in a window over the usual one; of an excursion, its
+    # size in standard deviations of the noise
     ratio: float
-    away: float = 0.0
+    away: float = 0.0  # how far the mean of a window moves; 0 if the changes show the motion [unit of the stream]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class LevelChange:
-    """A lasting step of the mean.
-
-    Attributes
-    ----------
-    channel : str
-    sample : int
-        First sample after the step, to half the window.
-    size : float
-        New mean less old mean. [unit of the stream]
-    window : int
-        Samples in the windows that show it best.
-    times : float
-        Size in standard deviations of the difference of such windows.
-    around : int
-        Half width of the interval in which the mean changes. [samples]
-    gradual : bool
-        Whether a line fits better than two constant parts, as in a warm-up.
-    """
+    """A lasting step of the mean."""
 
     channel: str
-    sample: int
-    size: float
-    window: int
-    times: float
-    around: int
-    gradual: bool
+    sample: int  # first sample after the step, to half the window
+    size: float  # new mean less old mean [unit of the stream]
+    window: int  # samples in the windows that show it best
+    times: float  # size in standard deviations of the difference of such windows
+    around: int  # half width of the interval in which the mean changes [samples]
+    gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Summary:
-    """A channel by windows of about a second.
-
-    Attributes
-    ----------
-    channel : str
-    window : int
-        Samples in a window.
-    first : float
-        The first sample there is. [unit of the stream]
-    mean : ndarray, shape (n_windows,)
-        Mean less `first`; NaN where half of a window is missing. [unit of the stream]
-    power : ndarray, shape (n_windows,)
-        Mean square of the changes from sample to sample. [unit², of the stream]
-    """
+    """A channel by windows of about a second."""
 
     channel: str
-    window: int
-    first: float
-    mean: NDArray[np.float64]
-    power: NDArray[np.float64]
+    window: int  # samples in a window
+    first: float  # the first sample there is [unit of the stream]
+    mean: Floats  # mean less `first`; NaN where half of a window is missing [unit of the stream]
+    power: Floats  # mean square of the changes from sample to sample [unit², of the stream]
 
 
 @channel_fact
@@ -150,52 +105,34 @@ def summary(stream: Stream, channel: str) -> Summary:
             mean[few] = power[few] = np.nan
         means.append(mean)
         powers.append(power)
-    return Summary(channel=channel, window=w, first=first, mean=np.concatenate(means), power=np.concatenate(powers))
+    return Summary(channel, w, first, np.concatenate(means), np.concatenate(powers))
 
 
-def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
     """Mean of each row over the samples that it has, and how many those are."""
     there = ~np.isnan(x)
     count = there.sum(axis=1)
     return np.where(there, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
 
 
-def _centre_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
-    return median_and_spread(present(x))
-
-
 def bursts(
     stream: Stream, found: Summary, *, spreads: float = _BURST_SPREADS, power_ratio: float = _BURST_POWER
 ) -> list[Burst]:
-    """Stretches in which the samples of a channel change far more than usual.
+    """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
-    The mean square of the changes from sample to sample in each window is compared with its distribution over the record;
-    slow terms hardly contribute. One or two spikes are not a burst.
-
-    Parameters
-    ----------
-    stream : Stream
-    found : Summary
-        Of the channel, see `summary`.
-    spreads, power_ratio : float
-        Thresholds for the cube root of the power in robust standard deviations, and for the power over the usual one.
-
-    Returns
-    -------
-    list of Burst
-        In order of time; none for fewer than 24 windows.
+    The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
+    its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
     channel, power, w = found.channel, found.power, found.window
     if np.count_nonzero(np.isfinite(power)) < _LEAST_WINDOWS:
         return []
     root = np.cbrt(power)
-    centre, spread = _centre_and_spread(root)
+    centre, spread = median_and_spread(present(root))
     usual = centre**3
     limit = max(centre + spreads * spread, np.cbrt(power_ratio * usual))
     if not np.any(root > limit):
         return []
-    resolved = resolution(stream, channel)
-    step = 0.0 if resolved is None else resolved.step
+    step = step_of(stream, channel)
     # Values that alternate between two steps change by one step at each sample.
     at = np.flatnonzero(power > max(limit**3, power_ratio * step**2))
     at = at[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in at]]
@@ -204,15 +141,8 @@ def bursts(
     apart = max(round(_BURST_GAP / (w * stream.grid.tau0)), 1)
     groups = np.split(at, np.flatnonzero(np.diff(at) > apart) + 1)
     floor = max(usual, step**2 / 12)
-    return [
-        Burst(
-            channel=channel,
-            start=int(g[0]) * w,
-            stop=(int(g[-1]) + 1) * w,
-            ratio=math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf,
-        )
-        for g in groups
-    ]
+    ratios = [math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf for g in groups]
+    return [Burst(channel, int(g[0]) * w, (int(g[-1]) + 1) * w, r) for g, r in zip(groups, ratios, strict=True)]
 
 
 def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
@@ -223,69 +153,36 @@ def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
 
 
 def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPREADS) -> list[LevelChange]:
-    """Lasting steps of a channel's mean that its noise does not make.
+    """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
-    rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the
-    same τ; of several windows that show it, the clearest counts. Missing windows are not bridged, because slow noise
-    continues where nothing is recorded.
-
-    Parameters
-    ----------
-    stream : Stream
-    found : Summary
-        Of the channel, see `summary`.
-    spreads : float
-        Threshold in robust standard deviations for many windows.
-
-    Returns
-    -------
-    list of LevelChange
-        In order of time; none for fewer than 48 windows.
+    rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the same
+    τ; of several windows that show it, the clearest counts. Missing windows are not bridged, because slow noise continues
+    where nothing is recorded.
     """
     channel, mean, w = found.channel, found.mean, found.window
-    step: float | None = None
     seen: list[LevelChange] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
     while len(half) >= 2 * _LEAST_WINDOWS:
         window = (half[:-1] + half[1:]) / 2
         differences = window[2:] - window[:-2]
-        known = int(np.count_nonzero(np.isfinite(differences)))
-        if known < _LEAST_WINDOWS:
+        judged = _departures(stream, channel, differences, spreads)
+        if judged is None:
             break
-        centre, spread = _centre_and_spread(differences)
-        far = np.abs(differences - centre)
-        limit = spreads * (1 + _FEW_WINDOWS / known) * spread
-        if np.any(far > limit):
-            if step is None:
-                resolved = resolution(stream, channel)
-                step = 0.0 if resolved is None else resolved.step
-            limit = max(limit, _ROUNDING * step)
-            farthest = np.argsort(-far)[:_MOST_STEPS]  # NaN last
-            for i in farthest[far[farthest] > limit].tolist():
-                before, after = (
-                    present(half[max(i + 2 - _HALF_WINDOWS, 0) : i + 2]),
-                    present(half[i + 2 : i + 2 + _HALF_WINDOWS]),
-                )
-                if len(before) < 2 or len(after) < 2:
-                    continue
-                size = float(np.median(after) - np.median(before))
-                if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
-                    times = float(far[i]) / spread if spread > 0 else math.inf
-                    at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                    gradual = _gradual(mean, at // shortest, 2 * w // shortest)
-                    around = 2 * w if gradual else max(2 * shortest, w // 8)
-                    seen.append(
-                        LevelChange(
-                            channel=channel,
-                            sample=at,
-                            size=size,
-                            window=2 * w,
-                            times=times,
-                            around=around,
-                            gradual=gradual,
-                        )
-                    )
+        far, spread, limit = judged
+        farthest = np.argsort(-far)[:_MOST_STEPS]  # NaN last
+        for i in farthest[far[farthest] > limit].tolist():
+            before = present(half[max(i + 2 - _HALF_WINDOWS, 0) : i + 2])
+            after = present(half[i + 2 : i + 2 + _HALF_WINDOWS])
+            if len(before) < 2 or len(after) < 2:
+                continue
+            size = float(np.median(after) - np.median(before))
+            if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
+                times = float(far[i]) / spread if spread > 0 else math.inf
+                at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
+                gradual = _gradual(mean, at // shortest, 2 * w // shortest)
+                around = 2 * w if gradual else max(2 * shortest, w // 8)
+                seen.append(LevelChange(channel, at, size, 2 * w, times, around, gradual))
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
@@ -296,6 +193,19 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
     return sorted(kept, key=lambda change: change.sample)
 
 
+def _departures(stream: Stream, channel: str, x: Floats, spreads: float) -> tuple[Floats, float, float] | None:
+    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach."""
+    known = int(np.count_nonzero(np.isfinite(x)))
+    if known < _LEAST_WINDOWS:
+        return None
+    centre, spread = median_and_spread(present(x))
+    far = np.abs(x - centre)
+    limit = spreads * (1 + _FEW_WINDOWS / known) * spread
+    if np.any(far > limit):
+        limit = max(limit, _ROUNDING * step_of(stream, channel))
+    return far, spread, limit
+
+
 def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
     """Distance of the mean of a window from `base` without its four farthest samples, which spikes may be."""
     x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
@@ -303,7 +213,7 @@ def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float)
     return abs(float(kept.mean())) if len(kept) else 0.0
 
 
-def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
+def _gradual(mean: Floats, at: int, around: int) -> bool:
     """Whether a line fits better about a place than two constant parts."""
     start = max(at - around, 0)
     x = mean[start : at + around]
@@ -321,50 +231,29 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
     A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
-    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold.
-
-    Parameters
-    ----------
-    stream : Stream
-    found : Summary
-        Of the channel, see `summary`.
-    changes : sequence of LevelChange
-        Of the channel; excursions beside one are ignored.
-
-    Returns
-    -------
-    list of Burst
-        In order of time; none for fewer than 48 windows.
+    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold. Excursions
+    beside one of the `changes` of the channel are ignored.
     """
     mean, w = found.mean, found.window
-    step: float | None = None
     seen: list[Burst] = []
     for _ in range(_EXCURSION_LENGTHS):
         if len(mean) < 2 * _LEAST_WINDOWS:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        known = int(np.count_nonzero(np.isfinite(away)))
-        if known < _LEAST_WINDOWS:
+        judged = _departures(stream, found.channel, away, _STEP_SPREADS)
+        if judged is None:
             break
-        centre, spread = _centre_and_spread(away)
-        far = np.abs(away - centre)
-        limit = _STEP_SPREADS * (1 + _FEW_WINDOWS / known) * spread
-        if np.any(far > limit):
-            if step is None:
-                resolved = resolution(stream, found.channel)
-                step = 0.0 if resolved is None else resolved.step
-            # Beside what goes away half of it shows with the other sign.
-            at = np.flatnonzero(far > max(limit, _ROUNDING * step, _PART_OF_FARTHEST * float(np.nanmax(far))))
-            for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
-                k = int(group[np.argmax(far[group])])
-                times = float(far[k]) / spread if spread > 0 else math.inf
-                start, stop = (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w
-                near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
-                base = found.first + float((mean[k] + mean[k + 4]) / 2)
-                if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _LASTS * float(
-                    far[k]
-                ):
-                    seen.append(Burst(channel=found.channel, start=start, stop=stop, ratio=times, away=float(far[k])))
+        far, spread, limit = judged
+        # Beside what goes away half of it shows with the other sign.
+        at = np.flatnonzero(far > max(limit, _PART_OF_FARTHEST * float(np.nanmax(far))))
+        for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
+            k = int(group[np.argmax(far[group])])
+            farthest = float(far[k])
+            near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
+            base = found.first + float((mean[k] + mean[k + 4]) / 2)
+            if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _LASTS * farthest:
+                times = farthest / spread if spread > 0 else math.inf
+                seen.append(Burst(found.channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, times, farthest))
         even = len(mean) // 2 * 2
         mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w
     kept: list[Burst] = []
@@ -375,7 +264,7 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     return sorted(kept, key=lambda one: one.start)
 
 
-def _where(mean: NDArray[np.float64], about: int, around: int) -> int:
+def _where(mean: Floats, about: int, around: int) -> int:
     """The window at which a step is, by least squares of two constant parts about a place."""
     start = max(about - 2 * around, 0)
     x = mean[start : about + 2 * around]

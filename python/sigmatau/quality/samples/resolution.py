@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import CoarseResolution, QuantizationMismatch
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed
 
 __all__ = [
     "Resolution",
@@ -23,6 +22,7 @@ __all__ = [
     "quantization_mismatch",
     "quantization_step",
     "resolution",
+    "step_of",
     "too_coarse",
 ]
 
@@ -41,9 +41,7 @@ _REPORT_FACTOR, _WARN_FACTOR = 1.005, 1.05
 # Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5.
 _MIN_NOISE_STEPS = 0.54
 
-# Noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most.
-_MAX_NOISE_STEPS = 3.0
-
+_MAX_NOISE_STEPS = 3.0  # noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most
 _MAX_FACTOR = 2.0  # beyond it, what rounding adds is not known
 
 # Largest ratio of a fitted quantization noise to S/√12, the paper's bound below eq. (13). Fits are right to some percent.
@@ -51,22 +49,13 @@ _TOLERANCE = 1.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resolution(Printed):
-    """Step of a channel's numbers, and the noise beside it.
-
-    Attributes
-    ----------
-    channel : str
-    step : float
-        Common step of all values, of the rate. [unit of the stream]
-    noise : float
-        Standard deviation of the white part of a sample: root mean square of the differences of neighbours over √2; of
-        noise that is coarser than the step, its own. [unit of the stream]
-    unit : str
-    """
+class Resolution:
+    """Step of a channel's numbers, and the noise beside it."""
 
     channel: str
-    step: float
+    step: float  # common step of all values, of the rate [unit of the stream]
+    # standard deviation of the white part of a sample: root mean square of the differences of neighbours over √2; of
+    # noise that is coarser than the step, its own [unit of the stream]
     noise: float
     unit: str
 
@@ -75,31 +64,12 @@ class Resolution(Printed):
         """Noise in steps."""
         return self.noise / self.step
 
-    def to_dict(self) -> dict[str, Any]:
-        return {"channel": self.channel, "step": self.step, "noise": self.noise, "unit": self.unit}
 
-    def __repr__(self) -> str:
-        noise = f"noise {self.noise:.4g} {self.unit} ({self.ratio:.3g} steps)"
-        return f"{self.channel}: step {self.step:.6g} {self.unit}, {noise}"
-
-
-def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | None:
+def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
 
-    Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32):
-    the step is that of the counts, by regression of the values on their whole numbers.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        NaN is passed over.
-    rounding : float
-        Values closer than this are the same. [unit of x]
-
-    Returns
-    -------
-    float or None
-        [unit of x]
+    Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the
+    step is that of the counts, by regression of the values on their whole numbers. Values closer than `rounding` are one.
     """
     x = present(x)
     values = np.unique(x)
@@ -125,17 +95,7 @@ def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | Non
 
 @channel_fact
 def resolution(stream: Stream, channel: str) -> Resolution | None:
-    """Step and noise of a channel; None if its values have no common step that can be told from none.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    Resolution or None
-    """
+    """Step and noise of a channel; None if its values have no common step that can be told from none."""
     x = sample_of(stream, channel, most=_LOOKED_AT)
     rounding = _rounding(stream, channel)
     if stream.samples.transforms[stream.channels.index(channel)].kind == "increments":
@@ -151,45 +111,25 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 
+def step_of(stream: Stream, channel: str) -> float:
+    """Step of a channel's numbers; 0 if it has none."""
+    found = resolution(stream, channel)
+    return 0.0 if found is None else found.step
+
+
 def quantization_step(stream: Stream, channel: str) -> float | None:
-    """Step S of the increments or of the accumulated angle or velocity that a log holds, for Q against S/√12.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    float or None
-        None for a log of rates, to whose rounding no Q belongs, and where no step is found. [unit of the stream, times s]
-    """
+    """Step S of the increments, angle or velocity in a log, for Q against S/√12 [unit·s]; None for rates or no step."""
     if stream.samples.transforms[stream.channels.index(channel)].kind == "rate":
         return None
-    found = resolution(stream, channel)
-    return None if found is None else found.step * stream.grid.tau0
+    return step_of(stream, channel) * stream.grid.tau0 or None
 
 
 def quantization_mismatch(
     stream: Stream, channel: str, quantization: float, *, low: float = 0.0, tolerance: float = _TOLERANCE
 ) -> list[Finding]:
-    """A finding if a fitted quantization noise is larger than the step of the log can make.
+    """A finding if a fitted quantization noise [unit·s] is larger than the step of the log can make; at most one info.
 
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    quantization : float
-        Fitted Q. [unit of the stream, times s]
-    low : float
-        Lower end of its interval. Default: the value alone counts.
-    tolerance : float
-        Ratio to S/√12 from which on it is reported.
-
-    Returns
-    -------
-    list of Finding
-        At most one, of severity info.
+    The lower end `low` of its interval, or without one the value itself, is compared with `tolerance` times S/√12.
     """
     step = quantization_step(stream, channel)
     if step is None:
@@ -197,14 +137,8 @@ def quantization_mismatch(
     limit = step / math.sqrt(12)
     if (low or quantization) <= tolerance * limit:
         return []
-    return [
-        Finding(
-            details=QuantizationMismatch(quantization=quantization, step=step, limit=limit, unit=stream.unit),
-            severity="info",
-            channels=(channel,),
-            size=quantization / limit,
-        )
-    ]
+    details = QuantizationMismatch(quantization=quantization, step=step, limit=limit, unit=stream.unit)
+    return [Finding(details=details, severity="info", channels=(channel,), size=quantization / limit)]
 
 
 def too_coarse(finding: Finding) -> bool:
@@ -215,21 +149,11 @@ def too_coarse(finding: Finding) -> bool:
 def coarse_resolution(
     stream: Stream, *, report_factor: float = _REPORT_FACTOR, warn_factor: float = _WARN_FACTOR
 ) -> list[Finding]:
-    """Channels whose step is so coarse against their noise that rounding shows in a coefficient.
+    """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
     noise, which belongs to increments and accumulated values alone. Below half a step of noise no number can be trusted.
-
-    Parameters
-    ----------
-    stream : Stream
-    report_factor, warn_factor : float
-        Factor of the random walk from which on a channel is reported, and from which on the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        One per channel; ``factors`` holds the random walk's where it can be known.
+    The thresholds are factors of the random walk.
     """
     findings = (_coarse(stream, channel, report_factor, warn_factor) for channel in stream.channels)
     return [finding for finding in findings if finding is not None]
@@ -260,13 +184,9 @@ def _coarse(stream: Stream, channel: str, report_factor: float, warn_factor: flo
         else:
             rounding, severity, added = "white", "warning" if factor > warn_factor else "info", math.sqrt(square)
             factors = (("random_walk", factor),)
+    details = CoarseResolution(step=found.step, noise=found.noise, unit=found.unit, rounding=rounding, added=added)
     return Finding(
-        details=CoarseResolution(step=found.step, noise=found.noise, unit=found.unit, rounding=rounding, added=added),
-        severity=severity,
-        channels=(channel,),
-        size=found.ratio,
-        unit="steps",
-        factors=factors,
+        details=details, severity=severity, channels=(channel,), size=found.ratio, unit="steps", factors=factors
     )
 
 

@@ -18,13 +18,12 @@ from sigmatau.quality.samples.masking import in_seconds, mask_of, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
 from sigmatau.record.streams import Stream
 
-__all__ = ["LARGEST_BIAS", "Movements", "level_finding", "movements", "not_static"]
+__all__ = ["Movements", "level_finding", "movements", "not_static"]
 
 LARGEST_BIAS = math.radians(20)
 """Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
 
 _SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
-
 _RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned
 
 
@@ -38,6 +37,8 @@ def not_static(
 ) -> list[Finding]:
     """Motion of a sensor that should rest: rotation, shocks and other bursts, steps of the mean (tilt).
 
+    At most one finding a channel and one for several axes together; light shocks are an info below `warn_factor`.
+
     Parameters
     ----------
     stream : Stream
@@ -48,13 +49,6 @@ def not_static(
         Shocks found before, see `sigmatau.quality.samples.light_shocks`.
     largest_bias : float
         A larger mean rate is a rotation. [rad/s]
-    warn_factor : float
-        Light shocks that change the random walk by less are an info.
-
-    Returns
-    -------
-    list of Finding
-        At most one a channel and one for several axes together.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
@@ -85,23 +79,12 @@ def _both(motion: Finding, steps: Finding) -> Finding:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Movements:
-    """Motion of the channels of a stream.
-
-    Attributes
-    ----------
-    moved : list of Burst
-    changed : dict of str to list of LevelChange
-        Steps of the mean, of the channels that have any.
-    rates : dict of str to float
-        Size of the mean, by channel.
-    window : int
-        Samples in a window.
-    """
+    """Motion of the channels of a stream."""
 
     moved: list[Burst]
-    changed: dict[str, list[LevelChange]]
-    rates: dict[str, float]
-    window: int
+    changed: dict[str, list[LevelChange]]  # steps of the mean, of the channels that have any
+    rates: dict[str, float]  # size of the mean, by channel
+    window: int  # samples in a window
 
 
 def _not_in(shocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
@@ -159,13 +142,8 @@ def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
 
 
 def _rotation(stream: Stream, channel: str, rate: float) -> Finding:
-    return Finding(
-        details=NotStatic(quantity=stream.quantity, unit=stream.unit, rotation=Rotation(rate=rate, stream=stream.name)),
-        severity="warning",
-        channels=(channel,),
-        size=rate,
-        unit=stream.unit,
-    )
+    details = NotStatic(quantity=stream.quantity, unit=stream.unit, rotation=Rotation(rate=rate, stream=stream.name))
+    return Finding(details=details, severity="warning", channels=(channel,), size=rate, unit=stream.unit)
 
 
 def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool, warn_factor: float) -> Finding:
@@ -183,7 +161,9 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool,
         for group, span, (start, stop) in zip(groups, times, spans, strict=True)
     )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
-    effects = {c: _effect(stream, c, [(b.start, b.stop) for b in moved if b.channel == c]) for c in axes}
+    tau0, n = stream.grid.tau0, stream.grid.n
+    masks = {c: mask_of(n, [(b.start, b.stop) for b in moved if b.channel == c]) for c in axes}
+    effects = {c: worst_on_white(stream.column(c), mask, tau0) for c, mask in masks.items()}
     strongest = max(axes, key=lambda c: effects[c][0])
     factor, tau = effects[strongest]
     return Finding(
@@ -217,24 +197,10 @@ def _burst(stream: Stream, group: Sequence[Burst], span: Span, *, shock: bool) -
     )
 
 
-def _effect(stream: Stream, channel: str, spans: Sequence[tuple[int, int]]) -> tuple[float, float]:
-    return worst_on_white(stream.column(channel), mask_of(stream.grid.n, spans), stream.grid.tau0)
-
-
 def level_finding(
     stream: Stream, channel: str, changes: Sequence[LevelChange], *, beside_drift: bool = False
 ) -> Finding:
-    """Finding about steps of the mean: when, how large, and what they add to the rate random walk.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-    changes : sequence of LevelChange
-        At least one.
-    beside_drift : bool
-        Whether the steps were found in a record from which a drift was subtracted.
-    """
+    """Finding about one or more steps of the mean: when, how large, and what they add to the rate random walk."""
     largest = max(changes, key=lambda change: abs(change.size))
     tau0, n = stream.grid.tau0, stream.grid.n
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
@@ -246,21 +212,22 @@ def level_finding(
     )
     walk = added_walk(stream, channel, added, between)
     leave_out, keep = without_steps(stream, [(c.sample, c.window, c.size) for c in changes])
+    steps = tuple(
+        LevelStep(
+            time=change.sample * tau0,
+            uncertainty=change.around * tau0,
+            size=change.size,
+            ratio=change.times,
+            window=change.window * tau0,
+            gradual=change.gradual,
+        )
+        for change in changes
+    )
     return Finding(
         details=NotStatic(
             quantity=stream.quantity,
             unit=stream.unit,
-            steps=tuple(
-                LevelStep(
-                    time=change.sample * tau0,
-                    uncertainty=change.around * tau0,
-                    size=change.size,
-                    ratio=change.times,
-                    window=change.window * tau0,
-                    gradual=change.gradual,
-                )
-                for change in changes
-            ),
+            steps=steps,
             beside_drift=beside_drift,
             walk=walk,
             leave_out=leave_out,

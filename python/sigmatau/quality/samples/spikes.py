@@ -7,8 +7,8 @@ from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import Spikes, SpikesMasked
 from sigmatau.quality.facts import channel_fact, stream_fact
@@ -19,25 +19,13 @@ from sigmatau.quality.samples.masking import in_seconds, masked
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK, Stream
 
-__all__ = [
-    "FALSE_SPIKES",
-    "MANY_SPIKES",
-    "find_spikes",
-    "mask_spikes",
-    "more_below",
-    "spike_mask",
-    "spikes",
-    "spikes_missing",
-    "without_spikes",
-]
+__all__ = ["find_spikes", "mask_spikes", "more_below", "spike_mask", "spikes", "spikes_missing", "without_spikes"]
 
 FALSE_SPIKES = 1e-4
 """Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
 median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""
 
-MANY_SPIKES = 0.01
-"""Share of spikes beyond which the finding is a warning, because the noise is not Gaussian then."""
-
+MANY_SPIKES = 0.01  # share of spikes beyond which the finding is a warning, because the noise is not Gaussian then
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
 
 # Neighbours on either side where two of four are often spikes; and how often the rest is searched again, because spikes
@@ -51,44 +39,28 @@ _SPOILED = 2.0
 _TAIL_FROM, _TAIL_COUNT = 4.0, 12
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-
 _APART = 7  # least distance between a spike and the sample that replaces it
-
 _STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
 _STEPS, _UNSEEN = 1.0, 0.3
 
 _FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
-
 _LEAST = 32  # samples from which a scale can be taken
 
 
-def find_spikes(x: NDArray[np.float64], *, false_spikes: float = FALSE_SPIKES) -> NDArray[np.bool_]:
-    """Samples that stand out from the medians of the four samples before and of the four samples after them.
+def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
+    """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
 
     Where spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of
-    the noise, see `sigmatau.quality.samples.dense_spikes`. Where most blocks of 32 samples contain spikes, the scale is that
-    of the median residual and the medians are of 16 samples: up to 20 % of spikes are found. The rest is searched again
-    without the spikes found.
+    the noise, see `sigmatau.quality.samples.dense_spikes`. Where most blocks of 32 samples contain spikes, the scale is
+    that of the median residual and the medians are of 16 samples: up to 20 % of spikes are found. The rest is searched
+    again without the spikes found.
 
     The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
-    less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a
-    median over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a
-    shock, theirs counts. A step of the mean is not a spike.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        NaN where samples are missing.
-    false_spikes : float
-        Spikes that Gaussian noise may make in a record, on average.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        All False for fewer than 32 samples, or fewer than 32 that have two of the four before them: at random, with more
-        than about 95 % of 10⁵ missing.
+    less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a median
+    over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a shock,
+    theirs counts. A step of the mean is not a spike. Fewer than 32 samples that can be judged have none.
     """
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
@@ -120,16 +92,14 @@ def find_spikes(x: NDArray[np.float64], *, false_spikes: float = FALSE_SPIKES) -
 
 
 @channel_fact
-def spike_mask(stream: Stream, channel: str) -> NDArray[np.bool_]:
+def spike_mask(stream: Stream, channel: str) -> Bools:
     """The spikes of a channel, see `find_spikes`; read-only."""
     found = find_spikes(stream.column(channel))
     found.setflags(write=False)
     return found
 
 
-def _found(
-    x: NDArray[np.float64], threshold: float, multiple: float, least: float, side: int, part: float
-) -> NDArray[np.int64]:
+def _found(x: Floats, threshold: float, multiple: float, least: float, side: int, part: float) -> Ints:
     """Indices of the samples beyond a threshold, and beyond a multiple of the scatter of their neighbours."""
     found = [np.empty(0, dtype=np.int64)]
     candidates = _candidates(x, threshold)
@@ -144,29 +114,17 @@ def _found(
     return np.concatenate(found)
 
 
-def more_below(rest: NDArray[np.float64]) -> bool:
+def more_below(rest: Floats) -> bool:
     """Whether a record without its spikes has more outliers than noise makes: the effect of the spikes is a lower bound."""
     return hidden(rest, _scale(rest)[1])
 
 
 @stream_fact
 def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WARN_FACTOR) -> list[Finding]:
-    """Spikes of each channel: number, time and height, and their effect on the random walk.
+    """Spikes of each channel: number, time and height, and their effect on the random walk; at most one finding a channel.
 
-    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first.
-
-    Parameters
-    ----------
-    stream : Stream
-    many : float
-        Share of spikes beyond which the finding is a warning.
-    warn_factor : float
-        Factor on the random walk beyond which the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one a channel.
+    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first. A
+    warning beyond a share of `many` spikes, or a factor of `warn_factor` on the random walk.
     """
     findings = []
     for channel in stream.channels:
@@ -178,19 +136,7 @@ def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WA
 
 
 def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
-    """The record with its spikes taken for missing samples.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    record : Record
-        NaN in place of each spike; the very same record if there is none.
-    findings : list of Finding
-        One a channel that had spikes, of severity info.
-    """
+    """The record with its spikes taken for missing, the same object if it has none; an info for each such channel."""
     streams, findings = [], []
     for stream in record.streams:
         masks = [spike_mask(stream, channel) for channel in stream.channels]
@@ -239,15 +185,7 @@ def without_spikes(stream: Stream) -> Stream:
     return stream.with_rates(columns) if changed else stream
 
 
-def _finding(
-    stream: Stream,
-    channel: str,
-    x: NDArray[np.float64],
-    found: NDArray[np.bool_],
-    *,
-    many: float,
-    warn_factor: float,
-) -> Finding:
+def _finding(stream: Stream, channel: str, x: Floats, found: Bools, *, many: float, warn_factor: float) -> Finding:
     tau0 = stream.grid.tau0
     at = np.flatnonzero(found)
     clean = np.where(found, np.nan, x)
@@ -278,11 +216,10 @@ def _finding(
     )
 
 
-def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
+def _added(heights: Floats, at: Ints, n: int) -> float:
     """Variance of white noise that spikes add to n samples; consecutive spikes are summed first.
 
-    The sum of their autocovariances over the lags at which spikes follow each other more often than by chance, less their
-    mean, which is not noise.
+    The sum of their autocovariances over lags that are more frequent than by chance, less their mean, which is not noise.
     """
     total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
     for lag in range(1, _SIDE + 1):
@@ -301,7 +238,7 @@ def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
     return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / AROUND))
 
 
-def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+def _heights(x: Floats, clean: Floats, at: Ints) -> Floats:
     """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
     heights = np.empty(len(at))
     for start in range(0, len(at), _BATCH):
@@ -312,10 +249,8 @@ def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.
     return heights
 
 
-def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
-    """Standard deviation of the residual against one side, the step of the numbers if they have one worth a thought, how
-    many neighbours a side takes, and how many residuals are in the tail.
-    """
+def _scale(x: Floats) -> tuple[float, float, int, int]:
+    """Standard deviation of the residual against one side, step of the numbers, neighbours a side, residuals in the tail."""
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
         parts = [x]
@@ -344,7 +279,7 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
     return scale, step, _SIDE, far
 
 
-def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _where_two_are(x: Floats) -> Floats:
     """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
     there = np.flatnonzero(np.isfinite(x))
     before = there[2:] - there[:-2] <= _SIDE
@@ -353,7 +288,7 @@ def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
 
 
-def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _median(x: Floats) -> Floats:
     """Medians of rows of four: the sum less the extremes. NaN if one is missing."""
     a, b, c, d = x.T
     low = np.minimum(np.maximum(a, b), np.maximum(c, d))
@@ -361,11 +296,8 @@ def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray((low + high) / 2)
 
 
-def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
-    """Samples within two of a change that a spike cannot do without: half of the threshold. Of three in a row, all.
-
-    Missing samples are passed over: a spike beside a gap differs from the next sample that is there.
-    """
+def _candidates(x: Floats, threshold: float) -> Ints:
+    """Samples within two of a change that a spike cannot do without: half of the threshold. Missing ones are passed over."""
     there = np.flatnonzero(~np.isnan(x))
     whole = len(there) == len(x)
     found = []

@@ -13,10 +13,9 @@ from sigmatau.quality.samples.common import WARN_FACTOR, change_of_white, presen
 from sigmatau.quality.samples.masking import in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["LONGEST_TRANSIENT", "settled_from", "start_transient"]
+__all__ = ["settled_from", "start_transient"]
 
-LONGEST_TRANSIENT = 10.0
-"""A record that settles later warms up. [s]"""
+LONGEST_TRANSIENT = 10.0  # a record that settles later warms up [s]
 
 # The first sample less the mean of a window of 1 s that begins 1 s later, compared with the same all over the record:
 # Gaussian for each of the five terms. Threshold a·(1 + b/n) in robust standard deviations, n windows, see
@@ -61,21 +60,9 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
 def start_transient(
     stream: Stream, *, longest: float = LONGEST_TRANSIENT, warn_factor: float = WARN_FACTOR
 ) -> list[Finding]:
-    """Channels that begin near zero and settle at their mean within seconds, as a filter does that starts from zero.
+    """Channels that begin near zero and settle at their mean within `longest` seconds, as a filter from zero does.
 
-    Parameters
-    ----------
-    stream : Stream
-        Angular rates or accelerations; other signals are not checked.
-    longest : float
-        A longer transient is not looked for. [s]
-    warn_factor : float
-        Factor on the random walk beyond which the finding is a warning.
-
-    Returns
-    -------
-    list of Finding
-        One for all channels concerned.
+    One finding for all channels concerned, a warning beyond `warn_factor` on the random walk.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []

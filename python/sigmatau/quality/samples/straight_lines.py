@@ -6,24 +6,22 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "Tolerance", "filled", "straight_parts", "tolerance"]
+__all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "filled", "tolerance"]
 
 # Rounding of a second difference by double precision, as a part of the samples; and the part of the usual second difference
 # that counts as 0: single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
 _EPS = 16 * float(np.finfo(float).eps)
 _NOTHING = 1e-3
 
-MIN_STRETCH = 16
-"""Samples of a line from which on it is an outage, and not single samples that were filled in."""
-
+MIN_STRETCH = 16  # samples of a line from which on it is an outage, and not single samples that were filled in
 _FALSE_ALARM = 1e-4  # probability that a record of noise alone has an outage that is reported
 
 # Single samples are reported from this part of the record on, beyond so many times chance and so many standard errors of it.
@@ -36,85 +34,52 @@ TOO_COARSE = 0.15
 """Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Which second differences of a channel are 0.
+    """Which second differences of a channel are 0."""
 
-    Attributes
-    ----------
-    rounding : float
-        Rounding of a second difference by double precision. [unit of the stream]
-    largest : float
-        Second differences up to this are 0. [unit of the stream]
-    scale : float
-        Root mean square of those that are not 0 to rounding. [unit of the stream]
-    chance : float
-        Part of all that noise makes 0; 1 if there is no noise.
-    """
-
-    rounding: float
-    largest: float
-    scale: float
-    chance: float
+    rounding: float  # rounding of a second difference by double precision [unit of the stream]
+    largest: float  # second differences up to this are 0 [unit of the stream]
+    scale: float  # root mean square of those that are not 0 to rounding [unit of the stream]
+    chance: float  # part of all that noise makes 0; 1 if there is no noise
 
 
-def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolerance | None:
+def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
     """The second differences that are 0 in some samples of a channel; None if there are too few."""
     second = np.diff(some, n=2)
     if np.count_nonzero(np.isfinite(second)) < _MIN_DIFFERENCES:
         return None
     rounding = _EPS * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
-    found = resolution(stream, channel)
     # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + _NOTHING * scale + 2.01 * (0.0 if found is None else found.step)
+    largest = rounding + _NOTHING * scale + 2.01 * step_of(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
-    return Tolerance(rounding=rounding, largest=largest, scale=scale, chance=chance)
+    return Tolerance(rounding, largest, scale, chance)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class StraightParts:
-    """Which samples lie on the line through their neighbours.
+    """Which samples lie on the line through their neighbours."""
 
-    Attributes
-    ----------
-    at : ndarray of int
-        Those samples.
-    chance : float
-        Share of all that noise puts there.
-    smooth : float
-        Change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter.
-    """
-
-    at: NDArray[np.int64]
-    chance: float
+    at: Ints  # those samples
+    chance: float  # share of all that noise puts there
+    # change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter
     smooth: float
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Filled:
-    """Samples that were filled in with straight lines where others were lost.
+    """Samples that were filled in with straight lines where others were lost."""
 
-    Attributes
-    ----------
-    first, lengths : ndarray of int, shape (n_runs,)
-        First sample and length of each run of them.
-    singles : float
-        Part of the samples that is in shorter runs, less what chance puts on lines.
-    random_walk : float
-        N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted.
-    short : float
-        σ at one sample over the sensor's own.
-    """
-
-    first: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    singles: float
+    first: Ints  # first sample and length of each run of them
+    lengths: Ints
+    singles: float  # part of the samples that is in shorter runs, less what chance puts on lines
+    # N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted
     random_walk: float
-    short: float
+    short: float  # σ at one sample over the sensor's own
 
     @property
-    def outages(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def outages(self) -> Runs:
         """First samples and lengths of the runs that are outages and not single samples."""
         long = self.lengths >= MIN_STRETCH
         return self.first[long], self.lengths[long]
@@ -143,7 +108,7 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     equal = float(np.count_nonzero(np.abs(np.diff(some)) <= zero.largest)) / len(second)
     chance = max(chance, equal / math.sqrt(3))
     moving = second[np.abs(second) > zero.rounding]
-    return StraightParts(at=np.concatenate(places), chance=chance, smooth=block_rms(np.diff(moving)) / zero.scale)
+    return StraightParts(np.concatenate(places), chance, block_rms(np.diff(moving)) / zero.scale)
 
 
 @channel_fact
@@ -151,18 +116,9 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 
     A line is reported from L samples on, where n·p^L < 1e-4 and p is the share of samples on lines: for white noise, and
-    from more samples on where the changes of second differences are small. Single samples are reported where more than
-    0.4 % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
+    from more samples on where the changes of second differences are small. Single samples are reported where more than 0.4
+    % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
     interpolated from another rate all samples are on lines.
-
-    Parameters
-    ----------
-    stream : Stream
-    channel : str
-
-    Returns
-    -------
-    Filled or None
     """
     parts = straight_parts(stream, channel)
     if parts is None or not len(parts.at):
@@ -195,21 +151,15 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     random_walk, short = _of_singles(first[single], lengths[single], n)
     part = float(lengths[single].sum()) / n
     true = max(1 - chance / part, 0.0) if part else 0.0
-    return Filled(
-        first=first[kept],
-        lengths=lengths[kept],
-        singles=part * true,
-        random_walk=1 + (random_walk - 1) * true,
-        short=1 + (short - 1) * true,
-    )
+    return Filled(first[kept], lengths[kept], part * true, 1 + (random_walk - 1) * true, 1 + (short - 1) * true)
 
 
-def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
+def _noise_between(x: Floats, straight: Ints) -> bool:
     """Whether neighbouring changes away from the lines are not parts of one line.
 
-    Interpolation to less than 2.5 times the rate, where not all samples are on lines, makes a correlation of +0.2; white
-    noise of −1/2, noise behind a filter up to 1. The number of samples between lines then decides: lines between samples of
-    a lower rate leave an even number of them, or one.
+    Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise of −1/2, noise behind a filter up
+    to 1. Then the number of samples between lines decides: lines between samples of a lower rate leave an even number, or
+    one.
     """
     between = np.ones(len(x), dtype=bool)
     between[straight] = False
@@ -227,11 +177,11 @@ def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
     return bool(np.count_nonzero(odd) > 0.25 * len(lengths))
 
 
-def _of_singles(first: NDArray[np.int64], lengths: NDArray[np.int64], n: int) -> tuple[float, float]:
+def _of_singles(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
     """N at long τ and σ at one sample, over those of the sensor.
 
-    A gap of g samples gives g/2 of weight to each of the two that it lies between: N² is as the mean of the squared weights
-    over all rows. The g + 1 changes across it are each (b − a)/(g + 1): (g + 1)⁻¹ of the squares in place of g + 1.
+    A gap of g samples gives g/2 of weight to each of the two beside it: N² is as the mean of the squared weights over all
+    rows. The g + 1 changes across it are each (b − a)/(g + 1): (g + 1)⁻¹ of the squares in place of g + 1.
     """
     weight = np.ones(n + 2)
     gone = np.zeros(n + 2, dtype=np.int8)

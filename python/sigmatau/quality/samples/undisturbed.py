@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.light_shocks import light_shocks
 from sigmatau.quality.samples.lost_rows import lost_rows
@@ -25,19 +25,10 @@ _MOST_DISTURBED = 0.4  # a record with a larger disturbed share is left as it is
 
 @stream_fact
 def undisturbed(stream: Stream) -> Stream:
-    """The stream with disturbed samples taken for missing.
+    """The stream with disturbed samples taken for missing; the same object if nothing is disturbed, or more than 40 %.
 
     Motion on all axes, with a window before and after it, because a shock of one axis reaches the others; steps of the mean
     with their uncertainty; runs of equal samples and straight lines.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    Stream
-        The same object if nothing is disturbed, or more than 40 %.
     """
     still = without_runs(stream)
     if stream.quantity not in ("angular_rate", "acceleration"):
@@ -57,15 +48,6 @@ def quiet(stream: Stream) -> Stream:
 
     A value held at either end, or a spike of a thousand standard deviations there, looks like a drift; and the steep
     beginning of a drift looks like a step.
-
-    Parameters
-    ----------
-    stream : Stream
-
-    Returns
-    -------
-    Stream
-        The same object if nothing is disturbed.
     """
     still = without_runs(lost_rows(stream)[1])
     if stream.quantity not in ("angular_rate", "acceleration"):
@@ -74,7 +56,7 @@ def quiet(stream: Stream) -> Stream:
     return still if bad.mean() > _MOST_DISTURBED else masked(alone, bad)
 
 
-def _moving(stream: Stream, still: Stream) -> tuple[Stream, Stream, Movements, NDArray[np.bool_]]:
+def _moving(stream: Stream, still: Stream) -> tuple[Stream, Stream, Movements, Bools]:
     """The stream without a start transient; also without spikes; its motion; and the samples in motion, with a margin."""
     start = max((settled_from(stream, channel) for channel in stream.channels), default=0)
     still = masked(still, mask_of(still.grid.n, [(0, start)]))

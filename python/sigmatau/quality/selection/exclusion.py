@@ -22,7 +22,7 @@ from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-__all__ = ["FAULTS", "from_the_start", "leave_out"]
+__all__ = ["from_the_start", "leave_out"]
 
 FAULTS = {"dropouts": dropout_masks, "stuck": stuck_masks, "copies": copy_masks}
 """Faults that can be left out by name: the samples that the findings ``dropout``, ``stuck_samples`` and, of single rows,
@@ -43,20 +43,14 @@ def from_the_start(record: Record) -> Record:
 
 
 def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, list[Finding]]:
-    """The record with some stretches taken for missing on all sensors.
+    """The record with some stretches taken for missing on all sensors, and the finding ``"left_out"``, an info.
 
     Parameters
     ----------
     record : Record
     stretches : str or sequence of str
         ``"720s:722s"``, ``"720s:722s,1080s:1083s"``, ``":10s"``, ``"2h:"``: times from the beginning of the record, the end
-        not included; units ms, s, min, h, d. ``"dropouts"``, ``"stuck"`` and ``"copies"``: the samples that the
-        findings ``dropout``, ``stuck_samples`` and, of single rows, ``repeated_samples`` are about, each on its channels.
-
-    Returns
-    -------
-    Record, list of Finding
-        The finding ``"left_out"``, an info: how many samples of each stream were left out.
+        not included; units ms, s, min, h, d. Or the name of a fault, see `FAULTS`: its samples, each on its channels.
 
     Raises
     ------
@@ -96,12 +90,9 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     listed += faults
     conversions = (*record.provenance.conversions, f"left out as asked: {', '.join(listed)}")
     provenance = replace(record.provenance, conversions=conversions)
+    details = LeftOut(faults=tuple(faults), streams=tuple(told))
     finding = Finding(
-        details=LeftOut(faults=tuple(faults), streams=tuple(told)),
-        severity="info",
-        spans=tuple(spans),
-        size=float(sum(b - a for a, b in spans)),
-        unit="s",
+        details=details, severity="info", spans=tuple(spans), size=float(sum(b - a for a, b in spans)), unit="s"
     )
     return replace(record, streams=tuple(streams), provenance=provenance), [finding]
 
@@ -114,8 +105,7 @@ def _span(text: str, end: float) -> tuple[float, float]:
     stop = time_of(last, text, option="leave_out", forms=_FORMS) if last.strip() else end
     if start >= end:
         raise OptionError(
-            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long",
-            option="leave_out",
+            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long", option="leave_out"
         )
     if start >= stop:
         raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option="leave_out")

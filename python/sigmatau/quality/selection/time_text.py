@@ -15,23 +15,9 @@ _ZERO = re.compile(r"\s*0+(?:\.0*)?\s*")
 
 
 def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
-    """A time with its unit, in seconds; 0 needs no unit.
+    """A time with its unit, ``"600s"`` or ``"2 h"``, in seconds; 0 needs no unit. OptionError for anything else.
 
-    Parameters
-    ----------
-    text : str
-        ``"600s"``, ``"2 h"``, ``"0"``.
-    whole : str
-        The text of the option, for the error.
-    option : str
-        Its name.
-    forms : str
-        Allowed forms, for the error.
-
-    Raises
-    ------
-    OptionError
-        For anything else.
+    `whole`, `option` and `forms` are for the error: the text and the name of the option, and the forms that it allows.
     """
     if _ZERO.fullmatch(text):
         return 0.0

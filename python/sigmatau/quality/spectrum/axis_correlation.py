@@ -11,15 +11,14 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
+from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
 __all__ = ["cross_axis"]
-
-Floats = NDArray[np.float64]
 
 _FALSE_ALARM = 1e-4
 """Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""
@@ -36,33 +35,16 @@ _STRETCHES = 32
 CORRELATION_TOLD = 0.05
 """A smaller correlation r has no consequence: the variance of the mean of two Allan variances grows by the factor 1 + r²."""
 
-CORRELATION_WARNED = 0.3
-"""Correlation from which shared noise is a warning."""
+CORRELATION_WARNED = 0.3  # correlation from which shared noise is a warning
 
 _LEAST_MEANS = 60
 _LONGER = 4  # times, from one length of means to the next; the last is the longest of which there are enough
-_HALF = 0.5  # of its samples that a mean must have
 _MOST_SAMPLES = 1 << 22
 
 
 def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float = CORRELATION_WARNED) -> list[Finding]:
-    """Correlation of the axes of a stream beyond chance.
-
-    Parameters
-    ----------
-    stream : Stream
-        Missing samples are NaN.
-    told, warned : float
-        Correlations from which there is a finding, and from which it is a warning.
-
-    Returns
-    -------
-    list of Finding
-        At most one ``"correlated_axes"`` for the stream, an info or a warning.
-
-    Notes
-    -----
-    Of more than 4.2·10⁶ samples, 32 evenly spread stretches are used for neighbouring samples.
+    """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``, from `told` on a finding, from
+    `warned` on a warning. Of more than 4.2·10⁶ samples, 32 evenly spread stretches are used for neighbouring samples.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []
@@ -87,17 +69,12 @@ def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float 
         return []
     found.sort(key=lambda pair: -abs(pair.coefficient))
     largest = abs(found[0].coefficient)
+    stretches = 1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES
+    only_slow = all(pair.mean_length for pair in found)
+    details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
+    channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
     return [
-        Finding(
-            details=CorrelatedAxes(
-                pairs=tuple(found),
-                only_slow=all(pair.mean_length for pair in found),
-                stretches=1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES,
-            ),
-            severity="warning" if largest >= warned else "info",
-            channels=tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found)),
-            size=largest,
-        )
+        Finding(details=details, severity="warning" if largest >= warned else "info", channels=channels, size=largest)
     ]
 
 
@@ -127,28 +104,17 @@ def _differences(column: Floats) -> Floats:
 def _slow(column: Floats, length: int) -> Floats:
     """Differences of means over `length` samples, 0 where half of them are missing, without a ramp."""
     count = len(column) // length
-    samples = column[: count * length].reshape(count, length)
-    means = samples.mean(axis=1)
-    torn = np.flatnonzero(np.isnan(means))
-    if len(torn):
-        there = ~np.isnan(samples[torn])
-        number = there.sum(axis=1)
-        sums = np.where(there, samples[torn], 0.0).sum(axis=1)
-        means[torn] = np.where(number >= _HALF * length, sums / np.maximum(number, 1), np.nan)
-    return _centred(np.diff(means))
+    return _centred(np.diff(row_means(column[: count * length].reshape(count, length))))
 
 
 def _centred(d: Floats) -> Floats:
     """Differences without their mean, which is a ramp, and would be common to all axes that have one; 0 where missing."""
     mean = float(np.sum(d)) / max(int(d.size), 1)
-    if np.isnan(mean):
-        there = ~np.isnan(d)
-        d[~there] = 0.0
-        number = int(np.count_nonzero(there))
-        mean = float(d.sum()) / max(number, 1)
-        d[there] -= mean
-        return d
-    d -= mean
+    if not np.isnan(mean):
+        return d - mean
+    there = ~np.isnan(d)
+    d[~there] = 0.0
+    d[there] -= float(d.sum()) / max(int(np.count_nonzero(there)), 1)
     return d
 
 

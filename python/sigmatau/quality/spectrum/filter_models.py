@@ -20,6 +20,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import Floats, Ints
+
 __all__ = [
     "SHAPES",
     "autocovariance",
@@ -32,8 +34,6 @@ __all__ = [
     "response",
     "right_from",
 ]
-
-Floats = NDArray[np.float64]
 
 _DIGITAL = {"digital1": 1, "digital2": 2, "digital4": 4}
 _ORDERS = {"first_order": 1, "butterworth2": 2, "butterworth3": 3, "butterworth4": 4, **_DIGITAL}
@@ -52,22 +52,7 @@ def digital(shape: str) -> bool:
 
 
 def autocovariance(shape: str, corner: float, lag: ArrayLike) -> Floats:
-    """Autocovariance of white noise of unit two-sided density behind an analog filter.
-
-    Parameters
-    ----------
-    shape : str
-        One of `SHAPES` that is not digital.
-    corner : float
-        Frequency of −3 dB. [Hz]
-    lag : array_like, shape (n_lag,)
-        [s]
-
-    Returns
-    -------
-    ndarray, shape (n_lag,)
-        [1/s]
-    """
+    """Autocovariance of white noise of unit two-sided density behind an analog filter, by lags in seconds. [1/s]"""
     t: Floats = np.abs(np.atleast_1d(np.asarray(lag, dtype=float)))
     if shape == "mean":
         length = _MEAN_LENGTH / corner
@@ -126,20 +111,8 @@ def response(shape: str, corner: float, frequency: ArrayLike, *, tau0: float = 1
 def relative_avar(shape: str, corner: float, m: ArrayLike, tau0: float) -> Floats:
     """Allan variance of sampled, filtered white noise over that of the white noise which it is at long times.
 
-    Parameters
-    ----------
-    shape : str
-    corner : float
-        [Hz]
-    m : array_like of int, shape (n_tau,)
-        Cluster sizes; small ones, since all lags up to twice the largest are summed.
-    tau0 : float
-        [s]
-
-    Returns
-    -------
-    ndarray, shape (n_tau,)
-        AVAR(m)·τ/N², with N the random walk of the sampled record, folding included. Tends to 1.
+    AVAR(m)·τ/N², with N the random walk of the sampled record, folding included; tends to 1. For small cluster sizes: all
+    lags up to twice the largest are summed.
     """
     sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
     lags = 2 * int(sizes.max())
@@ -152,7 +125,7 @@ def relative_avar(shape: str, corner: float, m: ArrayLike, tau0: float) -> Float
     sums = np.concatenate(([0.0], np.cumsum(r)))
     totals = np.concatenate(([0.0], np.cumsum(r * np.arange(len(r)))))
 
-    def variance(count: NDArray[np.int64]) -> Floats:
+    def variance(count: Ints) -> Floats:
         return np.asarray(2 * (count * sums[count] - totals[count]) - count * r[0])
 
     avar = (4 * variance(sizes) - variance(2 * sizes)) / (2 * sizes.astype(float) ** 2)
@@ -163,8 +136,8 @@ def relative_avar(shape: str, corner: float, m: ArrayLike, tau0: float) -> Float
 def right_from(shape: str, corner: float, tau0: float, *, share: float = 0.02) -> float:
     """Averaging time from which the Allan variance is within `share` of that of unfiltered noise. [s]
 
-    The deficit falls as 1/τ once the autocovariance is over: for a first-order filter with time constant τ_f, sampled fast,
-    it is 1.5·τ_f/τ.
+    The deficit falls as 1/τ once the autocovariance is over: of a first-order filter with time constant τ_f it is
+    1.5·τ_f/τ.
     """
     m = max(math.ceil(4 / (corner * tau0)), 2)
     deficit = abs(1 - float(relative_avar(shape, corner, m, tau0)[0]))

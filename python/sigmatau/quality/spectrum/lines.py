@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve, allan
 from sigmatau.estimators.deviation_kinds import cluster_sizes
@@ -28,10 +28,7 @@ from sigmatau.spectrum.tapers import without_line
 
 __all__ = ["find_lines", "lines", "lines_in_fits"]
 
-Floats = NDArray[np.float64]
-
-SIGMA_FACTOR_WARNED = 1.10
-"""Factor on σ(τ) at any τ from which lines are a warning."""
+SIGMA_FACTOR_WARNED = 1.10  # factor on σ(τ) at any τ from which lines are a warning
 
 _LEAST_SAMPLES = 512
 _LEAST_RUN = 64  # samples without a missing one, for the effect on σ(τ)
@@ -46,20 +43,11 @@ _ROUNDING = 4e-15  # of the largest sample: a few of the last digits of double p
 
 
 def lines(stream: Stream, *, factor_warned: float = SIGMA_FACTOR_WARNED) -> list[Finding]:
-    """Findings ``spectral_line``: one for each channel that has lines, with all its lines.
+    """One finding ``spectral_line`` for each channel that has lines, with all of them; see `lines_in_fits` for `factors`.
 
-    Parameters
-    ----------
-    stream : Stream
-        Static data. Missing samples are replaced by the channel's mean, which neither hides a line nor makes one; so are
-        samples in motion. A channel that moves for half of the record is not judged.
-    factor_warned : float
-        Lines are a warning if they make σ(τ) larger by this factor at any τ.
-
-    Returns
-    -------
-    list of Finding
-        Warnings or infos. `factors` is filled by `lines_in_fits`.
+    Missing samples are replaced by the channel's mean, which neither hides a line nor makes one; so are samples in motion.
+    A channel that moves for half of the record is not judged. A warning if lines make σ(τ) larger by `factor_warned` at any
+    τ.
 
     Notes
     -----
@@ -85,24 +73,11 @@ def lines(stream: Stream, *, factor_warned: float = SIGMA_FACTOR_WARNED) -> list
 
 
 def lines_in_fits(stream: Stream, fits: Mapping[str, NoiseFit], found: Sequence[Finding]) -> list[Finding]:
-    """Findings ``spectral_line`` of `lines` with the effect of the lines on the printed fits.
+    """Findings ``spectral_line`` of `lines` with the factors of the lines on the printed fits; all others are left as they
+    are.
 
     The lines are removed from the samples (steady ones) or from the variances (others), and the rest is fitted from the
     same shortest averaging time on. A fit that begins beyond a line, or has a sinusoid for it, hardly changes.
-
-    Parameters
-    ----------
-    stream : Stream
-        As `lines` had it, and all that was fitted.
-    fits : mapping of str to NoiseFit
-        By channel.
-    found : sequence of Finding
-        Of any kind; all others are returned as they are.
-
-    Returns
-    -------
-    list of Finding
-        `factors` holds the factor by which each printed coefficient is larger than without the lines.
     """
     return [
         _fitted(stream, fits[finding.channel], finding)
@@ -134,28 +109,25 @@ class _Scan:
 
 @channel_fact
 def _scanned(stream: Stream, channel: str) -> _Scan | None:
-    y = _filled(stream, channel)
-    if y is None:
-        return None
-    spectrum = periodogram(y, stream.grid.tau0)
-    groups = _lines_of(spectrum, stream)
-    if not groups or stream.quantity not in ("angular_rate", "acceleration"):
-        return _Scan(channel=channel, spectrum=spectrum, groups=groups)
+    found = _scan(stream, channel, ())
+    if found is None or not found.groups or stream.quantity not in ("angular_rate", "acceleration"):
+        return found
     # A mount that rings after a shock makes a line, too: only lines at rest count.
-    moving = bursts(stream, summary(stream, channel))
-    if not moving:
-        return _Scan(channel=channel, spectrum=spectrum, groups=groups)
-    y = _filled(stream, channel, without=[(burst.start, burst.stop) for burst in moving])
+    moving = [(burst.start, burst.stop) for burst in bursts(stream, summary(stream, channel))]
+    return _scan(stream, channel, moving) if moving else found
+
+
+def _scan(stream: Stream, channel: str, moving: Sequence[tuple[int, int]]) -> _Scan | None:
+    y = _filled(stream, channel, without=moving)
     if y is None:
         return None
     spectrum = periodogram(y, stream.grid.tau0)
-    return _Scan(channel=channel, spectrum=spectrum, groups=_lines_of(spectrum, stream), moved=True)
+    groups = _grouped(_distinct(measured_lines(spectrum), spectrum.step), stream.grid.rate, spectrum.step)
+    return _Scan(channel=channel, spectrum=spectrum, groups=groups, moved=bool(moving))
 
 
-def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
-    """Samples without mean and slope, 0 where missing and in the stretches `without`; None if too few are left, or all are
-    on a straight line.
-    """
+def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]]) -> Floats | None:
+    """Samples without mean and slope, 0 where missing and in stretches `without`; None if too few, or all on a line."""
     y = np.ascontiguousarray(stream.column(channel))
     # A ramp alone leaves its rounding error, which has lines.
     rounding = _ROUNDING * max(float(np.fmax.reduce(y, initial=0.0)), -float(np.fmin.reduce(y, initial=0.0)))
@@ -183,11 +155,6 @@ def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] 
     if len(y) < _LEAST_SAMPLES or not y.max() - y.min() > rounding:
         return None
     return y
-
-
-def _lines_of(spectrum: Periodogram, stream: Stream) -> tuple[Line, ...]:
-    found = measured_lines(spectrum)
-    return _grouped(_distinct(found, spectrum.step), stream.grid.rate, spectrum.step)
 
 
 def _distinct(found: Sequence[Line], step: float) -> list[Line]:
@@ -306,9 +273,7 @@ def _curve_without(stream: Stream, scan: _Scan, fitted: NoiseFit) -> DeviationCu
 
 
 def _without_sinusoids(y: Floats, steady: Sequence[Line], tau0: float) -> Floats:
-    """Samples without each line: a sinusoid whose amplitude and phase may change linearly, so that an error of the frequency
-    of half a bin does not matter.
-    """
+    """Samples without each line: a sinusoid whose amplitude and phase may change linearly, for an error of half a bin."""
     there = np.isfinite(y)
     whole = bool(there.all())
     level = float(y.mean() if whole else y[there].mean())
@@ -329,7 +294,7 @@ def _alternates(line: Line, tau0: float) -> bool:
     return abs(line.frequency * tau0 - 0.5) < _SAME_RATE
 
 
-def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:
+def _avar(line: Line, spectrum: Periodogram, sizes: Ints, tau0: float) -> Floats:
     """Allan variance of a line: of the sinusoid if it is steady, else of its band of the spectrum by eq. (11s)."""
     if line.width == 0:
         # At half the sampling rate there is no phase: alternating ±A has twice the power of a sinusoid.
@@ -341,11 +306,9 @@ def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: flo
     # The noise level under the line is chosen such that the line has its power.
     excess = excess - (excess.sum() - line.amplitude**2 / (4 * spectrum.step)) / len(excess)
     few = max(1, len(excess) // 512)  # bins that are averaged: far less than 1/τ wherever the line matters
-    frequency, excess = (
-        np.add.reduceat(frequency, np.arange(0, len(frequency), few))
-        / np.diff(np.append(np.arange(0, len(frequency), few), len(frequency))),
-        np.add.reduceat(excess, np.arange(0, len(excess), few)),
-    )
+    at = np.arange(0, len(excess), few)
+    frequency = np.add.reduceat(frequency, at) / np.diff(np.append(at, len(excess)))
+    excess = np.add.reduceat(excess, at)
     angle = math.pi * frequency * tau0
     gains = np.sin(np.outer(sizes, angle)) ** 4 / np.outer(sizes.astype(float) ** 2, np.sin(angle) ** 2)
     return np.asarray(np.maximum(4 * spectrum.step * (gains @ excess), 0.0))

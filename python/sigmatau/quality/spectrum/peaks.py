@@ -15,18 +15,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.kinds.spectrum import Line
 from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
 
-Floats = NDArray[np.float64]
-
-FALSE_ALARM = 1e-4
-"""Probability of any line in a clean channel, all bins and widths together."""
-
+FALSE_ALARM = 1e-4  # probability of any line in a clean channel, all bins and widths together
 _LONGEST = 1 << 22  # samples in a transform; of longer records four such stretches are averaged
 _STRETCHES = 4
 _WIDEST = 1 << 12
@@ -56,7 +52,6 @@ _LOW_MARGIN = 1.25
 # together; their density over that of one bin follows Snedecor's F.
 _SLOWEST, _ABOVE, _ABOVE_FREEDOM = 5, (3, 15), 12.0
 _STEEP = 4.0  # ratio by which a line, and no random walk, falls within three bins on its lower side
-
 _DYNAMIC = 1e-25  # of a spectrum in double precision
 
 
@@ -75,10 +70,7 @@ def measured_lines(spectrum: Periodogram) -> list[Line]:
 
 
 def strongest_line(y: Floats) -> tuple[float, float] | None:
-    """Frequency and amplitude of the strongest line of a series without a mean; None if there is none.
-
-    The frequency is in sampling rates.
-    """
+    """Frequency in sampling rates and amplitude of the strongest line of a series without a mean; None without a line."""
     spectrum = periodogram(y, 1.0)
     clusters = _clusters(spectrum)
     if not clusters:
@@ -221,10 +213,9 @@ def _median(values: Floats) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, float]:
-    """Edges of the blocks, every which bin the median is of, by which factor bins must stand out, mean over median.
-
-    The first block is too low for a test: it is only held against the second.
+def _law(count: int, width: int, dof: float, bins: int) -> tuple[Ints, Ints, Floats, float]:
+    """Edges of blocks, every which bin the median is of, factors by which bins must stand out (never in the first),
+    mean/median.
     """
     from scipy.special import chdtri, fdtri
 
@@ -261,9 +252,8 @@ def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int6
 def _exceeded(width: int, dof: float, probability: float) -> float:
     """Value that the mean of neighbouring bins, of expectation 1, exceeds with the given probability.
 
-    Neighbours are correlated, so that the mean is a sum of χ² variables with unequal weights, whose far tail is that of the
-    largest weight and much longer than that of the χ² law with the same variance. By the saddle point, with the factor of
-    Bahadur and Rao, which is good to a tenth of the probability.
+    A sum of χ² variables with unequal weights, whose far tail is that of the largest: by the saddle point, with the factor
+    of Bahadur and Rao, which is good to a tenth of the probability.
     """
     if width <= 16:
         lag = np.abs(np.subtract.outer(np.arange(width), np.arange(width)))

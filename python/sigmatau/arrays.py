@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-__all__ = ["SIGMA_OF_MAD", "freeze", "median_and_spread", "runs"]
+__all__ = ["SIGMA_OF_MAD", "Bools", "Floats", "Ints", "Runs", "freeze", "median_and_spread", "runs"]
 
-SIGMA_OF_MAD = 1.4826
-"""Standard deviation of normal noise over its median absolute deviation: 1/Φ⁻¹(3/4)."""
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+Runs = tuple[Ints, Ints]  # first places and lengths
+
+SIGMA_OF_MAD = 1.4826  # standard deviation of normal noise over its median absolute deviation: 1/Φ⁻¹(3/4)
 
 
 def freeze(result: object, *names: str, dtype: DTypeLike | None = None, copy: bool = False) -> None:

@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.estimators.allan import DeviationCurve, allan
 from sigmatau.estimators.deviation import deviation
 from sigmatau.findings.finding import Finding
@@ -36,15 +36,9 @@ _MOST_SAMPLES = 1 << 20  # from the beginning; more do not improve the test at t
 _LEAST_STEEPNESS = 5.0
 """Allan variance at 4 samples over that at 16: 4 for a random walk, 10.8 for flicker angle noise alone."""
 
-_LEAST_IMPROVEMENT = 25.0
-"""Flicker angle noise is present if it reduces the normalised sum of squares by so much."""
-
-_MOST_RESIDUE = 0.2
-"""And if the sum of squares that is left is at most this share of the reduction."""
-
-LEAST_FLICKER_SHARE = 0.3
-"""Share of the variance from which on flicker angle noise is reported."""
-
+_LEAST_IMPROVEMENT = 25.0  # flicker angle noise is present if it reduces the normalised sum of squares by so much
+_MOST_RESIDUE = 0.2  # and if the sum of squares that is left is at most this share of the reduction
+LEAST_FLICKER_SHARE = 0.3  # share of the variance from which on flicker angle noise is reported
 _DOMINANT = 0.5  # share of the variance
 _Q, _N, _FLICKER = range(3)
 
@@ -96,9 +90,7 @@ def angle_noise(
     return Finding(details=white, severity="info", channels=(fitted.channel,))
 
 
-def _decomposed(
-    m: NDArray[np.int64], plain: NDArray[np.float64], modified: NDArray[np.float64], n: int
-) -> tuple[float, NDArray[np.float64], float]:
+def _decomposed(m: Ints, plain: Floats, modified: Floats, n: int) -> tuple[float, Floats, float]:
     """Misfit of three terms, their shares of the Allan variance by term and size, and the misfit without flicker.
 
     A variance has about n/m degrees of freedom. Correlations are neglected; the thresholds are far above their effect.
@@ -115,9 +107,7 @@ def _decomposed(
     return misfit, found / found.sum(axis=0), without_flicker
 
 
-def _fitted(
-    terms: NDArray[np.float64], target: NDArray[np.float64], columns: Sequence[int]
-) -> tuple[float, NDArray[np.float64]]:
+def _fitted(terms: Floats, target: Floats, columns: Sequence[int]) -> tuple[float, Floats]:
     """Misfit and coefficients of the non-negative least squares fit of some of the terms."""
     found = np.zeros(terms.shape[1])
     found[columns] = non_negative(terms[:, columns], target)

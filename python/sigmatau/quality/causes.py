@@ -54,13 +54,12 @@ def _explained(
     details = finding.details
     if finding.severity != "warning":
         return finding
+    cause = causes.get(finding.channel or "")
     if isinstance(details, CorrelatedAxes):
         together = details.only_slow and all(channel in drifts for channel in finding.channels)
         cause = drifts[finding.channels[0]] if together else None
-    else:
-        cause = causes.get(finding.channel or "")
-        if cause is not None and not _follows(finding, cause, duration):
-            cause = None
+    elif cause is not None and not _follows(finding, cause, duration):
+        cause = None
     if cause is None:
         return finding
     return replace(finding, severity="info", cause=Cause(code=cause.code, spans=cause.spans))
@@ -81,22 +80,18 @@ def _follows(finding: Finding, cause: Finding, duration: float) -> bool:
 def _without_steps_of_drifts(findings: Sequence[Finding]) -> list[Finding]:
     """Without the steps of the level that are part of a warm-up or a late drift of the same channel."""
     drifts = {f.channel: f.spans[0] for f in findings if f.code in _EXPONENTIAL and f.spans}
-    separate = {f.channel for f in findings if f.code == "not_static" and _steps(f, beside_drift=True)}
+    separate = {f.channel for f in findings if _steps(f, beside_drift=True)}
 
     def part_of_drift(finding: Finding) -> bool:
-        if finding.code != "not_static" or finding.channel not in drifts or not _steps(finding, beside_drift=False):
+        if finding.channel not in drifts or not _steps(finding, beside_drift=False):
             return False
-        if finding.channel in separate:  # steps that are not part of the drift have their own finding
-            return True
-        start, stop = drifts[finding.channel]
-        return all(start <= a and b <= stop for a, b in finding.spans)
+        start, stop = drifts[finding.channel]  # steps that are not part of the drift have their own finding
+        return finding.channel in separate or all(start <= a and b <= stop for a, b in finding.spans)
 
     return [finding for finding in findings if not part_of_drift(finding)]
 
 
 def _steps(finding: Finding, *, beside_drift: bool) -> bool:
-    """Whether a finding of motion is about steps of the level only, beside a drift or not."""
-    details = finding.details
-    if not isinstance(details, NotStatic):
-        return False
-    return bool(details.steps) and not details.bursts and details.beside_drift is beside_drift
+    """Whether a finding is about steps of the level only, beside a drift or not."""
+    one = finding.details
+    return isinstance(one, NotStatic) and bool(one.steps) and not one.bursts and one.beside_drift is beside_drift

@@ -34,11 +34,8 @@ __all__ = [
     "too_few_samples",
 ]
 
-LEAST, LARGEST = 1e-120, 1e120
-"""Range of Allan variances that can be analysed: a fit squares them. [rate_unit²]"""
-
+LEAST, LARGEST = 1e-120, 1e120  # range of Allan variances that can be analysed: a fit squares them [rate_unit²]
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
-
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
 
 

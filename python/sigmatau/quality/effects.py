@@ -12,11 +12,8 @@ from sigmatau.noise.terms import TERMS
 
 __all__ = ["Change", "compared", "factors", "in_fit", "severity", "vanished"]
 
-FACTOR_WARNED = 1.1
-"""Factor on a coefficient, up or down, above which a finding is a warning."""
-
-FACTOR_TOLD = 1.05
-"""Factor on a coefficient, up or down, above which it is stated."""
+FACTOR_WARNED = 1.1  # factor on a coefficient, up or down, above which a finding is a warning
+FACTOR_TOLD = 1.05  # factor on a coefficient, up or down, above which it is stated
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 
@@ -37,17 +34,12 @@ def compared(before: NoiseFit, after: NoiseFit) -> list[Change]:
     """Coefficients of a fit that are larger or smaller than in one without the fault by more than 5 %."""
     changes = []
     for term in TERMS:
-        if term not in before or term not in after:
-            continue
-        value, now = before[term].value, after[term].value
-        limit = after[term].upper_limit
-        if value is None:
-            continue
-        if now:
+        value = before[term].value if term in before and term in after else None
+        if value is not None and (now := after[term].value):
             changes.append(Change(term=term, factor=abs(value / now), at_least=False))
-        elif limit:
+        elif value is not None and (limit := after[term].upper_limit):
             changes.append(Change(term=term, factor=abs(value) / limit, at_least=True))
-    return [change for change in changes if _worth_saying(change)]
+    return [c for c in changes if (c.factor if c.at_least else max(c.factor, 1 / c.factor)) > FACTOR_TOLD]
 
 
 def vanished(before: NoiseFit, after: NoiseFit) -> list[Change]:
@@ -97,23 +89,14 @@ def in_fit(
         at_least=tuple(change.term for change in changes if change.at_least),
         lower_bound=lower_bound,
     )
-    found = factors(changes)
-    return {"factors": found, "fit_effect": effect}
+    return {"factors": factors(changes), "fit_effect": effect}
 
 
 def _hidden(change: Change) -> bool:
     return change.at_least and change.factor <= FACTOR_TOLD
 
 
-def _worth_saying(change: Change) -> bool:
-    if change.at_least:
-        return change.factor > FACTOR_TOLD
-    return max(change.factor, 1 / change.factor) > FACTOR_TOLD
-
-
 def severity(changes: Sequence[Change]) -> Severity:
     """A warning if any coefficient is wrong by more than a tenth, or may be explained by the fault alone."""
-    for change in changes:
-        if _hidden(change) or max(change.factor, 1 / change.factor) > FACTOR_WARNED:
-            return "warning"
-    return "info"
+    wrong = any(_hidden(one) or max(one.factor, 1 / one.factor) > FACTOR_WARNED for one in changes)
+    return "warning" if wrong else "info"

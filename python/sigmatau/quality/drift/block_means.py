@@ -22,8 +22,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.gls import non_negative
 from sigmatau.quality.samples.common import row_means
@@ -31,13 +31,8 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["BlockMeans", "Regression", "autocovariance", "block_means", "regress"]
 
-Floats = NDArray[np.float64]
-
-BLOCKS = 512
-"""Blocks in a record: a time constant of 1 % of the record spans five of them."""
-
-_LEAST_SHARE = 0.5
-"""Smallest share of its samples that a block must have for its mean to be used."""
+BLOCKS = 512  # blocks in a record: a time constant of 1 % of the record spans five of them
+_LEAST_SHARE = 0.5  # smallest share of its samples that a block must have for its mean to be used
 
 _MOST_EMPTY = 0.25
 """Largest share of empty blocks, each of which is an unknown; with more, only the longest stretch is used."""
@@ -180,9 +175,7 @@ class Problem:
 
     __slots__ = ("_fixed", "_modes", "_y", "count")
 
-    def __init__(
-        self, data: BlockMeans, unknown: NDArray[np.bool_] | None = None, *, steps: Sequence[int] = ()
-    ) -> None:
+    def __init__(self, data: BlockMeans, unknown: Bools | None = None, *, steps: Sequence[int] = ()) -> None:
         from scipy.fft import dst
 
         means = data.means

@@ -14,13 +14,11 @@ D. Garcia, "Robust smoothing of gridded data in one and higher dimensions with m
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
 __all__ = ["between_steps", "smoothed", "temperature_of"]
-
-Floats = NDArray[np.float64]
 
 _OVERSAMPLED = 4  # points of interpolation in a block
 _MOST_CHANGES = 0.25  # share of the samples; if more change, the noise averages out the steps

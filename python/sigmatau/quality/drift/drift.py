@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import channel_curve
 from sigmatau.findings.finding import Finding
@@ -31,23 +31,17 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["from_the_end", "settling", "temperature", "warm_up"]
 
-Floats = NDArray[np.float64]
-
 _TIME_CONSTANTS = 2.0 ** -np.arange(2.0, 7.01, 0.5)
 """Time constants tried, over the record's length: longer ones look like a ramp, shorter ones span only two blocks."""
 
-_REFINEMENT = 2.0 ** np.linspace(-0.75, 0.75, 31)
-"""Factors on the best of `_TIME_CONSTANTS` that are tried next."""
+_REFINEMENT = 2.0 ** np.linspace(-0.75, 0.75, 31)  # factors on the best of `_TIME_CONSTANTS` that are tried next
 
 # A warm-up needs both: Student's ratio with the noise estimated beside the drift has the power, but heavy tails where the
 # rate random walk is poorly known; with the noise estimated without the drift the ratio is never much too large. Of 20,793
 # clean channels of any mixture of the five terms, p < 1e-4 and a ratio above 3 for any time constant, from either end, hold
 # in 0.05 ± 0.02 %; p < 1e-3 in 0.36 %.
-MAX_P_SETTLING = 1e-4
-"""Largest p-value of a warm-up or late drift, with the noise estimated beside it."""
-
-MIN_RATIO_SETTLING = 3.0
-"""Smallest Student's ratio of a warm-up or late drift, with the noise estimated without it."""
+MAX_P_SETTLING = 1e-4  # largest p-value of a warm-up or late drift, with the noise estimated beside it
+MIN_RATIO_SETTLING = 3.0  # smallest Student's ratio of a warm-up or late drift, with the noise estimated without it
 
 TEMPERATURE_THRESHOLDS = ((2.5, 1e-5), (3.0, 1e-3), (3.5, 1e-2))
 """Pairs of a smallest ratio and a largest p-value, one of which a temperature drift must meet.
@@ -58,15 +52,12 @@ clean channels of six mixtures, each with a walk, a warming and a cycle of the t
 """
 
 _MOST_UNKNOWN = 0.25  # share of the blocks without a temperature; the check is left out if there are more
-
 _MAX_ITERATIONS = 4  # of the search for drift and steps of the level beside each other
 
 _PREFER_END = 1.1
 """Ratio of the ratios from which on a drift is a late drift: one that bends the whole record shows at both ends."""
 
-SETTLED_TIME_CONSTANTS = 5.0
-"""Time constants after which a warm-up is over: 0.7 % of it is left."""
-
+SETTLED_TIME_CONSTANTS = 5.0  # time constants after which a warm-up is over: 0.7 % of it is left
 _SMALLEST_SPREAD = 1e-100  # spreads outside this and its inverse have squares that overflow or vanish
 
 
@@ -131,7 +122,9 @@ def _beside_steps(
         return found, []
     known: list[LevelChange] = []
     for _ in range(_MAX_ITERATIONS):
-        one = stream if found is None else stream.with_rates(_without(stream, channel, found.curve(stream)))
+        one = stream.only(channel)
+        if found is not None:
+            one = one.with_rates([one.column(channel) - found.curve(stream)])
         steps = [step for step in level_changes(one, summary(one, channel)) if not step.gradual]
         if found is not None:  # where the drift is steep, its difference from an exponential may look like a step
             steep, n = found.time / stream.grid.tau0, stream.grid.n
@@ -141,10 +134,6 @@ def _beside_steps(
         known = steps
         found = _drift(stream, data, [(s.sample - data.first) // data.length for s in steps], max_p, min_ratio)
     return (None, []) if found is None else (found, known)
-
-
-def _without(stream: Stream, channel: str, curve: Floats) -> list[Floats]:
-    return [stream.column(each) - (curve if each == channel else 0.0) for each in stream.channels]
 
 
 def _levels(n: int, steps: Sequence[LevelChange]) -> Floats:
@@ -158,10 +147,9 @@ def _levels(n: int, steps: Sequence[LevelChange]) -> Floats:
 def _drift(stream: Stream, data: BlockMeans, steps: Sequence[int], max_p: float, min_ratio: float) -> _Drift | None:
     """The drift that block means show from either end, beside steps of the level in some blocks."""
     last = len(data.means) - 1
+    reversed_data, reversed_steps = from_the_end(data, stream.grid.n), [last - k for k in steps]
     begins = settling(data, steps=steps, max_p=max_p, min_ratio=min_ratio)
-    ends = settling(
-        from_the_end(data, stream.grid.n), steps=[last - k for k in steps], max_p=max_p, min_ratio=min_ratio
-    )
+    ends = settling(reversed_data, steps=reversed_steps, max_p=max_p, min_ratio=min_ratio)
     if ends is not None and (begins is None or _ratio(ends[1]) > _PREFER_END * _ratio(begins[1])):
         return _Drift(time=ends[0], regression=ends[1], at_the_end=True)
     return None if begins is None else _Drift(time=begins[0], regression=begins[1], at_the_end=False)
@@ -222,15 +210,9 @@ def _exponential_finding(
     }
     details = LateDrift(**common) if found.at_the_end else WarmUp(settled=settled, **common)
     span = (max(duration - settled, 0.0), duration) if found.at_the_end else (0.0, min(settled, duration))
-    return Finding(
-        details=details,
-        severity=severity(changes),
-        channels=(channel,),
-        spans=(span,),
-        size=float(abs(found.regression.value)),
-        unit=stream.unit,
-        factors=factors(changes),
-    )
+    size, unit = float(abs(found.regression.value)), stream.unit
+    told: dict[str, Any] = {"severity": severity(changes), "factors": factors(changes)}
+    return Finding(details=details, channels=(channel,), spans=(span,), size=size, unit=unit, **told)
 
 
 def _effect(stream: Stream, changes: list[Change]) -> dict[str, Any]:
@@ -300,22 +282,17 @@ def _temperature_finding(
     known = ~np.isnan(degrees) & ~np.isnan(data.means)
     m = max(int(known.sum()) // 8, 1)
     share = _avar(value * degrees[known], m) / max(_avar(data.means[known], m), 1e-300)
-    return Finding(
-        details=TemperatureDrift(
-            rate_unit=stream.unit,
-            low=value - half,
-            high=value + half,
-            temperature_range=float(np.nanmax(degrees) - np.nanmin(degrees)),
-            share=min(share, 1.0),
-            tau=m * data.step,
-            **_effect(stream, changes),
-        ),
-        severity=severity(changes),
-        channels=(channel,),
-        size=value,
-        unit=f"{stream.unit}/K",
-        factors=factors(changes),
+    details = TemperatureDrift(
+        rate_unit=stream.unit,
+        low=value - half,
+        high=value + half,
+        temperature_range=float(np.nanmax(degrees) - np.nanmin(degrees)),
+        share=min(share, 1.0),
+        tau=m * data.step,
+        **_effect(stream, changes),
     )
+    told: dict[str, Any] = {"severity": severity(changes), "factors": factors(changes)}
+    return Finding(details=details, channels=(channel,), size=value, unit=f"{stream.unit}/K", **told)
 
 
 def _avar(levels: Floats, m: int) -> float:

@@ -18,12 +18,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import kernels
-from sigmatau.findings.finding import Finding, Span
+from sigmatau.arrays import Floats, Ints
+from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -31,22 +32,13 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["cusum", "non_stationary", "segment_test"]
 
-Floats = NDArray[np.float64]
-
 SEGMENTS = 8
 _LEAST_SEGMENTS = 4  # without missing samples
 _LEAST_SAMPLES = 64  # in a segment; also the smallest number of blocks of the cusum
 _LEAST_FREEDOM = 10.0  # degrees of freedom of a variance in a segment, for its cube root to be normal
-
-FALSE_ALARM = 2e-4
-"""Probability of a false alarm of each of the two tests, for one channel."""
-
-MIN_RATIO = 1.05
-"""Smallest ratio of deviations that is reported: a long record shows 0.3 %, which does not matter."""
-
-WARNING_RATIO = 1.15
-"""Smallest ratio of deviations that is a warning."""
-
+FALSE_ALARM = 2e-4  # probability of a false alarm of each of the two tests, for one channel
+MIN_RATIO = 1.05  # smallest ratio of deviations that is reported: a long record shows 0.3 %, which does not matter
+WARNING_RATIO = 1.15  # smallest ratio of deviations that is a warning
 _MAX_MISFIT = 0.25  # of the variance: where the fitted model is further from the curve, its law is not used
 
 _CUSUM_BLOCKS = 1024
@@ -57,8 +49,8 @@ _LEAST_IN_BLOCK = 8  # samples
 class SegmentTest:
     """Allan variances of segments, and the test whether they are equal."""
 
-    m: NDArray[np.int64]  # cluster sizes tested
-    starts: NDArray[np.int64]  # first sample of each segment
+    m: Ints  # cluster sizes tested
+    starts: Ints  # first sample of each segment
     avar: Floats  # [unit²]
     p_value: float  # P-value: probability of such a scatter in stationary noise
     evidence: Floats  # χ² of each octave alone
@@ -100,15 +92,9 @@ def non_stationary(
             else:
                 ratio, spans = max(ratio, size), ((change.time, change.time),)
         if min_ratio <= ratio < np.inf and (spread is not None or change is not None):
-            findings.append(
-                Finding(
-                    details=NonStationary(segments=spread, change=change),
-                    severity="warning" if ratio >= warning_ratio else "info",
-                    channels=(channel,),
-                    spans=spans,
-                    size=ratio,
-                )
-            )
+            details = NonStationary(segments=spread, change=change)
+            severity: Severity = "warning" if ratio >= warning_ratio else "info"
+            findings.append(Finding(details=details, severity=severity, channels=(channel,), spans=spans, size=ratio))
     return findings
 
 
@@ -156,14 +142,8 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     if law is None:
         return None
     freedom, correlation = law
-    avar = np.stack(
-        [
-            kernels.allan_variances(
-                [x[s : s + size]], sizes, overlap="full", counting="standard", threads=1, names=[fitted.channel]
-            )[0][0]
-            for s in starts
-        ]
-    )
+    options: dict[str, Any] = {"overlap": "full", "counting": "standard", "threads": 1, "names": [fitted.channel]}
+    avar = np.stack([kernels.allan_variances([x[s : s + size]], sizes, **options)[0][0] for s in starts])
     mean = avar.mean(axis=0)
     followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _MAX_MISFIT + 3 * np.sqrt(
         2 / freedom / len(starts)
@@ -198,7 +178,7 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     )
 
 
-def _law(fitted: NoiseFit, size: int, sizes: NDArray[np.int64]) -> tuple[Floats, Floats] | None:
+def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | None:
     """Degrees of freedom of each variance in a segment, and their correlation."""
     if len(sizes) == 0:
         return None
@@ -266,11 +246,7 @@ def cusum(x: Floats) -> Cusum | None:
     distance = np.cumsum(level - level.mean())
     k = int(np.argmax(np.abs(distance[:-1])))
     largest = abs(float(distance[k])) / (scatter * np.sqrt(len(level)))
-    power = squares[keep]
-    before, after = (
-        power[: k + 1].sum() / number[keep][: k + 1].sum(),
-        power[k + 1 :].sum() / number[keep][k + 1 :].sum(),
-    )
+    before, after = (squares[at].sum() / number[at].sum() for at in (keep[: k + 1], keep[k + 1 :]))
     return Cusum(
         at=int((keep[k] + 1) * length),
         p_value=min(2 * float(np.exp(-2 * largest**2)), 1.0),

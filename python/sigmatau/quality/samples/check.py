@@ -39,8 +39,7 @@ CHECKS = (
 )
 """All checks of samples, in the order of their findings: the gravest faults first."""
 
-_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)
-"""Checks that compare samples for equality."""
+_EQUAL = (dropouts, saturation, stuck_samples, repeated_samples, copies)  # checks that compare samples for equality
 
 _RUNS = (dropouts, saturation, stuck_samples, interpolated)
 

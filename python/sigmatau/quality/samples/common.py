@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
@@ -33,8 +33,7 @@ __all__ = [
     "worst_on_white",
 ]
 
-WARN_FACTOR = 1.02
-"""Factor on a coefficient from which on a fault is a warning; a convention."""
+WARN_FACTOR = 1.02  # factor on a coefficient from which on a fault is a warning; a convention
 
 _STRETCHES = 32
 
@@ -42,14 +41,14 @@ _STRETCHES = 32
 _BLOCK = 32
 
 
-def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, NDArray[np.float64]]]:
+def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
     """A channel in consecutive pieces that fit in a processor's cache, each with its start and `overlap` samples more."""
     c, n = stream.channels.index(channel), stream.grid.n
     for start in range(0, n, CHUNK):
         yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
 
 
-def sample_of(stream: Stream, channel: str, *, most: int) -> NDArray[np.float64]:
+def sample_of(stream: Stream, channel: str, *, most: int) -> Floats:
     """Some `most` samples of a channel, from evenly spread stretches; all of them if there are no more."""
     c, n = stream.channels.index(channel), stream.grid.n
     if n <= most:
@@ -59,13 +58,13 @@ def sample_of(stream: Stream, channel: str, *, most: int) -> NDArray[np.float64]
     return np.concatenate([stream.samples.read(c, int(s), int(s) + length) for s in starts])
 
 
-def present(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def present(x: Floats) -> Floats:
     """The samples that are there."""
     there = np.isfinite(x)
     return x if there.all() else x[there]
 
 
-def row_means(rows: NDArray[np.float64], *, least: float = 0.5) -> NDArray[np.float64]:
+def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
     """Mean of each row; NaN with less than a part `least` of its values."""
     means = rows.mean(axis=1)
     torn = np.flatnonzero(np.isnan(means))
@@ -77,7 +76,7 @@ def row_means(rows: NDArray[np.float64], *, least: float = 0.5) -> NDArray[np.fl
     return np.asarray(means)
 
 
-def block_rms(x: NDArray[np.float64]) -> float:
+def block_rms(x: Floats) -> float:
     """Root mean square by the middle half of blocks of 32: unlike a median it has no steps if x has them; 0 for nothing."""
     if len(x) < 2 * _BLOCK:
         x = present(x)
@@ -96,7 +95,7 @@ def block_rms(x: NDArray[np.float64]) -> float:
 _STARTED = 64.0
 
 
-def rounding_dust(x: NDArray[np.float64], n: int) -> float:
+def rounding_dust(x: Floats, n: int) -> float:
     """Below this, changes of n increments x may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
 
     An angle goes no further in n samples than n times their root mean square; its rounding is ε of that.
@@ -130,7 +129,7 @@ def without_dust(stream: Stream) -> Stream:
     return stream.with_rates(columns) if changed else stream
 
 
-def _joined(x: NDArray[np.float64], apart: float) -> NDArray[np.float64]:
+def _joined(x: Floats, apart: float) -> Floats:
     """Values that are no further apart than that, as one."""
     values, which = np.unique(x, return_inverse=True)  # NaN last, and apart from all others
     group = np.concatenate(([0], np.cumsum(~(np.diff(values) <= apart))))
@@ -142,7 +141,7 @@ def _joined(x: NDArray[np.float64], apart: float) -> NDArray[np.float64]:
 _FINE, _STEP_PARTS, _LEAST_IN_PART = 30.0, 8, 250
 
 
-def growing_step(x: NDArray[np.float64]) -> float:
+def growing_step(x: Floats) -> float:
     """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
 
     The step of an angle or velocity in single precision doubles with it; the common step of all values is the first.
@@ -162,11 +161,10 @@ def growing_step(x: NDArray[np.float64]) -> float:
     return coarse if steps and coarse > 1.5 * min(steps) else 0.0
 
 
-# A tail that is so full is worth a look: none of noise that is seen in fine steps.
-_FULL = 5e-3
+_FULL = 5e-3  # a tail that is so full is worth a look: none of noise that is seen in fine steps
 
 
-def full_ends(x: NDArray[np.float64]) -> list[float]:
+def full_ends(x: Floats) -> list[float]:
     """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     found = []
@@ -181,7 +179,7 @@ def full_ends(x: NDArray[np.float64]) -> list[float]:
     return found
 
 
-def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
+def octaves(x: Floats) -> Iterator[tuple[int, float, int]]:
     """Cluster size 1, 2, 4, …, Allan variance of clusters that share no sample and are half there, and pairs (8 or more)."""
     n = len(x)
     there = np.isfinite(x)
@@ -210,7 +208,7 @@ def octaves(x: NDArray[np.float64]) -> Iterator[tuple[int, float, int]]:
 _LEAST_PAIRS, _UP = 200, 2.0
 
 
-def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
+def white_level(x: Floats, tau0: float) -> tuple[float, int]:
     """The least of τ·σ²(τ), and at how many samples: N² of a record that shows white noise, else a bound on it.
 
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
@@ -228,9 +226,7 @@ def white_level(x: NDArray[np.float64], tau0: float) -> tuple[float, int]:
 _RUNS, _PAIRS_BEYOND = 4, 48
 
 
-def change_of_white(
-    x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float, *, beyond: int | None = None
-) -> tuple[float, float]:
+def change_of_white(x: Floats, bad: Bools, tau0: float, *, beyond: int | None = None) -> tuple[float, float]:
     """By which factor bad samples change the random walk, and at which τ; 1 if there is too little left to tell.
 
     Where the others show white noise most clearly; or, of runs, at four times `beyond`, the longest of them, where jumps to
@@ -255,7 +251,7 @@ def change_of_white(
 _WHITE, _DOWN = 1.5, 2.0
 
 
-def worst_on_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) -> tuple[float, float]:
+def worst_on_white(x: Floats, bad: Bools, tau0: float) -> tuple[float, float]:
     """By which factor bad samples make σ(τ) larger at worst where the others show white noise, and the τ; 1 if unknown."""
     clean = np.where(bad, np.nan, x)
     level, clearest = white_level(clean, tau0)
@@ -273,7 +269,7 @@ def worst_on_white(x: NDArray[np.float64], bad: NDArray[np.bool_], tau0: float) 
     return (1.0, tau0) if best is None else (math.sqrt(1 + best[1]), best[2])
 
 
-def mask_of_runs(n: int, first: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.bool_]:
+def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:
     """True in runs of n samples that do not overlap, given by first samples and lengths; shape (n,)."""
     edges = np.zeros(n + 1, dtype=np.int8)
     np.add.at(edges, first, 1)
@@ -281,11 +277,10 @@ def mask_of_runs(n: int, first: NDArray[np.int64], lengths: NDArray[np.int64]) -
     return np.asarray(np.cumsum(edges[:-1], dtype=np.int8) > 0)
 
 
-MOST_SPANS = 8
-"""Spans that a finding of many runs lists: the longest."""
+MOST_SPANS = 8  # spans that a finding of many runs lists: the longest
 
 
-def longest_spans(stream: Stream, first: NDArray[np.int64], lengths: NDArray[np.int64]) -> tuple[Span, ...]:
+def longest_spans(stream: Stream, first: Ints, lengths: Ints) -> tuple[Span, ...]:
     """Beginnings and ends of the longest `MOST_SPANS` runs, in order of time. [s]"""
     tau0 = stream.grid.tau0
     kept = np.sort(np.argsort(-lengths, kind="stable")[:MOST_SPANS])

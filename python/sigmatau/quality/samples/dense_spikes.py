@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.local_scatter import medians, neighbours, residuals, scatter
 from sigmatau.record.streams import CHUNK
 
 __all__ = ["dense_spikes", "hidden"]
-
-Floats = NDArray[np.float64]
 
 _NORMAL = NormalDist()
 
@@ -67,7 +65,7 @@ class _Tail:
     clustered: bool
 
 
-def dense_spikes(x: Floats, step: float) -> NDArray[np.bool_] | None:
+def dense_spikes(x: Floats, step: float) -> Bools | None:
     """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them; None without a hump.
 
     A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
@@ -157,14 +155,14 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     )
 
 
-def _with_others(at: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _with_others(at: Ints) -> Bools:
     """Which of some indices have another one near, but not next to them."""
     after = np.searchsorted(at, at + _REACH, side="right") > np.searchsorted(at, at + _APART)
     before = np.searchsorted(at, at - _APART, side="right") > np.searchsorted(at, at - _REACH)
     return np.asarray(after | before)
 
 
-def _more_than_chance(near: NDArray[np.bool_], n: int) -> bool:
+def _more_than_chance(near: Bools, n: int) -> bool:
     chance = 1 - (1 - min(len(near) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
     expected = len(near) * chance
     return bool(np.count_nonzero(near) > _CLUSTERED * expected + _SIGMAS * math.sqrt(expected + 1))
@@ -221,7 +219,7 @@ def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
     return np.nan_to_num(far[before : before + CHUNK])
 
 
-def _residual_at(x: Floats, at: NDArray[np.int64], side: int) -> Floats:
+def _residual_at(x: Floats, at: Ints, side: int) -> Floats:
     """Some samples less the median of those on both sides; 0 where these are all missing."""
     result = np.zeros(len(at))
     for start in range(0, len(at), CHUNK):
@@ -233,9 +231,7 @@ def _residual_at(x: Floats, at: NDArray[np.int64], side: int) -> Floats:
     return result
 
 
-def _stands_alone(
-    x: Floats, at: NDArray[np.int64], side: int, away: Floats, part: float, times: float = _AROUND_MANY
-) -> NDArray[np.bool_]:
+def _stands_alone(x: Floats, at: Ints, side: int, away: Floats, part: float, times: float = _AROUND_MANY) -> Bools:
     """Whether samples are far from either side, compared with the scatter of their neighbours."""
     alone = np.zeros(len(at), dtype=bool)
     for start in range(0, len(at), CHUNK):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.samples.common import longest_spans, mask_of_runs
@@ -18,14 +18,11 @@ __all__ = ["copies", "copy_masks"]
 # Least number of rows that are equal on all axes, and how many times more than by chance.
 _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
 
-# Part of all rows in which neighbours on the finest axis are equal by chance, at most.
-_MAX_CHANCE = 1e-3
-
-# Longest run of copies that is reported here; longer ones are stuck samples.
-_MAX_RUN = 3
+_MAX_CHANCE = 1e-3  # part of all rows in which neighbours on the finest axis are equal by chance, at most
+_MAX_RUN = 3  # longest run of copies that is reported here; longer ones are stuck samples
 
 
-def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
+def copied_rows(stream: Stream) -> Bools | None:
     """Samples that are equal to the one before on all axes of a stream, where chance does not make them; None if none are.
 
     If neighbours on axis c are equal by chance in a part p_c of all rows, they are so on all axes in ∏p_c. A stream of one
@@ -33,7 +30,7 @@ def copied_rows(stream: Stream) -> NDArray[np.bool_] | None:
     """
     if len(stream.channels) < 2 or any(t.kind == "accumulated" for t in stream.samples.transforms):
         return None
-    together: NDArray[np.bool_] | None = None
+    together: Bools | None = None
     counts = []
     for channel in stream.channels:
         x = stream.column(channel)
@@ -93,7 +90,7 @@ def copies(stream: Stream) -> list[Finding]:
     ]
 
 
-def copy_masks(stream: Stream) -> list[NDArray[np.bool_]]:
+def copy_masks(stream: Stream) -> list[Bools]:
     """By channel, the samples that `copies` reports."""
     rows = copied_rows(stream)
     return [np.zeros(stream.grid.n, dtype=bool) if rows is None else rows.copy() for _ in stream.channels]

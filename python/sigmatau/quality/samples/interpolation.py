@@ -16,8 +16,7 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["interpolated", "upsampling"]
 
-# Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning.
-_WARN_FACTOR = 1.02
+_WARN_FACTOR = 1.02  # factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning
 
 _LOOKED_AT = 1 << 15
 
@@ -26,8 +25,7 @@ _LOOKED_AT = 1 << 15
 _MIN_SHARE, _SIGMAS = 0.05, 6.0
 _MAX_SHARE = 0.995
 
-# Number of the sensor's own samples from which on σ is right.
-_RIGHT_FROM = 8
+_RIGHT_FROM = 8  # number of the sensor's own samples from which on σ is right
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.findings.kinds.disturbances import AddedWalk
 from sigmatau.quality.samples.common import octaves
 from sigmatau.record.streams import Stream
@@ -39,7 +39,7 @@ def parts_without(n: int, first: Sequence[int], stop: Sequence[int]) -> list[tup
     return parts
 
 
-def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, bool]:
+def own_walk(x: Floats, tau0: float, parts: Parts) -> tuple[float, bool]:
     """K² of the sensor from undisturbed parts of a channel, or an upper bound; and whether a walk dominates the long times.
 
     3σ²(τ)/τ is K² where a walk dominates, and more elsewhere, because other terms only add to it. It is constant there;
@@ -56,9 +56,7 @@ def own_walk(x: NDArray[np.float64], tau0: float, parts: Parts) -> tuple[float, 
     return min(bounds, default=0.0), rules
 
 
-def added_by_stretches(
-    x: NDArray[np.float64], tau0: float, first: NDArray[np.int64], lengths: NDArray[np.int64]
-) -> float:
+def added_by_stretches(x: Floats, tau0: float, first: Ints, lengths: Ints) -> float:
     """K² that stretches with a false mean add at averaging times up to their length: a step at either end of each.
 
     Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
@@ -80,7 +78,7 @@ def added_by_stretches(
     return squares / (len(x) * tau0)
 
 
-def walk_of_runs(stream: Stream, channel: str, runs: tuple[NDArray[np.int64], NDArray[np.int64]]) -> AddedWalk:
+def walk_of_runs(stream: Stream, channel: str, runs: Runs) -> AddedWalk:
     """The walk that stretches with a false mean add, given by first samples and lengths."""
     (first, lengths), x = runs, stream.column(channel)
     added = added_by_stretches(x, stream.grid.tau0, first, lengths)

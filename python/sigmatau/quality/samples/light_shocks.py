@@ -20,7 +20,6 @@ _GROUP_GAP = 0.25
 _LEAST_SPIKES, _LEAST_AXES, _LEAST_TIMES = 3, 2, 2
 
 _MOST_SINGLE = 0.5  # with a larger share of spikes outside groups, groups form by chance
-
 _BEFORE, _AFTER = 0.1, 0.5  # parts of the shock before its first and after its last spike [s]
 
 

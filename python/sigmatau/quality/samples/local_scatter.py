@@ -6,24 +6,23 @@ import math
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
+
+from sigmatau.arrays import Floats, Ints
 
 __all__ = ["AROUND", "medians", "neighbours", "residuals", "scatter"]
 
-AROUND = 32
-"""Neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large."""
-
+AROUND = 32  # neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large
 _LEAST = 4  # changes that a scatter is taken from
 
 
-def neighbours(x: NDArray[np.float64], at: NDArray[np.int64], first: int, last: int) -> NDArray[np.float64]:
+def neighbours(x: Floats, at: Ints, first: int, last: int) -> Floats:
     """The samples from `first` to `last` after each index; NaN beyond the ends."""
     places = at[:, None] + np.arange(first, last + 1)
     inside = (places >= 0) & (places < len(x))
     return np.where(inside, x[np.clip(places, 0, len(x) - 1)], np.nan)
 
 
-def medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def medians(rows: Floats) -> Floats:
     """Median of each row without NaN; NaN for an empty row."""
     ordered = np.sort(rows, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1)
@@ -32,7 +31,7 @@ def medians(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.where(count > 0, both / 2, np.nan))
 
 
-def residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArray[np.float64]:
+def residuals(x: Floats, at: Ints, side: int) -> Floats:
     """Distance of samples from the medians of either side: the smaller of the two, 0 if they are between them.
 
     A side with fewer than two samples is ignored; NaN if both are.
@@ -58,7 +57,7 @@ def residuals(x: NDArray[np.float64], at: NDArray[np.int64], side: int) -> NDArr
     return np.where(np.isfinite(before) & np.isfinite(after), both, one)
 
 
-def scatter(x: NDArray[np.float64], at: NDArray[np.int64], part: float) -> NDArray[np.float64]:
+def scatter(x: Floats, at: Ints, part: float) -> Floats:
     """Standard deviation of the samples before or after a spike, from a quantile `part` of their changes; 0 if unknown.
 
     The larger of both, because a shock has a first sample; a quarter in place of the median where half may be spikes.

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.arrays import median_and_spread
+from sigmatau.arrays import Bools, median_and_spread
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Dropout
 from sigmatau.quality.facts import stream_fact
@@ -15,7 +14,7 @@ from sigmatau.quality.samples.common import block_rms, change_of_white, longest_
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import resolution
-from sigmatau.quality.samples.stuck_samples import WARN_SHARE, stuck_runs, zero_rate, zero_runs
+from sigmatau.quality.samples.stuck_samples import WARN_SHARE, extent, stuck_runs, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
 __all__ = ["dropout_masks", "lost_rows", "stuck_masks"]
@@ -33,14 +32,11 @@ _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
 
 _LOOKED_AT = 1 << 17
 
-# Rows of zeros in a row that are a run, see `stuck_samples`.
-_RUN = 5
-
-# Factor of the random walk from which on the finding is a warning.
-_WARN_FACTOR = 1.02
+_RUN = 5  # rows of zeros in a row that are a run, see `stuck_samples`
+_WARN_FACTOR = 1.02  # factor of the random walk from which on the finding is a warning
 
 
-def zero_rows(stream: Stream) -> NDArray[np.bool_] | None:
+def zero_rows(stream: Stream) -> Bools | None:
     """Samples that are 0 on all axes of a stream at once more often than by chance; None if there are none.
 
     The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
@@ -105,17 +101,9 @@ def lost_rows(
     changes = {c: change_of_white(stream.column(c), rows, tau0) for c in stream.channels}
     strongest = max(changes, key=lambda c: changes[c][0])
     factor, tau = changes[strongest]
-    share, longest = float(rows.mean()), int(np.argmax(lengths))
+    share = float(rows.mean())
     finding = Finding(
-        details=Dropout(
-            strongest=strongest,
-            samples=int(rows.sum()),
-            share=share,
-            runs=len(first),
-            start=int(first[longest]) * tau0,
-            longest=int(lengths[longest]) * tau0,
-            tau=tau,
-        ),
+        details=Dropout(strongest=strongest, tau=tau, **extent(rows, (first, lengths), tau0)),
         severity="warning" if share > warn_share or factor > warn_factor else "info",
         channels=tuple(stream.channels),
         spans=longest_spans(stream, first, lengths),
@@ -125,7 +113,7 @@ def lost_rows(
     return [finding], masked(stream, rows)
 
 
-def dropout_masks(stream: Stream) -> list[NDArray[np.bool_]]:
+def dropout_masks(stream: Stream) -> list[Bools]:
     """By channel, the samples that the findings ``dropout`` are about."""
     rows = zero_rows(stream)
     masks = []
@@ -135,6 +123,6 @@ def dropout_masks(stream: Stream) -> list[NDArray[np.bool_]]:
     return masks
 
 
-def stuck_masks(stream: Stream) -> list[NDArray[np.bool_]]:
+def stuck_masks(stream: Stream) -> list[Bools]:
     """By channel, the runs of equal samples that are longer than the noise can explain."""
     return [mask_of_runs(stream.grid.n, *stuck_runs(stream, c, stream.column(c))) for c in stream.channels]

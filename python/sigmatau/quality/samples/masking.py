@@ -6,15 +6,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Span
 from sigmatau.record.streams import Stream
 
 __all__ = ["in_seconds", "mask_of", "masked", "without_steps"]
 
 
-def masked(stream: Stream, mask: NDArray[np.bool_]) -> Stream:
+def masked(stream: Stream, mask: Bools) -> Stream:
     """The stream with samples taken for missing by a mask, shape (n,) or (n, n_channels); the same object if it is empty."""
     if not mask.any():
         return stream
@@ -24,7 +24,7 @@ def masked(stream: Stream, mask: NDArray[np.bool_]) -> Stream:
     return replace(stream, samples=replace(stream.samples, missing=missing), mask=missing)
 
 
-def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> NDArray[np.bool_]:
+def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
     """True in some stretches of n samples, which may reach beyond its ends; shape (n,)."""
     mask = np.zeros(n, dtype=bool)
     for start, stop in spans:

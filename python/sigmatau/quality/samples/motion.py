@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.arrays import median_and_spread
+from sigmatau.arrays import Floats, Ints, median_and_spread
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import step_of
@@ -18,7 +17,6 @@ from sigmatau.record.streams import CHUNK, Stream
 __all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
 
 _WINDOW_S, _WINDOW = 1.0, 16  # least length of a window, in seconds and in samples
-
 _LEAST_WINDOWS = 24  # windows that a distribution can be taken from
 
 # The cube root of the power of a window is Gaussian to some percent of its spread (Wilson and Hilferty, PNAS 17, 1931). Its
@@ -38,11 +36,8 @@ _STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
 _EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
 
 _LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
-
 _MOST_STEPS = 256  # candidates examined for each length of windows
-
 _ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
-
 _BURST_GAP = 5.0  # windows no further apart are one burst [s]
 
 # A step lasts if the medians of this many half windows before and after it differ by this part of the step.
@@ -82,8 +77,8 @@ class Summary:
     channel: str
     window: int  # samples in a window
     first: float  # the first sample there is [unit of the stream]
-    mean: NDArray[np.float64]  # mean less `first`; NaN where half of a window is missing [unit of the stream]
-    power: NDArray[np.float64]  # mean square of the changes from sample to sample [unit², of the stream]
+    mean: Floats  # mean less `first`; NaN where half of a window is missing [unit of the stream]
+    power: Floats  # mean square of the changes from sample to sample [unit², of the stream]
 
 
 @channel_fact
@@ -113,7 +108,7 @@ def summary(stream: Stream, channel: str) -> Summary:
     return Summary(channel, w, first, np.concatenate(means), np.concatenate(powers))
 
 
-def _mean_of_present(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
     """Mean of each row over the samples that it has, and how many those are."""
     there = ~np.isnan(x)
     count = there.sum(axis=1)
@@ -198,9 +193,7 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
     return sorted(kept, key=lambda change: change.sample)
 
 
-def _departures(
-    stream: Stream, channel: str, x: NDArray[np.float64], spreads: float
-) -> tuple[NDArray[np.float64], float, float] | None:
+def _departures(stream: Stream, channel: str, x: Floats, spreads: float) -> tuple[Floats, float, float] | None:
     """Distances of differences from their median, their spread, and the distance that noise and rounding may reach."""
     known = int(np.count_nonzero(np.isfinite(x)))
     if known < _LEAST_WINDOWS:
@@ -220,7 +213,7 @@ def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float)
     return abs(float(kept.mean())) if len(kept) else 0.0
 
 
-def _gradual(mean: NDArray[np.float64], at: int, around: int) -> bool:
+def _gradual(mean: Floats, at: int, around: int) -> bool:
     """Whether a line fits better about a place than two constant parts."""
     start = max(at - around, 0)
     x = mean[start : at + around]
@@ -271,7 +264,7 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     return sorted(kept, key=lambda one: one.start)
 
 
-def _where(mean: NDArray[np.float64], about: int, around: int) -> int:
+def _where(mean: Floats, about: int, around: int) -> int:
     """The window at which a step is, by least squares of two constant parts about a place."""
     start = max(about - 2 * around, 0)
     x = mean[start : about + 2 * around]

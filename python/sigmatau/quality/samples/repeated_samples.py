@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Ints, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.facts import stream_fact
@@ -29,17 +29,13 @@ _MAX_CHANCE, _MIN_STEPS = 0.5, 3.0
 # spread that chance makes is regular at most.
 _COPIES_IN_STRETCH, _MIN_STRETCHES, _MAX_SPREAD = 20, 20, 0.5
 
-# Parts of the record, of which more than half must have copies.
-_PARTS = 8
+_PARTS = 8  # parts of the record, of which more than half must have copies
 
 # A sample occurs a whole number of times if the mean is that number to this part and no sample occurs less often.
 _WHOLE = 0.01
 
-# Factor of the random walk from which on it is reported that some samples count more often.
-_MIN_FACTOR = 1.01
-
-# Samples from which on σ is right, at least, and per repetition.
-_RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4
+_MIN_FACTOR = 1.01  # factor of the random walk from which on it is reported that some samples count more often
+_RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4  # samples from which on σ is right, at least, and per repetition
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +57,12 @@ class Repeats:
         return 1 / (1 - self.share)
 
 
-def runs_of_equal(x: NDArray[np.float64], *, least: int = 2) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def runs_of_equal(x: Floats, *, least: int = 2) -> Runs:
     """First samples and lengths of all runs of at least `least` equal samples; NaN equals nothing."""
     return _runs(x[1:] == x[:-1], least)
 
 
-def runs_of_places(at: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def runs_of_places(at: Ints) -> Runs:
     """First places and lengths of the runs of places that follow each other; `at` in order."""
     if len(at) == 0:
         return at, at
@@ -75,7 +71,7 @@ def runs_of_places(at: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np
     return first, at[np.concatenate((breaks, [len(at) - 1]))] - first + 1
 
 
-def _runs(equal: NDArray[np.bool_], least: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _runs(equal: Bools, least: int) -> Runs:
     more = max(least - 2, 0)
     if len(equal) <= more:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -100,11 +96,11 @@ def repeats(stream: Stream) -> Repeats | None:
     equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
     as many equations as unknowns. On one channel: p = q/(√(2π)·s) for steps q and changes of standard deviation s.
     """
-    together: NDArray[np.bool_] | None = None
+    together: Bools | None = None
     used: list[str] = []
-    equals: list[NDArray[np.bool_]] = []
+    equals: list[Bools] = []
     alone: dict[str, float] = {}
-    inside: NDArray[np.bool_] | None = None
+    inside: Bools | None = None
     whole = True
     for channel in stream.channels:
         x = stream.column(channel)
@@ -136,7 +132,7 @@ def repeats(stream: Stream) -> Repeats | None:
     return _of_alone(stream, alone)
 
 
-def _in_all_parts(equals: list[NDArray[np.bool_]], together: NDArray[np.bool_], share: float) -> bool:
+def _in_all_parts(equals: list[Bools], together: Bools, share: float) -> bool:
     """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
     found = 0
     edges = np.linspace(0, len(together), _PARTS + 1).astype(int).tolist()
@@ -146,7 +142,7 @@ def _in_all_parts(equals: list[NDArray[np.bool_]], together: NDArray[np.bool_], 
     return 2 * found > _PARTS
 
 
-def _inside(x: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+def _inside(x: Floats) -> Bools | None:
     """Where a sample is not at a full end of the range, as the next may be too without being a copy; None: everywhere."""
     ends = full_ends(x)
     if not ends:
@@ -166,7 +162,7 @@ def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
     return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
 
 
-def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) -> Repeats:
+def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
     _, lengths = _runs(equal, 2)
     single = max(len(equal) + 1 - int(lengths.sum()), 0)
     counts = np.bincount(lengths)
@@ -183,7 +179,7 @@ def _repeats(channels: tuple[str, ...], share: float, equal: NDArray[np.bool_]) 
     return Repeats(channels, share, shortest, longest, squares, _evenly(equal, share))
 
 
-def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
+def _evenly(equal: Bools, share: float) -> bool:
     """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
     size = max(math.ceil(_COPIES_IN_STRETCH / min(share, 1 - share)), 1)
     count = len(equal) // size
@@ -196,9 +192,7 @@ def _evenly(equal: NDArray[np.bool_], share: float) -> bool:
     return spread < _MAX_SPREAD * math.sqrt(size * share * (1 - share))
 
 
-def _share_alone(
-    stream: Stream, channel: str, x: NDArray[np.float64], equal: NDArray[np.bool_], inside: NDArray[np.bool_] | None
-) -> float:
+def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
     if inside is not None:
         equal = equal[inside]
         if not len(equal):

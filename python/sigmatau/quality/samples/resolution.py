@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import CoarseResolution, QuantizationMismatch
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed
 
 __all__ = [
     "Resolution",
@@ -42,9 +41,7 @@ _REPORT_FACTOR, _WARN_FACTOR = 1.005, 1.05
 # Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5.
 _MIN_NOISE_STEPS = 0.54
 
-# Noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most.
-_MAX_NOISE_STEPS = 3.0
-
+_MAX_NOISE_STEPS = 3.0  # noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most
 _MAX_FACTOR = 2.0  # beyond it, what rounding adds is not known
 
 # Largest ratio of a fitted quantization noise to S/√12, the paper's bound below eq. (13). Fits are right to some percent.
@@ -52,7 +49,7 @@ _TOLERANCE = 1.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resolution(Printed):
+class Resolution:
     """Step of a channel's numbers, and the noise beside it."""
 
     channel: str
@@ -67,15 +64,8 @@ class Resolution(Printed):
         """Noise in steps."""
         return self.noise / self.step
 
-    def to_dict(self) -> dict[str, Any]:
-        return {"channel": self.channel, "step": self.step, "noise": self.noise, "unit": self.unit}
 
-    def __repr__(self) -> str:
-        noise = f"noise {self.noise:.4g} {self.unit} ({self.ratio:.3g} steps)"
-        return f"{self.channel}: step {self.step:.6g} {self.unit}, {noise}"
-
-
-def common_step(x: NDArray[np.float64], *, rounding: float = 0.0) -> float | None:
+def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
 
     Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the

@@ -6,8 +6,8 @@ import math
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Saturation
 from sigmatau.quality.samples.common import growing_step, longest_spans, mask_of_runs, merged_axes
@@ -22,9 +22,7 @@ __all__ = ["saturation"]
 # to the outermost level and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
 _LEVELS = 4
 _FALSE_ALARM = 1e-8  # probability that noise visits an end so often
-
-# Least noise, in steps. Coarser channels have no tail: all their values are extremes.
-_MIN_NOISE_STEPS = 0.5
+_MIN_NOISE_STEPS = 0.5  # least noise, in steps. Coarser channels have no tail: all their values are extremes
 
 # Clipped samples are spread over the record if each tenth of it has so large a part of the mean number in a tenth, and they
 # are no larger a part of all.
@@ -67,9 +65,7 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fin
     return merged_axes(findings)
 
 
-def _too_often(
-    x: NDArray[np.float64], at: NDArray[np.int64], end: float, sign: float, step: float, false_alarm: float
-) -> bool:
+def _too_often(x: Floats, at: Ints, end: float, sign: float, step: float, false_alarm: float) -> bool:
     visits = [_visits(at)]
     if step > 0:
         edge = end - sign * (_LEVELS - 0.5) * step
@@ -86,7 +82,7 @@ def _too_often(
     return total * distance > -math.log(false_alarm)
 
 
-def _visits(at: NDArray[np.int64]) -> int:
+def _visits(at: Ints) -> int:
     """Runs of neighbouring samples: one long stay is one visit, so that a sensor that is read twice is not at fault."""
     return int(np.count_nonzero(np.diff(at) > 1)) + 1 if len(at) else 0
 
@@ -105,8 +101,8 @@ def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
 def _finding(
     stream: Stream,
     channel: str,
-    x: NDArray[np.float64],
-    clipped: list[NDArray[np.int64]],
+    x: Floats,
+    clipped: list[Ints],
     ends: tuple[float, float],
     found: Resolution | None,
     longest: float,
@@ -123,21 +119,16 @@ def _finding(
         for _ in range(3 if found else 1):  # the step is known in parts of the clipped noise
             factor = _clipped_sd(low, high, half=factor / found.ratio / 2 if found else 0.0)
         factors = (("random_walk", factor),)
-    return Finding(
-        details=Saturation(
-            strongest=channel,
-            samples=len(at),
-            share=share,
-            low=ends[0] if len(clipped[0]) else None,
-            high=ends[1] if len(clipped[1]) else None,
-            unit=stream.unit,
-            start=int(at[0]) * stream.grid.tau0,
-            longest=longest,
-            spread=spread,
-        ),
-        severity="warning",
-        channels=(channel,),
-        spans=longest_spans(stream, *runs_of_places(at)),
-        size=share,
-        factors=factors,
+    details = Saturation(
+        strongest=channel,
+        samples=len(at),
+        share=share,
+        low=ends[0] if len(clipped[0]) else None,
+        high=ends[1] if len(clipped[1]) else None,
+        unit=stream.unit,
+        start=int(at[0]) * stream.grid.tau0,
+        longest=longest,
+        spread=spread,
     )
+    spans = longest_spans(stream, *runs_of_places(at))
+    return Finding(details=details, severity="warning", channels=(channel,), spans=spans, size=share, factors=factors)

@@ -27,8 +27,7 @@ __all__ = [
 
 DEGREE = math.pi / 180
 
-GRAVITY = 9.80665
-"""Standard gravity. [m/s^2]"""
+GRAVITY = 9.80665  # standard gravity [m/s^2]
 
 GRAVITY_TOLERANCE = 0.12
 """What bias (100 mg) and scale errors (some percent) of consumer accelerometers change of gravity, as a part of it."""
@@ -111,40 +110,32 @@ def mixed_units(stream: Stream) -> list[Finding]:
         for some in combinations(range(3), size):
             corrections = [m.correction if k in some and m is not None else 1.0 for k, m in enumerate(mistakes)]
             right = [value * factor for value, factor in zip(noise, corrections, strict=True)]
-            if any(mistakes[k] is None for k in some) or max(right) > _MAX_RATIO_RIGHT * min(right):
+            mistake = mistakes[some[0]]
+            if mistake is None or any(mistakes[k] is None for k in some) or max(right) > _MAX_RATIO_RIGHT * min(right):
                 continue
             level = math.hypot(*(mean * factor for mean, factor in zip(means, corrections, strict=True)))
             if stream.quantity == "acceleration" and not abs(level / GRAVITY - 1) < GRAVITY_TOLERANCE:
                 continue
-            return _of_axes(stream, some, noise)
+            return _of_axes(stream, some, mistake, noise)
     return []
 
 
-def _of_axes(stream: Stream, some: tuple[int, ...], noise: list[float]) -> list[Finding]:
-    mistake = _mistake(stream, some[0])
-    if mistake is None:
-        return []
+def _of_axes(stream: Stream, some: tuple[int, ...], mistake: _Mistake, noise: list[float]) -> list[Finding]:
     others = [k for k in range(3) if k not in some]
     ratio = noise[some[0]] / math.prod(noise[k] ** (1 / len(others)) for k in others)
     named = tuple(stream.channels[k] for k in some)
-    return [
-        Finding(
-            details=ImplausibleUnit(
-                evidence="axes",
-                quantity=stream.quantity,
-                stated=mistake.stated,
-                likely=mistake.likely,
-                option=" ".join(f"--unit {channel}={mistake.likely}" for channel in named),
-                noise=noise[some[0]],
-                times=ratio,
-                others=tuple(stream.channels[k] for k in others),
-            ),
-            severity="warning",
-            channels=named,
-            size=ratio,
-            factors=tuple((term, 1 / mistake.correction) for term in TERMS),
-        )
-    ]
+    details = ImplausibleUnit(
+        evidence="axes",
+        quantity=stream.quantity,
+        stated=mistake.stated,
+        likely=mistake.likely,
+        option=" ".join(f"--unit {channel}={mistake.likely}" for channel in named),
+        noise=noise[some[0]],
+        times=ratio,
+        others=tuple(stream.channels[k] for k in others),
+    )
+    factors = tuple((term, 1 / mistake.correction) for term in TERMS)
+    return [Finding(details=details, severity="warning", channels=named, size=ratio, factors=factors)]
 
 
 def grade(stream: Stream) -> list[Finding]:
@@ -174,19 +165,14 @@ def grade(stream: Stream) -> list[Finding]:
         mean=mean,
         times=middle / _NOISIEST_GYRO if evidence == "noise" else None,
     )
-    return [unit_finding(stream, details, factor=1 / mistake.correction if mistake else 1.0, size=middle)]
+    return unit_finding(stream, details, factor=1 / mistake.correction if mistake else 1.0, size=middle)
 
 
-def unit_finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: float) -> Finding:
+def unit_finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: float) -> list[Finding]:
     """The finding that all coefficients of a stream are wrong by a factor."""
-    return Finding(
-        details=details,
-        severity="warning",
-        channels=tuple(stream.channels),
-        size=size,
-        unit=stream.unit,
-        factors=tuple((term, factor) for term in TERMS),
-    )
+    factors = tuple((term, factor) for term in TERMS)
+    channels, unit = stream.channels, stream.unit
+    return [Finding(details=details, severity="warning", channels=channels, size=size, unit=unit, factors=factors)]
 
 
 def _mistake(stream: Stream, k: int) -> _Mistake | None:

@@ -24,7 +24,6 @@ LARGEST_BIAS = math.radians(20)
 """Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
 
 _SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
-
 _RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned
 
 
@@ -162,7 +161,9 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool,
         for group, span, (start, stop) in zip(groups, times, spans, strict=True)
     )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
-    effects = {c: _effect(stream, c, [(b.start, b.stop) for b in moved if b.channel == c]) for c in axes}
+    tau0, n = stream.grid.tau0, stream.grid.n
+    masks = {c: mask_of(n, [(b.start, b.stop) for b in moved if b.channel == c]) for c in axes}
+    effects = {c: worst_on_white(stream.column(c), mask, tau0) for c, mask in masks.items()}
     strongest = max(axes, key=lambda c: effects[c][0])
     factor, tau = effects[strongest]
     return Finding(
@@ -196,10 +197,6 @@ def _burst(stream: Stream, group: Sequence[Burst], span: Span, *, shock: bool) -
     )
 
 
-def _effect(stream: Stream, channel: str, spans: Sequence[tuple[int, int]]) -> tuple[float, float]:
-    return worst_on_white(stream.column(channel), mask_of(stream.grid.n, spans), stream.grid.tau0)
-
-
 def level_finding(
     stream: Stream, channel: str, changes: Sequence[LevelChange], *, beside_drift: bool = False
 ) -> Finding:
@@ -215,21 +212,22 @@ def level_finding(
     )
     walk = added_walk(stream, channel, added, between)
     leave_out, keep = without_steps(stream, [(c.sample, c.window, c.size) for c in changes])
+    steps = tuple(
+        LevelStep(
+            time=change.sample * tau0,
+            uncertainty=change.around * tau0,
+            size=change.size,
+            ratio=change.times,
+            window=change.window * tau0,
+            gradual=change.gradual,
+        )
+        for change in changes
+    )
     return Finding(
         details=NotStatic(
             quantity=stream.quantity,
             unit=stream.unit,
-            steps=tuple(
-                LevelStep(
-                    time=change.sample * tau0,
-                    uncertainty=change.around * tau0,
-                    size=change.size,
-                    ratio=change.times,
-                    window=change.window * tau0,
-                    gradual=change.gradual,
-                )
-                for change in changes
-            ),
+            steps=steps,
             beside_drift=beside_drift,
             walk=walk,
             leave_out=leave_out,

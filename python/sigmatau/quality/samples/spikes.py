@@ -7,8 +7,8 @@ from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import Spikes, SpikesMasked
 from sigmatau.quality.facts import channel_fact, stream_fact
@@ -25,9 +25,7 @@ FALSE_SPIKES = 1e-4
 """Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
 median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""
 
-MANY_SPIKES = 0.01
-"""Share of spikes beyond which the finding is a warning, because the noise is not Gaussian then."""
-
+MANY_SPIKES = 0.01  # share of spikes beyond which the finding is a warning, because the noise is not Gaussian then
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
 
 # Neighbours on either side where two of four are often spikes; and how often the rest is searched again, because spikes
@@ -41,20 +39,17 @@ _SPOILED = 2.0
 _TAIL_FROM, _TAIL_COUNT = 4.0, 12
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-
 _APART = 7  # least distance between a spike and the sample that replaces it
-
 _STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
 _STEPS, _UNSEEN = 1.0, 0.3
 
 _FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
-
 _LEAST = 32  # samples from which a scale can be taken
 
 
-def find_spikes(x: NDArray[np.float64], *, false_spikes: float = FALSE_SPIKES) -> NDArray[np.bool_]:
+def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
     """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
 
     Where spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of
@@ -97,16 +92,14 @@ def find_spikes(x: NDArray[np.float64], *, false_spikes: float = FALSE_SPIKES) -
 
 
 @channel_fact
-def spike_mask(stream: Stream, channel: str) -> NDArray[np.bool_]:
+def spike_mask(stream: Stream, channel: str) -> Bools:
     """The spikes of a channel, see `find_spikes`; read-only."""
     found = find_spikes(stream.column(channel))
     found.setflags(write=False)
     return found
 
 
-def _found(
-    x: NDArray[np.float64], threshold: float, multiple: float, least: float, side: int, part: float
-) -> NDArray[np.int64]:
+def _found(x: Floats, threshold: float, multiple: float, least: float, side: int, part: float) -> Ints:
     """Indices of the samples beyond a threshold, and beyond a multiple of the scatter of their neighbours."""
     found = [np.empty(0, dtype=np.int64)]
     candidates = _candidates(x, threshold)
@@ -121,7 +114,7 @@ def _found(
     return np.concatenate(found)
 
 
-def more_below(rest: NDArray[np.float64]) -> bool:
+def more_below(rest: Floats) -> bool:
     """Whether a record without its spikes has more outliers than noise makes: the effect of the spikes is a lower bound."""
     return hidden(rest, _scale(rest)[1])
 
@@ -192,9 +185,7 @@ def without_spikes(stream: Stream) -> Stream:
     return stream.with_rates(columns) if changed else stream
 
 
-def _finding(
-    stream: Stream, channel: str, x: NDArray[np.float64], found: NDArray[np.bool_], *, many: float, warn_factor: float
-) -> Finding:
+def _finding(stream: Stream, channel: str, x: Floats, found: Bools, *, many: float, warn_factor: float) -> Finding:
     tau0 = stream.grid.tau0
     at = np.flatnonzero(found)
     clean = np.where(found, np.nan, x)
@@ -225,7 +216,7 @@ def _finding(
     )
 
 
-def _added(heights: NDArray[np.float64], at: NDArray[np.int64], n: int) -> float:
+def _added(heights: Floats, at: Ints, n: int) -> float:
     """Variance of white noise that spikes add to n samples; consecutive spikes are summed first.
 
     The sum of their autocovariances over lags that are more frequent than by chance, less their mean, which is not noise.
@@ -247,7 +238,7 @@ def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
     return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / AROUND))
 
 
-def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+def _heights(x: Floats, clean: Floats, at: Ints) -> Floats:
     """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
     heights = np.empty(len(at))
     for start in range(0, len(at), _BATCH):
@@ -258,7 +249,7 @@ def _heights(x: NDArray[np.float64], clean: NDArray[np.float64], at: NDArray[np.
     return heights
 
 
-def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
+def _scale(x: Floats) -> tuple[float, float, int, int]:
     """Standard deviation of the residual against one side, step of the numbers, neighbours a side, residuals in the tail."""
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
@@ -288,7 +279,7 @@ def _scale(x: NDArray[np.float64]) -> tuple[float, float, int, int]:
     return scale, step, _SIDE, far
 
 
-def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _where_two_are(x: Floats) -> Floats:
     """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
     there = np.flatnonzero(np.isfinite(x))
     before = there[2:] - there[:-2] <= _SIDE
@@ -297,7 +288,7 @@ def _where_two_are(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
 
 
-def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _median(x: Floats) -> Floats:
     """Medians of rows of four: the sum less the extremes. NaN if one is missing."""
     a, b, c, d = x.T
     low = np.minimum(np.maximum(a, b), np.maximum(c, d))
@@ -305,7 +296,7 @@ def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray((low + high) / 2)
 
 
-def _candidates(x: NDArray[np.float64], threshold: float) -> NDArray[np.int64]:
+def _candidates(x: Floats, threshold: float) -> Ints:
     """Samples within two of a change that a spike cannot do without: half of the threshold. Missing ones are passed over."""
     there = np.flatnonzero(~np.isnan(x))
     whole = len(there) == len(x)

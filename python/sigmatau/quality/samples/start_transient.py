@@ -15,8 +15,7 @@ from sigmatau.record.streams import Stream
 
 __all__ = ["settled_from", "start_transient"]
 
-LONGEST_TRANSIENT = 10.0
-"""A record that settles later warms up. [s]"""
+LONGEST_TRANSIENT = 10.0  # a record that settles later warms up [s]
 
 # The first sample less the mean of a window of 1 s that begins 1 s later, compared with the same all over the record:
 # Gaussian for each of the five terms. Threshold a·(1 + b/n) in robust standard deviations, n windows, see

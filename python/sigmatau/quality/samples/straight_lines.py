@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -21,9 +21,7 @@ __all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "filled", "tolerance"]
 _EPS = 16 * float(np.finfo(float).eps)
 _NOTHING = 1e-3
 
-MIN_STRETCH = 16
-"""Samples of a line from which on it is an outage, and not single samples that were filled in."""
-
+MIN_STRETCH = 16  # samples of a line from which on it is an outage, and not single samples that were filled in
 _FALSE_ALARM = 1e-4  # probability that a record of noise alone has an outage that is reported
 
 # Single samples are reported from this part of the record on, beyond so many times chance and so many standard errors of it.
@@ -46,7 +44,7 @@ class Tolerance:
     chance: float  # part of all that noise makes 0; 1 if there is no noise
 
 
-def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolerance | None:
+def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
     """The second differences that are 0 in some samples of a channel; None if there are too few."""
     second = np.diff(some, n=2)
     if np.count_nonzero(np.isfinite(second)) < _MIN_DIFFERENCES:
@@ -63,7 +61,7 @@ def tolerance(stream: Stream, channel: str, some: NDArray[np.float64]) -> Tolera
 class StraightParts:
     """Which samples lie on the line through their neighbours."""
 
-    at: NDArray[np.int64]  # those samples
+    at: Ints  # those samples
     chance: float  # share of all that noise puts there
     # change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter
     smooth: float
@@ -73,15 +71,15 @@ class StraightParts:
 class Filled:
     """Samples that were filled in with straight lines where others were lost."""
 
-    first: NDArray[np.int64]  # first sample and length of each run of them
-    lengths: NDArray[np.int64]
+    first: Ints  # first sample and length of each run of them
+    lengths: Ints
     singles: float  # part of the samples that is in shorter runs, less what chance puts on lines
     # N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted
     random_walk: float
     short: float  # σ at one sample over the sensor's own
 
     @property
-    def outages(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def outages(self) -> Runs:
         """First samples and lengths of the runs that are outages and not single samples."""
         long = self.lengths >= MIN_STRETCH
         return self.first[long], self.lengths[long]
@@ -156,7 +154,7 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     return Filled(first[kept], lengths[kept], part * true, 1 + (random_walk - 1) * true, 1 + (short - 1) * true)
 
 
-def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
+def _noise_between(x: Floats, straight: Ints) -> bool:
     """Whether neighbouring changes away from the lines are not parts of one line.
 
     Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise of −1/2, noise behind a filter up
@@ -179,7 +177,7 @@ def _noise_between(x: NDArray[np.float64], straight: NDArray[np.int64]) -> bool:
     return bool(np.count_nonzero(odd) > 0.25 * len(lengths))
 
 
-def _of_singles(first: NDArray[np.int64], lengths: NDArray[np.int64], n: int) -> tuple[float, float]:
+def _of_singles(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
     """N at long τ and σ at one sample, over those of the sensor.
 
     A gap of g samples gives g/2 of weight to each of the two beside it: N² is as the mean of the squared weights over all

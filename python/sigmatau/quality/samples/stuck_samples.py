@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Dropout, StuckSamples
 from sigmatau.quality.facts import stream_fact
@@ -26,24 +27,16 @@ from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.samples.straight_lines import MIN_STRETCH, filled
 from sigmatau.record.streams import Stream
 
-__all__ = ["WARN_SHARE", "dropouts", "stuck_runs", "stuck_samples", "without_runs", "zero_rate", "zero_runs"]
+__all__ = ["WARN_SHARE", "dropouts", "extent", "stuck_runs", "stuck_samples", "without_runs", "zero_rate", "zero_runs"]
 
-Runs = tuple[NDArray[np.int64], NDArray[np.int64]]
-"""First samples and lengths."""
-
-# Probability that a record of noise alone has a run that is reported.
-_FALSE_ALARM = 1e-4
-
-# Shortest run of equal samples that is reported: logs of real sensors have triples without a fault.
-_MIN_RUN = 5
+_FALSE_ALARM = 1e-4  # probability that a record of noise alone has a run that is reported
+_MIN_RUN = 5  # shortest run of equal samples that is reported: logs of real sensors have triples without a fault
 
 # Least noise seen, in steps, for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
 # 0.5 steps, depending on where its mean lies between two steps.
 _MIN_NOISE_STEPS = 0.6
 
-WARN_DURATION, WARN_SHARE = 1.0, 1e-3
-"""Length of a run [s] and part of a record from which on a finding is a warning."""
-
+WARN_DURATION, WARN_SHARE = 1.0, 1e-3  # length of a run [s] and part of a record from which on a finding is a warning
 _WARN_CHANGE = 0.02  # of the random walk, from which on it is one too
 
 # Least part of the visits to zero that are runs. Single samples of a sensor whose range ends at zero, or whose numbers are
@@ -51,7 +44,7 @@ _WARN_CHANGE = 0.02  # of the random walk, from which on it is one too
 _MIN_SHARE_IN_RUNS = 0.95
 
 
-def stuck_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> Runs:
+def stuck_runs(stream: Stream, channel: str, x: Floats) -> Runs:
     """First samples and lengths of the runs of equal samples of a channel x that are longer than the noise can explain.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
@@ -92,7 +85,7 @@ def zero_rate(stream: Stream, channel: str) -> float | None:
     return -transform.offset * factor if transform.offset else 0.0
 
 
-def zero_runs(stream: Stream, channel: str, x: NDArray[np.float64]) -> Runs:
+def zero_runs(stream: Stream, channel: str, x: Floats) -> Runs:
     """The runs in which the log holds only the number 0; none if single samples are 0 too (coarse, or a range from 0 on)."""
     first, lengths = stuck_runs(stream, channel, x)
     zero = zero_rate(stream, channel)
@@ -155,35 +148,27 @@ def stuck_samples(
     return merged_axes(findings)
 
 
+def extent(bad: Bools, runs: Runs, tau0: float) -> dict[str, Any]:
+    """The fields of held samples that say how many there are, and when."""
+    (first, lengths), k = runs, int(np.argmax(runs[1]))
+    longest = {"start": int(first[k]) * tau0, "longest": int(lengths[k]) * tau0}
+    return {"samples": int(bad.sum()), "share": float(bad.mean()), "runs": len(first), **longest}
+
+
 def _held(
-    kind: type[Dropout | StuckSamples],
-    stream: Stream,
-    channel: str,
-    x: NDArray[np.float64],
-    runs: Runs,
-    warn: tuple[float, float],
+    kind: type[Dropout | StuckSamples], stream: Stream, channel: str, x: Floats, runs: Runs, warn: tuple[float, float]
 ) -> tuple[float, Finding]:
     """The finding of a channel, and K that the levels held add."""
     (first, lengths), tau0 = runs, stream.grid.tau0
     own = 0 if kind is Dropout else 1  # the first sample that is held is the sensor's own
     bad = mask_of_runs(len(x), first + own, lengths - own)
     factor, tau = change_of_white(x, bad, tau0, beyond=int(lengths.max()))
-    share, longest = float(bad.mean()), int(np.argmax(lengths))
-    duration = int(lengths[longest]) * tau0
+    share, duration = float(bad.mean()), int(lengths.max()) * tau0
     long = lengths >= MIN_STRETCH
     walk = walk_of_runs(stream, channel, (first[long], lengths[long])) if long.any() else None
     matters = share > warn[1] or duration >= warn[0] or abs(factor - 1) > _WARN_CHANGE
     return walk.coefficient if walk is not None else 0.0, Finding(
-        details=kind(
-            strongest=channel,
-            samples=int(bad.sum()),
-            share=share,
-            runs=len(first),
-            start=int(first[longest]) * tau0,
-            longest=duration,
-            tau=tau,
-            walk=walk,
-        ),
+        details=kind(strongest=channel, tau=tau, walk=walk, **extent(bad, runs, tau0)),
         severity="warning" if matters else "info",
         channels=(channel,),
         spans=longest_spans(stream, first, lengths),

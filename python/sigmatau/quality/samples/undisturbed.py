@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.light_shocks import light_shocks
 from sigmatau.quality.samples.lost_rows import lost_rows
@@ -56,7 +56,7 @@ def quiet(stream: Stream) -> Stream:
     return still if bad.mean() > _MOST_DISTURBED else masked(alone, bad)
 
 
-def _moving(stream: Stream, still: Stream) -> tuple[Stream, Stream, Movements, NDArray[np.bool_]]:
+def _moving(stream: Stream, still: Stream) -> tuple[Stream, Stream, Movements, Bools]:
     """The stream without a start transient; also without spikes; its motion; and the samples in motion, with a margin."""
     start = max((settled_from(stream, channel) for channel in stream.channels), default=0)
     still = masked(still, mask_of(still.grid.n, [(0, start)]))

@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import EarthRate, Gravity, ImplausibleUnit
 from sigmatau.quality.samples.common import octaves, present
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import step_of
 from sigmatau.quality.samples.sensor_grades import (
     DEGREE,
     GRAVITY,
@@ -27,16 +27,14 @@ from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
 __all__ = ["earth_rate", "gravity", "implausible_unit"]
 
-EARTH_RATE = 7.292115e-5
-"""Sidereal rotation of the Earth. [rad/s]"""
+EARTH_RATE = 7.292115e-5  # sidereal rotation of the Earth [rad/s]
 
 # Part of the Earth's rate below which the mean of gyros of an unknown bias has been removed: on three axes at once biases
 # would have to be what the Earth makes there with the other sign. Gaussian ones do so in 1.2 % at most, where their standard
 # deviation is 8.7 deg/h.
 _REMOVED = 1 / 3
 
-# Part of the Earth's rate that noise and bias may allow for anything to be reported.
-_MAX_SPREAD = 1 / 5
+_MAX_SPREAD = 1 / 5  # part of the Earth's rate that noise and bias may allow for anything to be reported
 
 # Gravity on the ground: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40 (2013). [m/s^2]
 _ON_GROUND = (9.75, 9.85)
@@ -98,7 +96,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
             details = ImplausibleUnit(
                 evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, option=option, mean=level
             )
-            return [unit_finding(stream, details, factor=value / GRAVITY, size=level)]
+            return unit_finding(stream, details, factor=value / GRAVITY, size=level)
     if stream.quantity not in _NOISE:
         return []
     if stream.quantity == "angular_rate" and (found := _by_step(stream)):
@@ -128,15 +126,9 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     near = abs(deviation) < tolerance
     cause: Literal["bias_or_scale", "removed", "unknown"]
     cause = "bias_or_scale" if near else "removed" if level < _WITHOUT_GRAVITY else "unknown"
-    return [
-        Finding(
-            details=Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause),
-            severity="warning" if cause == "unknown" else "info",
-            channels=tuple(stream.channels),
-            size=level,
-            unit=stream.unit,
-        )
-    ]
+    details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
+    severity: Severity = "warning" if cause == "unknown" else "info"
+    return [Finding(details=details, severity=severity, channels=stream.channels, size=level, unit=stream.unit)]
 
 
 def earth_rate(stream: Stream, *, bias: float | None = None) -> list[Finding]:
@@ -154,11 +146,9 @@ def earth_rate(stream: Stream, *, bias: float | None = None) -> list[Finding]:
     """
     if stream.quantity != "angular_rate" or len(stream.channels) != 3:
         return []
-    if bias is None:
-        if stream.grid.source == "simulated":
-            return []
-        if not all(0 < white_noise(stream, channel) < OPTICAL_NOISE for channel in stream.channels):
-            return []
+    optical = (0 < white_noise(stream, channel) < OPTICAL_NOISE for channel in stream.channels)
+    if bias is None and (stream.grid.source == "simulated" or not all(optical)):
+        return []
     means, variance = [], 0.0
     for channel in stream.channels:
         x = stream.column(channel)
@@ -173,19 +163,13 @@ def earth_rate(stream: Stream, *, bias: float | None = None) -> list[Finding]:
     agrees = abs(mean - EARTH_RATE) <= spread
     if bias is None and not agrees and mean > _REMOVED * EARTH_RATE:
         return []  # a bias, or a part of the Earth's rate against one
-    return [
-        Finding(
-            details=EarthRate(mean=mean, earth_rate=EARTH_RATE, tolerance=spread, bias=bias, agrees=agrees),
-            severity="info" if agrees or bias is None else "warning",
-            channels=tuple(stream.channels),
-            size=mean,
-            unit=stream.unit,
-        )
-    ]
+    details = EarthRate(mean=mean, earth_rate=EARTH_RATE, tolerance=spread, bias=bias, agrees=agrees)
+    severity: Severity = "info" if agrees or bias is None else "warning"
+    return [Finding(details=details, severity=severity, channels=stream.channels, size=mean, unit=stream.unit)]
 
 
 def _by_step(stream: Stream) -> list[Finding]:
-    steps = [found.step for channel in stream.channels if (found := resolution(stream, channel)) is not None]
+    steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
     if not steps:
         return []
     for stated, likely, factor in _NOISE_MISTAKES["angular_rate"]:
@@ -200,7 +184,7 @@ def _by_step(stream: Stream) -> list[Finding]:
                 step=steps[0],
                 sensitivity=1 / known[0],
             )
-            return [unit_finding(stream, details, factor=factor, size=steps[0])]
+            return unit_finding(stream, details, factor=factor, size=steps[0])
     return []
 
 
@@ -212,12 +196,9 @@ def _by_noise(stream: Stream) -> list[Finding]:
         return []
     least = float(np.median(list(bounds.values())))
     most = float(np.median([largest_noise(stream, channel) for channel in bounds]))
-    if least > _BEYOND * worst:
-        noise, times = least, least / worst
-    elif most < best / _BEYOND:
-        noise, times = most, most / best
-    else:
+    if not (least > _BEYOND * worst or most < best / _BEYOND):
         return []
+    noise, times = (least, least / worst) if least > _BEYOND * worst else (most, most / best)
     stated, likely, factor = _NOISE_MISTAKES[stream.quantity][times < 1]
     details = ImplausibleUnit(
         evidence="noise",
@@ -229,4 +210,4 @@ def _by_noise(stream: Stream) -> list[Finding]:
         noise=noise,
         times=times,
     )
-    return [unit_finding(stream, details, factor=factor, size=noise)]
+    return unit_finding(stream, details, factor=factor, size=noise)

@@ -15,12 +15,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.findings.finding import Finding
+from sigmatau.arrays import Floats, Ints
+from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds import disturbances as kinds
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
@@ -30,34 +29,25 @@ from sigmatau.quality.drift.block_means import autocovariance
 from sigmatau.quality.selection.window import block_length, criterion, scatter, wanted_length
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import Printed, duration_text, seconds
 
 __all__ = ["SelectionBias", "bias_finding", "selection_bias"]
 
-Floats = NDArray[np.float64]
 Models = Mapping[str, Mapping[str, float]]
 
-SEED = 952
-"""Default seed of the simulated records."""
-
-DRAWS = 1000
-"""Default number of simulated records."""
-
-WARN_BIAS = 0.05
-"""Relative change of a coefficient from which on the finding is a warning; a convention."""
-
+SEED = 952  # default seed of the simulated records
+DRAWS = 1000  # default number of simulated records
+WARN_BIAS = 0.05  # relative change of a coefficient from which on the finding is a warning; a convention
 _ROUGH_DRAWS = 250  # in all iterations but the last
 _ITERATIONS = 4  # of the noise that shows, after the choice, what was fitted
 _LEAST_FACTOR = 0.2  # a smaller factor is that of a term which the window does not show
 _SLOWEST = "rate_random_walk"
 _WINDOW_PER_TAU = 3  # averaging times up to a third of the window, as in a fit
 _LEAST_RATIO = 0.8  # a warning below: Allan variance over that of the noise
-
 _TOLD_TAUS = (300.0, 600.0, 1200.0, 1800.0)  # at which the finding states the ratio [s]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class SelectionBias(Printed):
+class SelectionBias:
     """Mean effect of choosing the most stable window on one channel."""
 
     channel: str
@@ -72,29 +62,6 @@ class SelectionBias(Printed):
     def at(self, tau: float) -> float:
         """The ratio at an averaging time, between those computed by a line in the logarithm of τ."""
         return float(np.interp(math.log(tau), np.log(self.tau), self.ratio))
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "channel": self.channel,
-            "record_s": self.record,
-            "window_s": self.window,
-            "tau_s": self.tau.tolist(),
-            "avar_ratio": self.ratio.tolist(),
-            "error": self.error.tolist(),
-            "factors": dict(self.factors),
-            "draws": self.draws,
-        }
-
-    def __repr__(self) -> str:
-        head = (
-            f"{self.channel}: calmest {duration_text(self.window)} of {duration_text(self.record)},"
-            f" Allan variance over that of the noise ({self.draws} draws)"
-        )
-        rows = [
-            f"  {seconds(t):>8} s  {r:.3f} ± {e:.3f}" for t, r, e in zip(self.tau, self.ratio, self.error, strict=True)
-        ]
-        rows += [f"  {TERMS[term].label('signal')}: {factor:.2f} times" for term, factor in self.factors.items()]
-        return "\n".join([head, *rows])
 
 
 def selection_bias(
@@ -143,7 +110,7 @@ def selection_bias(
     result = {}
     for k, (channel, model) in enumerate(models.items()):
         chosen = np.take_along_axis(means[:, k], index, axis=1)
-        expected = _expected(model, sizes * block, tau0)
+        expected = sum((avar(term, value, m=sizes * block, tau0=tau0) for term, value in model.items()), np.zeros(1))
         ratio, error = _ratios(chosen, means[:, k], sizes, expected)
         result[channel] = SelectionBias(
             channel=channel,
@@ -241,8 +208,6 @@ def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Gene
     for step in range(_ITERATIONS):
         draws = DRAWS if step == _ITERATIONS - 1 else _ROUGH_DRAWS
         found = selection_bias(models, n=stream.grid.n, window=window, tau0=stream.grid.tau0, draws=draws, rng=seed)
-        if step == _ITERATIONS - 1:
-            break
         for channel, model in models.items():
             for term, factor in found[channel].factors.items():
                 # Half a step in the logarithm: a whole one may swing.
@@ -258,20 +223,16 @@ def _finding(stream: Stream, bias: SelectionBias, hidden: kinds.HiddenWalk | Non
     least = min((ratio for _, ratio in ratios), default=1.0)
     known = ((term, max(factor, _LEAST_FACTOR)) for term, factor in bias.factors.items())
     factors = tuple((term, factor) for term, factor in known if abs(factor - 1) > warn_bias)
-    return Finding(
-        details=kinds.SelectionBias(
-            quantity=stream.quantity,
-            record=bias.record,
-            window=bias.window,
-            ratios=ratios,
-            draws=bias.draws,
-            hidden_walk=hidden,
-        ),
-        severity="warning" if factors or least < _LEAST_RATIO else "info",
-        channels=(bias.channel,),
-        size=least,
-        factors=factors,
+    details = kinds.SelectionBias(
+        quantity=stream.quantity,
+        record=bias.record,
+        window=bias.window,
+        ratios=ratios,
+        draws=bias.draws,
+        hidden_walk=hidden,
     )
+    severity: Severity = "warning" if factors or least < _LEAST_RATIO else "info"
+    return Finding(details=details, severity=severity, channels=(bias.channel,), size=least, factors=factors)
 
 
 def _draw(
@@ -297,17 +258,10 @@ def _draw(
     return np.concatenate([np.zeros((draws, 1)), np.cumsum(differences, axis=1)], axis=1)
 
 
-def _sizes(size: int) -> NDArray[np.int64]:
+def _sizes(size: int) -> Ints:
     """Averaging times in blocks: whole ones, about four an octave, up to a third of the window."""
     steps = np.unique(np.round(2.0 ** np.arange(0, math.log2(size / _WINDOW_PER_TAU) + 0.01, 0.25)))
     return np.union1d(steps, [size // 4]).astype(np.int64)
-
-
-def _expected(model: Mapping[str, float], m: NDArray[np.int64], tau0: float) -> Floats:
-    total = np.zeros(len(m))
-    for term, value in model.items():
-        total += avar(term, value, m=m, tau0=tau0)
-    return total
 
 
 def _variances(means: Floats, sizes: Sequence[int]) -> Floats:
@@ -322,7 +276,7 @@ def _variances(means: Floats, sizes: Sequence[int]) -> Floats:
     return np.stack(columns, axis=1)
 
 
-def _ratios(chosen: Floats, whole: Floats, sizes: NDArray[np.int64], expected: Floats) -> tuple[Floats, Floats]:
+def _ratios(chosen: Floats, whole: Floats, sizes: Ints, expected: Floats) -> tuple[Floats, Floats]:
     """Mean Allan variance of the chosen windows over the expected one, with that of the whole records as control variate."""
     of_chosen = _variances(chosen, sizes.tolist()) / expected
     control = _variances(whole, sizes.tolist()) / expected - 1
@@ -333,9 +287,7 @@ def _ratios(chosen: Floats, whole: Floats, sizes: NDArray[np.int64], expected: F
     return np.asarray(left.mean(axis=0)), np.asarray(left.std(axis=0, ddof=1) / math.sqrt(len(left)))
 
 
-def _factors(
-    model: Mapping[str, float], window: int, tau0: float, m: NDArray[np.int64], ratio: Floats
-) -> dict[str, float]:
+def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, ratio: Floats) -> dict[str, float]:
     """What a fit to the mean Allan variances of the chosen windows finds, over what is there."""
     half = [1 << j for j in range(int(math.log2(window)) + 1)]
     sizes = sorted({size for one in half for size in (one, one + one // 2) if 1 <= size <= window // _WINDOW_PER_TAU})

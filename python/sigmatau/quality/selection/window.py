@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import ChosenWindow, WindowChosen
@@ -27,11 +27,7 @@ from sigmatau.results import seconds
 
 __all__ = ["BLOCK", "block_length", "choose", "criterion", "cut", "most_stable", "scatter", "wanted_length"]
 
-Floats = NDArray[np.float64]
-
-BLOCK = 60.0
-"""Length of the means that are compared. [s]"""
-
+BLOCK = 60.0  # length of the means that are compared [s]
 _LEAST_BLOCKS = 10  # in a window
 _MOST_EMPTY = 0.1  # share of the blocks in a window that may have no mean
 
@@ -74,7 +70,7 @@ def wanted_length(text: str) -> float | None:
     if not equals:
         return None
     if name.strip() != "most-stable":
-        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="window")
+        raise _refused(text, f"is not understood: {_FORMS}")
     length = _time(value, text)
     if not length > 0:
         raise OptionError(f"{{option}} {text!r}: a window must be longer than 0 s; {_FORMS}", option="window")
@@ -85,18 +81,16 @@ def cut(record: Record, text: str) -> Record:
     """The part of a record between two times, ``"600s:7800s"``, from the beginning of its first stream."""
     first, colon, last = text.partition(":")
     if not colon or ":" in last:
-        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="window")
+        raise _refused(text, f"is not understood: {_FORMS}")
     origin = min(stream.grid.start for stream in record.streams)
     end = max(stream.grid.start + stream.grid.duration for stream in record.streams) - origin
     start = _time(first, text) if first.strip() else 0.0
     stop = _time(last, text) if last.strip() else end
     slack = max(stream.grid.tau0 for stream in record.streams)
     if start >= stop:
-        raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option="window")
+        raise _refused(text, f"ends at {seconds(stop)} s, before it begins")
     if stop > end + slack:
-        raise OptionError(
-            f"{{option}} {text!r} ends at {seconds(stop)} s; the record is {seconds(end)} s long", option="window"
-        )
+        raise _refused(text, f"ends at {seconds(stop)} s; the record is {seconds(end)} s long")
     streams = [_between(stream, start + origin, stop + origin, text) for stream in record.streams]
     return _with_streams(record, streams, f"window from {seconds(start)} s to {seconds(min(stop, end))} s")
 
@@ -139,30 +133,22 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
                 )
             )
     chosen = _with_streams(record, streams, f"most stable window of {seconds(length)} s")
-    finding = Finding(
-        details=WindowChosen(length=length, windows=tuple(told)),
-        severity="info",
-        spans=tuple(dict.fromkeys((one.start, one.start + length) for one in told)),
-        size=length,
-        unit="s",
-    )
-    return chosen, [finding]
+    spans = tuple(dict.fromkeys((one.start, one.start + length) for one in told))
+    details = WindowChosen(length=length, windows=tuple(told))
+    return chosen, [Finding(details=details, severity="info", spans=spans, size=length, unit="s")]
 
 
 def criterion(record: Record, stream: Stream) -> Criterion:
     """Criterion by which the most stable window of a stream is chosen; see `most_stable`."""
-    for other in record.streams:
-        if other.quantity == "temperature" and other is not stream and _usable(other):
+    usable = [s for s in record.streams if s.grid.duration >= 2 * BLOCK and s.grid.tau0 <= BLOCK]
+    for other in usable:
+        if other.quantity == "temperature" and other is not stream:
             return Criterion(kind="temperature", stream=other)
     kinds = {"angular_rate": "acceleration", "acceleration": "angular_rate"}
-    for other in record.streams:
-        if other.quantity == kinds.get(stream.quantity) and _usable(other):
+    for other in usable:
+        if other.quantity == kinds.get(stream.quantity):
             return Criterion(kind="other", stream=other)
     return Criterion(kind="own", stream=stream)
-
-
-def _usable(stream: Stream) -> bool:
-    return stream.grid.duration >= 2 * BLOCK and stream.grid.tau0 <= BLOCK
 
 
 def block_length(length: float, tau0: float) -> int:
@@ -209,12 +195,13 @@ def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
         score = np.where(np.isfinite(span), span, np.inf)
         middle = float(np.median(score[np.isfinite(score)])) if np.isfinite(score).any() else 1.0
         k = int(np.argmin(score))
-        return k * block * stream.grid.tau0, float(score[k] / middle) if middle > 0 else 1.0
-    score = scatter(table, size)
-    if not np.isfinite(score).any():
-        return 0.0, 1.0
-    k = int(np.argmin(score))
-    relative = math.exp((score[k] - float(np.median(score[np.isfinite(score)]))) / len(table))
+        relative = float(score[k] / middle) if middle > 0 else 1.0
+    else:
+        score = scatter(table, size)
+        if not np.isfinite(score).any():
+            return 0.0, 1.0
+        k = int(np.argmin(score))
+        relative = math.exp((score[k] - float(np.median(score[np.isfinite(score)]))) / len(table))
     return k * block * stream.grid.tau0, relative
 
 
@@ -230,10 +217,7 @@ def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:
     last = min(round((stop - grid.start) / grid.tau0), grid.n)
     if last - first < MIN_SAMPLES:
         got = max(last - first, 0)
-        raise OptionError(
-            f"{{option}} {text!r} leaves {got} samples of {stream.name}; at least {MIN_SAMPLES} are needed",
-            option="window",
-        )
+        raise _refused(text, f"leaves {got} samples of {stream.name}; at least {MIN_SAMPLES} are needed")
     return stream if (first, last) == (0, grid.n) else stream.cut(first, last)
 
 
@@ -244,3 +228,7 @@ def _with_streams(record: Record, streams: Sequence[Stream], said: str) -> Recor
 
 def _time(text: str, whole: str) -> float:
     return time_of(text, whole, option="window", forms=_FORMS)
+
+
+def _refused(text: str, why: str) -> OptionError:
+    return OptionError(f"{{option}} {text!r} {why}", option="window")

@@ -11,16 +11,14 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
 __all__ = ["cross_axis"]
-
-Floats = NDArray[np.float64]
 
 _FALSE_ALARM = 1e-4
 """Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""
@@ -37,8 +35,7 @@ _STRETCHES = 32
 CORRELATION_TOLD = 0.05
 """A smaller correlation r has no consequence: the variance of the mean of two Allan variances grows by the factor 1 + r²."""
 
-CORRELATION_WARNED = 0.3
-"""Correlation from which shared noise is a warning."""
+CORRELATION_WARNED = 0.3  # correlation from which shared noise is a warning
 
 _LEAST_MEANS = 60
 _LONGER = 4  # times, from one length of means to the next; the last is the longest of which there are enough

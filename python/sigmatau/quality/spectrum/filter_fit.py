@@ -13,15 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats
 from sigmatau.findings.kinds.spectrum import LowPassFilter
 from sigmatau.quality.spectrum import filter_models
 from sigmatau.spectrum.result import Spectrum
 
 __all__ = ["fit_low_pass", "promising"]
-
-Floats = NDArray[np.float64]
 
 EVIDENCE = 40.0
 """Least gain in deviance for a filter. By chance it has a χ² law of three degrees of freedom (corner, floor, shape) at one
@@ -228,9 +226,7 @@ def _promising(points: _Points) -> bool:
     return least - some > EVIDENCE / 4
 
 
-def _binned(
-    frequency: Floats, density: Floats, kept: NDArray[np.bool_], dof: Floats
-) -> tuple[Floats, Floats, tuple[float, ...]]:
+def _binned(frequency: Floats, density: Floats, kept: Bools, dof: Floats) -> tuple[Floats, Floats, tuple[float, ...]]:
     """Means over 1/16 octave of the bins that are kept and are no lines."""
     edges = frequency[0] * 2.0 ** (np.arange(0, math.log2(frequency[-1] / frequency[0]) + 1, 1 / _PER_OCTAVE))
     # Towards half the sampling rate, a zero of digital filters, each is an eighth octave of the distance to it; the last

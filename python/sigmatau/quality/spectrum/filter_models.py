@@ -20,6 +20,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import Floats, Ints
+
 __all__ = [
     "SHAPES",
     "autocovariance",
@@ -32,8 +34,6 @@ __all__ = [
     "response",
     "right_from",
 ]
-
-Floats = NDArray[np.float64]
 
 _DIGITAL = {"digital1": 1, "digital2": 2, "digital4": 4}
 _ORDERS = {"first_order": 1, "butterworth2": 2, "butterworth3": 3, "butterworth4": 4, **_DIGITAL}
@@ -125,7 +125,7 @@ def relative_avar(shape: str, corner: float, m: ArrayLike, tau0: float) -> Float
     sums = np.concatenate(([0.0], np.cumsum(r)))
     totals = np.concatenate(([0.0], np.cumsum(r * np.arange(len(r)))))
 
-    def variance(count: NDArray[np.int64]) -> Floats:
+    def variance(count: Ints) -> Floats:
         return np.asarray(2 * (count * sums[count] - totals[count]) - count * r[0])
 
     avar = (4 * variance(sizes) - variance(2 * sizes)) / (2 * sizes.astype(float) ** 2)

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve, allan, cluster_sizes
 from sigmatau.findings.finding import Finding
@@ -27,10 +27,7 @@ from sigmatau.spectrum.tapers import without_line
 
 __all__ = ["find_lines", "lines", "lines_in_fits"]
 
-Floats = NDArray[np.float64]
-
-SIGMA_FACTOR_WARNED = 1.10
-"""Factor on σ(τ) at any τ from which lines are a warning."""
+SIGMA_FACTOR_WARNED = 1.10  # factor on σ(τ) at any τ from which lines are a warning
 
 _LEAST_SAMPLES = 512
 _LEAST_RUN = 64  # samples without a missing one, for the effect on σ(τ)
@@ -111,25 +108,24 @@ class _Scan:
 
 @channel_fact
 def _scanned(stream: Stream, channel: str) -> _Scan | None:
-    y = _filled(stream, channel)
-    if y is None:
-        return None
-    spectrum = periodogram(y, stream.grid.tau0)
-    groups = _lines_of(spectrum, stream)
-    if not groups or stream.quantity not in ("angular_rate", "acceleration"):
-        return _Scan(channel=channel, spectrum=spectrum, groups=groups)
+    found = _scan(stream, channel, ())
+    if found is None or not found.groups or stream.quantity not in ("angular_rate", "acceleration"):
+        return found
     # A mount that rings after a shock makes a line, too: only lines at rest count.
-    moving = bursts(stream, summary(stream, channel))
-    if not moving:
-        return _Scan(channel=channel, spectrum=spectrum, groups=groups)
-    y = _filled(stream, channel, without=[(burst.start, burst.stop) for burst in moving])
+    moving = [(burst.start, burst.stop) for burst in bursts(stream, summary(stream, channel))]
+    return _scan(stream, channel, moving) if moving else found
+
+
+def _scan(stream: Stream, channel: str, moving: Sequence[tuple[int, int]]) -> _Scan | None:
+    y = _filled(stream, channel, without=moving)
     if y is None:
         return None
     spectrum = periodogram(y, stream.grid.tau0)
-    return _Scan(channel=channel, spectrum=spectrum, groups=_lines_of(spectrum, stream), moved=True)
+    groups = _grouped(_distinct(measured_lines(spectrum), spectrum.step), stream.grid.rate, spectrum.step)
+    return _Scan(channel=channel, spectrum=spectrum, groups=groups, moved=bool(moving))
 
 
-def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] = ()) -> Floats | None:
+def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]]) -> Floats | None:
     """Samples without mean and slope, 0 where missing and in stretches `without`; None if too few, or all on a line."""
     y = np.ascontiguousarray(stream.column(channel))
     # A ramp alone leaves its rounding error, which has lines.
@@ -158,11 +154,6 @@ def _filled(stream: Stream, channel: str, *, without: Sequence[tuple[int, int]] 
     if len(y) < _LEAST_SAMPLES or not y.max() - y.min() > rounding:
         return None
     return y
-
-
-def _lines_of(spectrum: Periodogram, stream: Stream) -> tuple[Line, ...]:
-    found = measured_lines(spectrum)
-    return _grouped(_distinct(found, spectrum.step), stream.grid.rate, spectrum.step)
 
 
 def _distinct(found: Sequence[Line], step: float) -> list[Line]:
@@ -302,7 +293,7 @@ def _alternates(line: Line, tau0: float) -> bool:
     return abs(line.frequency * tau0 - 0.5) < _SAME_RATE
 
 
-def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: float) -> Floats:
+def _avar(line: Line, spectrum: Periodogram, sizes: Ints, tau0: float) -> Floats:
     """Allan variance of a line: of the sinusoid if it is steady, else of its band of the spectrum by eq. (11s)."""
     if line.width == 0:
         # At half the sampling rate there is no phase: alternating ±A has twice the power of a sinusoid.
@@ -314,11 +305,9 @@ def _avar(line: Line, spectrum: Periodogram, sizes: NDArray[np.int64], tau0: flo
     # The noise level under the line is chosen such that the line has its power.
     excess = excess - (excess.sum() - line.amplitude**2 / (4 * spectrum.step)) / len(excess)
     few = max(1, len(excess) // 512)  # bins that are averaged: far less than 1/τ wherever the line matters
-    frequency, excess = (
-        np.add.reduceat(frequency, np.arange(0, len(frequency), few))
-        / np.diff(np.append(np.arange(0, len(frequency), few), len(frequency))),
-        np.add.reduceat(excess, np.arange(0, len(excess), few)),
-    )
+    at = np.arange(0, len(excess), few)
+    frequency = np.add.reduceat(frequency, at) / np.diff(np.append(at, len(excess)))
+    excess = np.add.reduceat(excess, at)
     angle = math.pi * frequency * tau0
     gains = np.sin(np.outer(sizes, angle)) ** 4 / np.outer(sizes.astype(float) ** 2, np.sin(angle) ** 2)
     return np.asarray(np.maximum(4 * spectrum.step * (gains @ excess), 0.0))

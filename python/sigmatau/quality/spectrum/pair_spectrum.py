@@ -14,16 +14,14 @@ E. Parzen, "On spectral analysis with missing observations and amplitude modulat
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Bools, Floats
 from sigmatau.record.streams import Stream
 from sigmatau.spectrum.estimate import default_size
 from sigmatau.spectrum.result import Spectrum
 from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["by_pairs", "is_torn"]
-
-Floats = NDArray[np.float64]
 
 _WHOLE = 0.7  # of the samples that are there; segments that see less give way to pairs
 _LEAST_SHARE = 0.4  # of the samples that must be there
@@ -86,7 +84,7 @@ def by_pairs(y: Floats, stream: Stream, channel: str) -> Spectrum | None:
     )
 
 
-def _without_slow(y: Floats, there: NDArray[np.bool_], taper: Floats) -> Floats:
+def _without_slow(y: Floats, there: Bools, taper: Floats) -> Floats:
     """The samples that are there, less their mean about each, weighted by a taper."""
     from scipy.signal import oaconvolve
 

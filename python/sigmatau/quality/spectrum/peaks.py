@@ -15,18 +15,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.kinds.spectrum import Line
 from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
 
-Floats = NDArray[np.float64]
-
-FALSE_ALARM = 1e-4
-"""Probability of any line in a clean channel, all bins and widths together."""
-
+FALSE_ALARM = 1e-4  # probability of any line in a clean channel, all bins and widths together
 _LONGEST = 1 << 22  # samples in a transform; of longer records four such stretches are averaged
 _STRETCHES = 4
 _WIDEST = 1 << 12
@@ -56,7 +52,6 @@ _LOW_MARGIN = 1.25
 # together; their density over that of one bin follows Snedecor's F.
 _SLOWEST, _ABOVE, _ABOVE_FREEDOM = 5, (3, 15), 12.0
 _STEEP = 4.0  # ratio by which a line, and no random walk, falls within three bins on its lower side
-
 _DYNAMIC = 1e-25  # of a spectrum in double precision
 
 
@@ -218,7 +213,7 @@ def _median(values: Floats) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _law(count: int, width: int, dof: float, bins: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, float]:
+def _law(count: int, width: int, dof: float, bins: int) -> tuple[Ints, Ints, Floats, float]:
     """Edges of blocks, every which bin the median is of, factors by which bins must stand out (never in the first),
     mean/median.
     """

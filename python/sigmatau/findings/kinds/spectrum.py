@@ -85,8 +85,8 @@ class Aliasing(Details, code="aliasing"):
 class Resampled(Details, code="interpolated"):
     """A channel that was interpolated from samples at a lower rate, as its spectrum shows."""
 
-    # "held" or "linear" or "smooth" or "empty"; values repeated; lines between samples; another interpolation; spectrum
-    # empty above half the true rate
+    # "held": values repeated; "linear": lines between samples; "smooth": another interpolation; "empty": spectrum empty
+    # above half the true rate
     kind: str
     rate: float  # probable rate of the true samples [Hz]
     log_rate: float  # sampling rate of the record [Hz]

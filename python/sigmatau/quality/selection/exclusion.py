@@ -83,7 +83,10 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
             LeftOutOfStream(stream=stream.name, count=most, samples=stream.grid.n, duration=most * stream.grid.tau0)
         )
         without = masked(stream, np.stack(masks, axis=1))
-        _refuse_nothing_left(without)
+        left = 0 if without.mask is None else int((~without.mask).sum(axis=0).max())
+        if left < MIN_SAMPLES:
+            few = f"{{option}} leaves {left} samples of {stream.name}; at least {MIN_SAMPLES} are needed"
+            raise OptionError(few, option="leave_out")
         streams.append(without)
     listed = [f"{seconds(a)} s to {seconds(b)} s" for a, b in spans[:_LISTED]]
     listed += [f"{len(spans) - _LISTED} more"] if len(spans) > _LISTED else []
@@ -116,13 +119,3 @@ def _first_at(stream: Stream, time: float) -> int:
     """The first sample at a time or after it."""
     at = math.ceil((time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING)
     return min(max(at, 0), stream.grid.n)
-
-
-def _refuse_nothing_left(stream: Stream) -> None:
-    if stream.mask is None:
-        return
-    left = int((~stream.mask).sum(axis=0).max())
-    if left < MIN_SAMPLES:
-        raise OptionError(
-            f"{{option}} leaves {left} samples of {stream.name}; at least {MIN_SAMPLES} are needed", option="leave_out"
-        )

@@ -6,6 +6,8 @@ from cyclopts import App
 
 from sigmatau._version import __version__
 
+__all__ = ["EXAMPLES", "app"]
+
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
     " · 3 a unit does not meet its specification (compare) · 4 done with the readable part of a damaged file"
@@ -99,8 +101,9 @@ sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
 }
 
-# Command lines of the help pages, which the tests run
 EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
+"""Command lines of the help pages, which the tests run."""
+
 app = App(
     name="sigmatau",
     help="Characterise the noise of inertial sensors at rest: noise coefficients with confidence intervals from a log.",

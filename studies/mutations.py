@@ -334,6 +334,7 @@ MUTATIONS = (
         "at=int((keep[k] + 1) * length)",
         "at=int(keep[k] * length)",
         ("tests/quality/test_stationarity.py",),
+        added=True,
     ),
     Mutation(
         "late-drift-span",

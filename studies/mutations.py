@@ -417,6 +417,7 @@ MUTATIONS = (
         "_in_seconds(start, math.ceil)",
         "_in_seconds(start, math.floor)",
         ("tests/findings/test_words.py",),
+        added=True,
     ),
     Mutation(
         "largest-factor",
@@ -425,6 +426,7 @@ MUTATIONS = (
         "max(one[1], 1 / one[1])",
         "one[1]",
         ("tests/findings/test_words.py",),
+        added=True,
     ),
     Mutation(
         "severity-order",

@@ -434,7 +434,7 @@ MUTATIONS = (
         f"{_SRC}/findings/finding.py",
         "finding.code != _FIRST",
         "finding.code == _FIRST",
-        ("tests/findings", "tests/quality/test_findings.py"),
+        ("tests/test_results.py",),
     ),
     # Command line
     Mutation(
@@ -460,6 +460,7 @@ MUTATIONS = (
         "if name not in found or key == name:",
         "if name not in found:",
         ("tests/navigation/test_predict_command.py",),
+        added=True,
     ),
     # Fitting
     Mutation(
@@ -468,7 +469,7 @@ MUTATIONS = (
         f"{_SRC}/fitting/gls.py",
         "freedom = max(len(self.avar) - int((theta > 0).sum()), 1)",
         "freedom = max(len(self.avar), 1)",
-        ("tests/fitting/test_fit.py", "tests/fitting/test_inference.py"),
+        ("tests/fitting/test_inference.py", "tests/fitting/test_fit.py"),
         added=True,
     ),
     Mutation(
@@ -477,7 +478,7 @@ MUTATIONS = (
         f"{_SRC}/fitting/gls.py",
         "misfit = min(self._squares(covariance",
         "misfit = max(self._squares(covariance",
-        ("tests/fitting/test_fit.py", "tests/fitting/test_inference.py"),
+        ("tests/fitting/test_inference.py", "tests/fitting/test_fit.py"),
     ),
     Mutation(
         "inference-gamma-shape",

@@ -527,6 +527,7 @@ MUTATIONS = (
         "[k, k]) / (2 * theta[k]))",
         "[k, k]) / theta[k])",
         ("tests/fitting/test_planning.py",),
+        added=True,
     ),
     # Rust
     Mutation(

@@ -503,6 +503,7 @@ MUTATIONS = (
         "p_value = 2 * float(stdtr(",
         "p_value = float(stdtr(",
         ("tests/fitting/test_fit.py", "tests/fitting/test_inference.py"),
+        added=True,
     ),
     Mutation(
         "tau-min-least-times",
@@ -511,6 +512,7 @@ MUTATIONS = (
         "len(data.m) - k >= LEAST_TIMES]",
         "len(data.m) - k > LEAST_TIMES]",
         ("tests/fitting/test_fit.py",),
+        added=True,
     ),
     Mutation(
         "read-off-error",

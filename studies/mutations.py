@@ -166,6 +166,7 @@ MUTATIONS = (
         '"accel_y": ("gyro_x", -1.0)',
         '"accel_y": ("gyro_x", 1.0)',
         ("tests/navigation/test_predict.py",),
+        added=True,
     ),
     Mutation(
         "vertical-gravity",

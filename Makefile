@@ -36,8 +36,10 @@ fuzz: build ## mutated files to every compiled parser, SECONDS=60 each
 	@scripts/venv.sh dev
 	@scripts/fuzz.sh $(or $(SECONDS),60)
 
-study: build ## Monte Carlo of the statistics
+study: build ## Monte Carlo of the statistics, and seeded bugs: docs/study
+	@scripts/venv.sh dev
 	@.venv/bin/python -m studies.run
+	@.venv/bin/python -m studies.mutations
 
 lock: ## newest versions into requirements/
 	@scripts/lock.sh

@@ -39,6 +39,12 @@ def test_finding_prints_itself():
     assert finding.to_dict()["details"] == {"samples": 100, "value": 0.0, "rate_unit": "rad/s"}
 
 
+def test_no_adequate_model_is_the_first_of_the_warnings():
+    warnings = [replace(one, severity="warning") for one in FITS if one.code == "no_adequate_model"][:1]
+    found = by_severity([*(replace(one, severity="warning") for one in DISTURBANCES[:2]), *warnings])
+    assert found[0].code == "no_adequate_model"
+
+
 def test_what_matters_most_is_said_first():
     """Errors, then that no model is adequate, then other warnings as they were found."""
     order = ("spikes", "window_chosen", "not_static", "no_adequate_model", "damaged")

@@ -85,6 +85,17 @@ class TestExactCurves:
         assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.01)
         assert fitted.model["rate_ramp"] == term.value
 
+    def test_a_ramp_of_zero_is_as_likely_as_can_be(self):
+        """Both signs count: p = 2·P(t > 0) = 1."""
+        assert fit(exact({"random_walk": 1e-4}))["rate_ramp"].p_value == pytest.approx(1.0)
+
+    def test_eight_times_are_enough_for_a_later_start(self):
+        """Nine half octaves, of which the shortest is far too low: the eight others are fitted."""
+        curve = exact({"random_walk": 1e-4}, n=80)
+        assert len(curve.m[curve.m <= 80 // 3]) == 9
+        fitted = fit(dataclasses.replace(curve, avar=np.where(curve.m == 1, 0.01, 1.0) * curve.avar))
+        assert (fitted.verdict, fitted.tau_min) == ("adequate", 0.02)
+
     def test_scale_and_units(self):
         """c·y has c times the coefficients; another interval, other units of time."""
         base = fit(exact(MIXTURES[0]))

@@ -48,6 +48,17 @@ def test_published_interval():
         assert inside.max() == pytest.approx(high, abs=0.006)
 
 
+def test_goodness_of_fit_has_a_degree_of_freedom_less_for_each_coefficient():
+    """χ² of the errors where it is the smaller misfit: at variances below the model a logarithm is farther off."""
+    parts = components(2**14, (1, 2, 4, 8, 16, 32, 64, 128, 256, 512))
+    theta = np.array([0, 1.0, 0, 1e-6])
+    expected, covariance = parts.design @ theta, parts.covariance(theta)
+    errors = -0.5 * np.sqrt(np.diag(covariance)) * (1 + np.arange(10) % 2)
+    misfit = errors @ np.linalg.solve(covariance, errors)
+    p_value = Gls(parts, expected + errors).p_value(theta)
+    assert p_value == pytest.approx(stats.chi2.sf(misfit, 10 - 2), rel=1e-9)
+
+
 def test_interval_of_a_single_term_is_that_of_chi2():
     """White noise alone, all information in one variance: [νa/χ²] within the skewed law's exactness."""
     n, sizes = 200, (1,)

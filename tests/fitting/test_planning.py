@@ -25,6 +25,16 @@ CIMU = {"quantization": to_si(0.973, "arcsec"), "random_walk": to_si(0.0015, "de
 IN_RUN_BIAS = to_si(0.0022, "deg/h")  # the manufacturer's, Section III-A of the paper
 
 
+def test_relative_error_is_half_that_of_the_square():
+    """Of generalised least squares with all four terms free, whose coefficients are roots of what is fitted."""
+    n, theta = 10_000, np.array([0.0, 1.0, 0.09, 0.0])
+    parts = components(n, half_octaves(1, n // LONGEST_SHARE))
+    information = parts.design.T @ np.linalg.solve(parts.covariance(theta), parts.design)
+    expected = math.sqrt(np.linalg.inv(information)[2, 2]) / (2 * theta[2])
+    found = relative_error({"random_walk": 1.0}, "bias_instability", 0.3, n=n, tau0=1.0)
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
 class TestThePapersHundredHours:
     """Section IV: 2 h are not enough for the CIMU's bias instability, which takes about 100 h."""
 

@@ -19,6 +19,9 @@ LETTERS = {
     "I": "I",
     "H": "H",
     "c": "h",
+    "C": "H",
+    "e": "i",
+    "E": "I",
     "d": "d",
     "n": "4s",
     "N": "16s",
@@ -39,6 +42,7 @@ KINDS = {  # number, letters, fields, units, factors: as libraries/AP_Logger/Log
     "GYR": (90, "QBQfff", "TimeUS,I,SampleUS,GyrX,GyrY,GyrZ", "s#sEEE", "F-F000"),
     "ACC": (91, "QBQfff", "TimeUS,I,SampleUS,AccX,AccY,AccZ", "s#sooo", "F-F000"),
     "ATT": (92, "Qcc", "TimeUS,Roll,Pitch", "sdd", "FBB"),
+    "NAV": (93, "QcCeE", "TimeUS,A,B,C,D", "sdddd", "FBBBB"),
 }
 N = 400
 RNG = np.random.default_rng(seed_of("dataflash"))
@@ -100,6 +104,15 @@ def test_imu(file, units):
     )
     assert (hundredths.stream_of("roll").column("roll") == 1.0).all()
     assert (hundredths.stream_of("pitch").column("pitch") == -0.5).all()
+
+
+def test_hundredths(file):
+    """LogStructure.h: the types c, C, e and E are integers in hundredths, whatever their factor."""
+    file.write_bytes(definitions("NAV") + b"".join(message("NAV", STAMPS[k], -50, 50, -75, 75) for k in range(N)))
+    record = read(
+        file, topic="NAV", channels={name: name.upper() for name in "abcd"}, unit=dict.fromkeys("abcd", "deg")
+    )
+    assert [set(record.stream_of(name).column(name)) for name in "abcd"] == [{-0.5}, {0.5}, {-0.75}, {0.75}]
 
 
 def test_instances_are_topics(file):

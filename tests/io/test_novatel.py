@@ -86,6 +86,40 @@ def test_with_the_type(tmp_path, name, make):
         read(path)
 
 
+# OEM7 manual, "Raw IMU Scale Factors": one count in rad and in m/s
+MANUAL = {
+    5: (2.0**-33, 2.0**-27 * 0.3048),
+    8: (2.0**-19, 2.0**-14),
+    12: (2.0**-33, 2.0**-26 * 0.3048),
+    26: (1e-9, 2e-8),
+    32: (2.0**-21 * np.pi / 180, 2.0**-22),
+    58: (2.0**-33, 2.0**-29),
+}
+
+
+@pytest.mark.parametrize("kind", MANUAL)
+def test_scales_of_the_manual(tmp_path, kind):
+    path = tmp_path / "log.gps"
+    path.write_bytes(b"".join(binary("RAWIMUSX", i, kind) for i in range(N)))
+    check(read(path, input="increments"), angle=MANUAL[kind][0], velocity=MANUAL[kind][1])
+
+
+def test_the_end_of_a_week(tmp_path):
+    """A week has 604800 s: the seconds begin again, the time goes on."""
+    path = tmp_path / "log.gps"
+    lines = []
+    for i in range(N):
+        week, seconds = divmod(2210 * 604_800_00 - N // 2 + i, 604_800_00)
+        counts = ",".join(map(str, COUNTS[i]))
+        body = f"RAWIMUSXA,{week},{seconds / 100:.3f};00,11,{week},{seconds / 100:.6f},00000077,{counts}"
+        lines.append(f"%{body}*{crc32(body.encode()):08x}\r\n")
+    path.write_text("".join(lines), newline="")
+    record = read(path, input="increments")
+    check(record)
+    assert record.findings == ()
+    assert [s.grid.rate for s in record.streams] == pytest.approx([100, 100], rel=1e-9)
+
+
 @pytest.mark.parametrize("make", [ascii_, binary])
 @pytest.mark.parametrize(("name", "kind"), [("RAWIMU", 11), ("RAWIMUS", 11), ("RAWIMUSX", 99)])
 def test_without_a_known_scale(tmp_path, name, kind, make):

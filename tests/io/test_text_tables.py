@@ -139,6 +139,15 @@ def test_words_in_columns_that_are_not_used(tmp_path):
     assert record.provenance.ignored == ("frame", "yaw", "note")
 
 
+def test_half_of_the_columns_are_words(tmp_path):
+    path = tmp_path / "log.csv"
+    words = ("frame", "mode", "note", "state")
+    path.write_text(with_header([*NAMES, *words], rows=[(*row, "imu_link", "static", "a", "ok") for row in ROWS]))
+    record = read(path, **OPTIONS)
+    check(record)
+    assert record.provenance.ignored == words
+
+
 def test_provenance_says_what_was_done(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("# preface\n" + with_header(["time [s]", "wx [deg/s]", "gyro_y [rad/s]", "accel_z [g]"]))

@@ -236,17 +236,19 @@ class TestAgainstSums:
         assert found.rms[0] == pytest.approx(math.sqrt(1000.0 * density), rel=1e-4)  # the filter's time over t
 
 
-def test_correlation_between_a_gyro_and_the_accelerometer_across_it():
-    """Of noise that is the same in both, the velocity is that of a(t) + g·∫ω; −1 takes away what +1 adds."""
+@pytest.mark.parametrize(("gyro_across", "axis", "sign"), [("gyro_y", "x", 1.0), ("gyro_x", "y", -1.0)])
+def test_correlation_between_a_gyro_and_the_accelerometer_across_it(gyro_across, axis, sign):
+    """Of noise that is the same in both, the velocity is that of a(t) ± g·∫ω; −1 takes away what +1 adds."""
     n_g, n_a, t = 1e-4, 1e-2, 10.0
-    terms = {"gyro_y": {"random_walk": n_g}, "accel_x": {"random_walk": n_a}}
+    accel = f"accel_{axis}"
+    terms = {gyro_across: {"random_walk": n_g}, accel: {"random_walk": n_a}}
     variances = []
     for rho in (-1.0, 0.0, 1.0):
-        model = NoiseModel(channels=terms, correlation={"random_walk": {("accel_x", "gyro_y"): rho}} if rho else None)
-        found = predict(model, after=[t], rate=RATE, earth="flat")["velocity_x"]
+        model = NoiseModel(channels=terms, correlation={"random_walk": {(accel, gyro_across): rho}} if rho else None)
+        found = predict(model, after=[t], rate=RATE, earth="flat")[f"velocity_{axis}"]
         variances.append(found.rms[0] ** 2)
         assert sum(found.shares.values()) == pytest.approx(1.0, abs=1e-12)
-    cross = GRAVITY * n_g * n_a * t**2  # 2·∫ n_a·g·n_g·s ds
+    cross = sign * GRAVITY * n_g * n_a * t**2  # 2·∫ n_a·g·n_g·s ds
     assert variances[2] - variances[1] == pytest.approx(cross, rel=1e-3)
     assert variances[1] - variances[0] == pytest.approx(cross, rel=1e-3)
 

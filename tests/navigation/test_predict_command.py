@@ -129,6 +129,16 @@ def test_wrong_options(toml, capsys, argv, code, words):
     assert words in err
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_turn_on_bias_of_one_channel_overrules_that_of_its_sensor(toml, capsys, order):
+    given = ["gyro=10 deg/h", "gyro_z=5 deg/h"][::order]
+    argv = [word for text in given for word in ("--turn-on", text)]
+    code, out, _ = run("predict", toml, "--after", "60s", *argv, "--json", capsys=capsys)
+    assert code == 0
+    deg_per_h = math.radians(1) / 3600
+    assert json.loads(out)["turn_on"] == pytest.approx({"gyro_y": 10 * deg_per_h, "gyro_z": 5 * deg_per_h})
+
+
 def test_turn_on_bias_of_a_signal(tmp_path, capsys):
     path = tmp_path / "imu.toml"
     path.write_text(MODEL + '[channels.pressure_a]\nunit = "Pa"\nrandom_walk = "0.2 Pa*sqrt(s)"\n', encoding="utf-8")

@@ -132,6 +132,15 @@ def test_gaps():
     assert cusum(x).p_value < 1e-6
 
 
+def test_a_change_begins_with_the_first_block_that_has_it():
+    """An alternating signal of amplitude 1, and of 10 from a boundary of the blocks of 64 samples on."""
+    at = 300 * 64
+    x = (-1.0) ** np.arange(2**16) * np.where(np.arange(2**16) < at, 1.0, 10.0)
+    found = cusum(x)
+    assert found.at == at
+    assert found.ratio == pytest.approx(100)
+
+
 def test_no_judgement():
     assert cusum(np.arange(100.0)) is None
     assert cusum(np.zeros(10_000)) is None

@@ -105,6 +105,14 @@ def test_segments_with_a_missing_sample_are_left_out():
     assert gaps.density.mean() == pytest.approx(1.0, abs=3 * math.sqrt(2 / (gaps.dof[0] * len(gaps.density) / 2)))
 
 
+@pytest.mark.parametrize(("length", "last"), [(64, 0.5), (65, 1.0)])
+def test_the_transform_at_half_the_rate_is_real(length, last):
+    """It has half the degrees of freedom; a segment of odd length has no bin there."""
+    spectrum = psd(gyro(np.random.default_rng(1).standard_normal(1000)), segment=length / RATE)["gyro_x"]
+    assert (spectrum.frequency[-1] == RATE / 2) == (last < 1)
+    assert spectrum.dof[-1] / spectrum.dof[0] == last
+
+
 def test_segments_are_made_shorter_where_gaps_leave_too_few():
     rng = np.random.default_rng(known.seed_of("many gaps"))
     y = rng.standard_normal(100_000) * math.sqrt(RATE)

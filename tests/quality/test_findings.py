@@ -231,7 +231,7 @@ class TestOptions:
         assert main(["inspect", str(log), "--rate", "100", "--bandwidth", "gyro=30Hz/1"]) == 0
         out = capsys.readouterr().out
         assert "warning: gyro_x: sampled at 100 Hz, 3.3 times the stated bandwidth of 30 Hz" in out
-        assert "13 % larger" in out
+        assert "random walk 13 % too large" in out
 
     @pytest.mark.parametrize(
         ("options", "words"),

@@ -1,7 +1,4 @@
-"""Compiled readers and writer of text tables, with their errors.
-
-With `sigmatau._native.kernels`, `_logs` and `_generator` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
-"""
+"""Compiled readers and writer of text tables, with their errors."""
 
 from __future__ import annotations
 

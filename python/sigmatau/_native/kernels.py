@@ -1,7 +1,6 @@
 """Compiled numerics, with their errors. Conversions and checks are in `sigmatau._native.arguments`.
 
-Nothing but this, `_formats`, `_logs` and `_generator` imports ``sigmatau._core`` (ruff's TID251 holds it). Arrays go
-in as contiguous float64 and come out so.
+Arrays go in as contiguous float64 and come out so.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Compiled readers of binary logs: ROS and MCAP messages, PX4 ULog, ArduPilot DataFlash.
-
-With `sigmatau._native.kernels` and `sigmatau._native.formats` alone it imports ``sigmatau._core`` (ruff's TID251 holds it).
-"""
+"""Compiled readers of binary logs: ROS and MCAP messages, PX4 ULog, ArduPilot DataFlash."""
 
 from __future__ import annotations
 

@@ -30,14 +30,16 @@ def keys_of(target, content):
         content, names = content["lio_sam"], ["imuAccNoise", "imuGyrNoise", "imuAccBiasN", "imuGyrBiasN"]
     elif target == "vins":
         names = ["acc_n", "gyr_n", "acc_w", "gyr_w"]
-    else:
+    elif target == "fast-lio":
         content, names = content["mapping"], ["acc_cov", "gyr_cov", "b_acc_cov", "b_gyr_cov"]
+    else:
+        raise KeyError(f"the keys of {target} are missing in keys_of of tests/vio.py")
     assert all(type(content[name]) is float for name in names)
     return [content[name] for name in names]
 
 
 def in_si(target, values, rate):
-    """N of accelerometers and gyros, K of both, by the unit that EXPORTS gives the target's keys."""
+    """N of accelerometers and gyros, K of both, by the convention of the target's keys."""
     if target == "vins":
         return [v / np.sqrt(2 * rate) for v in values[:2]] + [v / np.sqrt(rate) for v in values[2:]]
     if target == "fast-lio":

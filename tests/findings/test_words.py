@@ -17,7 +17,7 @@ from sigmatau.findings.wording import SUBJECTS
 from sigmatau.findings.wording.phrases import keep_option, leave_out_option
 
 HERE = Path(__file__).parent
-LONGEST = 120  # characters of a sentence, STYLE 10
+LONGEST = 120  # characters of a sentence, see CONTRIBUTING
 SHARED = {"interpolated"}  # seen in the samples, or in the spectrum
 PUNS = re.compile(r"\b(so many|of which|is no |are no |there is none|none of the|of its own|seen to|see to|on end)\b")
 

@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 LONGEST = 120
-"""Characters of a sentence, STYLE 10."""
+"""Largest number of characters of a message or an action, so that each fits on a line or two of a terminal."""
 
 _MANY = 8
 """With more stretches, an option joins those less than `_TOGETHER` apart, or names the fault in place of all."""

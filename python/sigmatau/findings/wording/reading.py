@@ -12,7 +12,7 @@ from sigmatau.findings.wording.phrases import Words
 __all__ = ["WORDS"]
 
 _AGAIN = "Copy or record the file again"
-_LONGEST = 120  # of a sentence, STYLE 10 [characters]
+_LONGEST = 120  # of a message [characters]
 _REASON = 60  # longest reason of a missing part [characters]
 _SHOWN = 4  # columns listed
 

@@ -1,7 +1,7 @@
 """The targets: those of the table in `templates`, and modules for the others.
 
-A short YAML is one entry of `templates._TEMPLATES`, which is then listed. Any other file is a module with its `Target`, named in
-`_OTHERS`.
+A short YAML is one entry of `templates._TEMPLATES`, which is then listed. Any other file is a module with its `Target`,
+named in `_OTHERS`.
 """
 
 from __future__ import annotations

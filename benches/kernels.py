@@ -72,8 +72,7 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         f"One core reads {p['read_memory']:.0f} GB/s from memory and {p['read_l2']:.0f} GB/s from its second-level cache.",
         "",
         *text.prose(
-            "`cargo run --release -p sigmatau-core --example roof` gives these numbers; `cargo bench -p sigmatau-core`",
-            "measures the parts of the core separately.",
+            "`cargo run --release -p sigmatau-core --example roof` gives these numbers.",
         ),
     ]
     short, long = samples

@@ -112,7 +112,7 @@ fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>>
     result.set_item("filter", found.filter.clone())?;
     result.set_item(
         "lines",
-        found.lines.iter().map(|l| (l.from, l.to, l.frequency, l.amplitude)).collect::<Vec<_>>(),
+        found.lines.iter().map(|l| (l.from, l.to, l.frequency, l.amplitude, l.error)).collect::<Vec<_>>(),
     )?;
     result.set_item("highest", found.highest)?;
     result.set_item("ramp", drift(&found.ramp))?;
@@ -125,7 +125,7 @@ fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>>
     result.set_item("discrepancy", found.discrepancy.clone())?;
     result.set_item("unsteadiness", found.unsteadiness)?;
     result.set_item("kurtosis", found.kurtosis)?;
-    let n = found.parameters.len();
+    let n = found.parameters.len() + found.filter.len();
     let names: Vec<&str> = found.parameters.iter().map(|&part| name(part)).collect();
     result.set_item("parameters", names)?;
     result.set_item("covariance", found.covariance.clone().into_pyarray(py).reshape([n, n])?)?;

@@ -132,7 +132,7 @@ pub struct Outcome {
     pub kurtosis: f64,
     /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
     pub parameters: Vec<Part>,
-    /// Covariance of their parameters, row after row.
+    /// Covariance of their parameters and of the coefficients of the filter, row after row.
     pub covariance: Vec<f64>,
     /// Bins: frequency [Hz], measured and expected density, degrees of freedom.
     pub bins: Vec<[f64; 4]>,
@@ -195,13 +195,13 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         .collect();
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
-    let count = reduced.model.parts.len();
+    let count = reduced.model.parts.len() + reduced.model.filter.len();
     let unsteadiness = unsteadiness(&plain, &bins);
     Outcome {
         terms: TERMS.map(|part| plain.model.index(part).map(|j| terms[j])),
         reduced: TERMS.map(|part| reduced.model.index(part).map_or(0.0, |j| reduced.model.theta[j])),
         processes,
-        filter: plain.model.filter.clone(),
+        filter: reduced.model.filter.clone(),
         lines,
         highest,
         ramp,

@@ -17,6 +17,9 @@ const MARGIN: usize = 3;
 /// Degrees of freedom of a density, over the number of independent segments (Hann, 75 % overlap).
 const FREEDOM: f64 = 4.16;
 
+/// Twice the number of neighbouring densities that share their noise (Hann).
+const SHARED: f64 = 4.16;
+
 /// Densities of a running median, and how much larger a line must then be: a median is not a model.
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
@@ -30,8 +33,11 @@ pub struct Line {
     pub to: f64,
     /// Highest density. [Hz]
     pub frequency: f64,
-    /// Amplitude of a sinusoid of the same power. [rate unit]
+    /// Amplitude of a sinusoid of the same power, and its standard error if the line is noise of a narrow band; a steady
+    /// sinusoid has a smaller one. [rate unit]
     pub amplitude: f64,
+    /// See `amplitude`.
+    pub error: f64,
 }
 
 /// Lines above running medians of the density, which are taken out of the mask.
@@ -112,11 +118,14 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         }
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
+        let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
+        let amplitude = (4.0 * power * spacing).max(0.0).sqrt();
         found.push(Line {
+            amplitude,
+            error: if amplitude > 0.0 { 2.0 * spacing * variance.sqrt() / amplitude } else { 0.0 },
             from: record.frequency(first + start),
             to: record.frequency(first + k - 1),
             frequency: record.frequency(first + peak),
-            amplitude: (4.0 * power * spacing).max(0.0).sqrt(),
         });
     }
     found

@@ -61,9 +61,10 @@ pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bo
     };
     let target = at.interval.sqrt();
     let step = error * target;
-    let search = Search { fit, bins, target, hold: &hold };
+    let search = Search { fit, bins, target, nearness: None, hold: &hold };
     let high = if information.get(part, part) > 0.0 { search.up(value, step) } else { f64::INFINITY };
-    let low = if !observed || loss < at.interval { 0.0 } else { search.down(value, step, loss) };
+    let search = Search { nearness: Some((error, at.observed.sqrt())), ..search };
+    let low = if observed { search.down(value, step, loss) } else { 0.0 };
     Bounds { value, low, high, observed, loss }
 }
 
@@ -76,7 +77,7 @@ pub(crate) fn of_time(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Op
         model.held_shape = Some((part, Shape::Time));
     };
     let target = at.interval.sqrt();
-    let search = Search { fit, bins, target, hold: &hold };
+    let search = Search { fit, bins, target, nearness: None, hold: &hold };
     let step = 0.2;
     let high = search.until(time.ln(), step, longest.ln()).exp();
     let low = search.until(time.ln(), -step, shortest.ln()).exp();
@@ -100,7 +101,7 @@ pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) 
         model.held_shape = Some((part, Shape::Width));
     };
     let bounds = |hold: &dyn Fn(&mut Model, f64), value: f64, step: f64| {
-        let search = Search { fit, bins, target, hold };
+        let search = Search { fit, bins, target, nearness: None, hold };
         let ends = [-step, step].map(|s| search.until(value.ln(), s, value.ln() + s.signum() * 5.0).exp());
         Bounds { value, low: ends[0], high: ends[1], observed: true, loss: f64::NAN }
     };
@@ -111,6 +112,9 @@ struct Search<'a, 'b> {
     fit: &'a Fit,
     bins: &'a Bins<'b>,
     target: f64,
+    /// Standard error, and the root of the rise that ends the interval at 0: the test of a term is one-sided, so that an
+    /// interval excludes 0 exactly if the term is observed.
+    nearness: Option<(f64, f64)>,
     hold: &'a dyn Fn(&mut Model, f64),
 }
 
@@ -121,7 +125,16 @@ impl Search<'_, '_> {
         (model.held, model.held_shape) = (None, None);
         (self.hold)(&mut model, x);
         let fit = model.refit(self.bins, STEPS, TOLERANCE, self.fit);
-        ((fit.deviance - self.fit.deviance).max(0.0).sqrt() - self.target, fit)
+        ((fit.deviance - self.fit.deviance).max(0.0).sqrt() - self.target_at(x), fit)
+    }
+
+    /// Root of the rise that ends the interval at x: between that of a one-sided test at 0 and the two-sided one from two
+    /// standard errors on (Feldman and Cousins 1998, doi 10.1103/PhysRevD.57.3873, to 1 %).
+    fn target_at(&self, x: f64) -> f64 {
+        match self.nearness {
+            Some((error, at_zero)) => at_zero + (self.target - at_zero) * (x / (2.0 * error)).clamp(0.0, 1.0),
+            None => self.target,
+        }
     }
 
     fn up(&self, value: f64, step: f64) -> f64 {
@@ -147,7 +160,7 @@ impl Search<'_, '_> {
         let mut outside = value - step;
         if loss.is_finite() {
             if outside < 0.05 * value {
-                return self.between((value, below), (0.0, loss.sqrt() - self.target), from);
+                return self.between((value, below), (0.0, loss.sqrt() - self.target_at(0.0)), from);
             }
         } else {
             outside = outside.max(0.2 * value);

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sigmatau.quality.drift.drift import from_the_end, settling, temperature, warm_up
 
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau._native import kernels
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.block_means import BlockMeans, Problem
-from sigmatau.quality.drift.drift import from_the_end, settling, temperature, warm_up
 from sigmatau.quality.drift.stationarity import cusum, non_stationary, segment_test
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.record import make_stream

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sigmatau.quality.causes import one_cause
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
@@ -12,7 +13,6 @@ from sigmatau.findings.kinds.drift import NonStationary
 from sigmatau.findings.kinds.fit import NoAdequateModel
 from sigmatau.findings.kinds.spectrum import Line, SpectralLines
 from sigmatau.findings.kinds.values import Saturation
-from sigmatau.quality.causes import one_cause
 
 N, RATE = 1e-3, 100.0
 SD = N * RATE**0.5

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sigmatau.quality.drift.block_temperature import between_steps, smoothed
+from sigmatau.quality.drift.drift import settling, temperature, warm_up
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, simulate
@@ -13,8 +15,6 @@ from sigmatau._native import kernels
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.fit import fit
 from sigmatau.quality.drift.block_means import BlockMeans, Problem, autocovariance, block_means, mode_variances, regress
-from sigmatau.quality.drift.block_temperature import between_steps, smoothed
-from sigmatau.quality.drift.drift import settling, temperature, warm_up
 from sigmatau.record.record import make_stream
 
 # A good MEMS gyro, with a rate random walk that two hours show.

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sigmatau.quality.spectrum.lines import find_lines, lines, lines_in_fits
 
 import known
 import sigmatau as st
@@ -14,7 +15,6 @@ from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.findings.kinds.spectrum import Mains
 from sigmatau.noise.terms import avar
 from sigmatau.quality.curve_checks import fit_findings
-from sigmatau.quality.spectrum.lines import find_lines, lines, lines_in_fits
 
 RATE, N = 100.0, 2**18
 T = np.arange(N) / RATE

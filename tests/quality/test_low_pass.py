@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
+from sigmatau.quality.spectrum.pair_spectrum import by_pairs
 from studies.bandwidth import filtered_white
 
 import known
@@ -12,8 +14,6 @@ import sigmatau as st
 from sigmatau.errors import OptionError
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.quality.spectrum import filter_models
-from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
-from sigmatau.quality.spectrum.pair_spectrum import by_pairs
 
 
 def stream_of(y, rate):

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from sigmatau.quality.spectrum.low_pass import low_pass
 from studies.bandwidth import filtered_white
 from test_lines import clean_records
 
 import known
 import sigmatau as st
-from sigmatau.quality.spectrum.low_pass import low_pass
 from sigmatau.quality.spectrum.upsampling import upsampled
 
 N = 2**18

@@ -115,6 +115,7 @@ fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>>
         found.lines.iter().map(|l| (l.from, l.to, l.frequency, l.amplitude, l.error)).collect::<Vec<_>>(),
     )?;
     result.set_item("highest", found.highest)?;
+    result.set_item("alike_from", found.alike_from)?;
     result.set_item("ramp", drift(&found.ramp))?;
     result.set_item("ramp_observed", found.ramp_observed)?;
     result.set_item("warm_up", found.warm_up.as_ref().map(|(t, d, gain)| (*t, d.value, d.error, *gain)))?;

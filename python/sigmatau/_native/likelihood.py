@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +62,8 @@ class Outcome:
     filter: tuple[float, ...]  # ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1), on all but quantization noise
     lines: tuple[Line, ...]
     highest: float | None  # frequency from which the band was left out [Hz]
+    # where a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well [s]
+    alike_from: float | None
     ramp: tuple[float, float]  # value and standard error [rate unit / s]
     ramp_observed: bool
     warm_up: tuple[float, float, float, float] | None  # time constant [s], amplitude, its standard error, gain
@@ -133,17 +135,19 @@ class Summary:
             level=level,
         )
         pairs = zip(TERMS, found.pop("terms"), strict=True)
+        known = {key: found.pop(key) for key in ("reduced", "processes", "lines", "covariance", "bins")}
+        rest: dict[str, Any] = {key: tuple(x) if isinstance(x, list) else x for key, x in found.items()}
         return Outcome(
             terms={name: Bounds(*bounds) for name, bounds in pairs if bounds is not None},
-            reduced=dict(zip(TERMS, found.pop("reduced"), strict=True)),
+            reduced=dict(zip(TERMS, known["reduced"], strict=True)),
             processes=tuple(
                 Process(kind, Bounds(*variance), tuple(Bounds(*one) for one in shape))
-                for kind, variance, shape in found.pop("processes")
+                for kind, variance, shape in known["processes"]
             ),
-            lines=tuple(Line(*line) for line in found.pop("lines")),
-            covariance=found.pop("covariance"),
-            bins=found.pop("bins"),
-            **{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()},
+            lines=tuple(Line(*line) for line in known["lines"]),
+            covariance=known["covariance"],
+            bins=known["bins"],
+            **rest,
         )
 
 

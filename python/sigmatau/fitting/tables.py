@@ -46,7 +46,7 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
                 if term.look_alikes:
                     notes.setdefault(term.look_alikes, term.label(fitted.quantity))
                 plateau = plateau or name == "bias_instability"
-            elif fitted.verdict == "adequate":
+            elif fitted.quantified:
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
                 also = f"; read off {reading[0]}" if reading else ""

@@ -6,7 +6,7 @@ use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::{chi2_above, chi2_quantile_above};
 use crate::likelihood::lines::{Line, above_medians, above_model};
-use crate::likelihood::model::{Fit, Model};
+use crate::likelihood::model::{Fit, Model, Shape, TOLERANCE};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
 use crate::likelihood::select::{Allowed, GOOD, select};
@@ -110,6 +110,8 @@ pub struct Outcome {
     pub lines: Vec<Line>,
     /// Frequency from which the band was left out. [Hz]
     pub highest: Option<f64>,
+    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well. [s]
+    pub alike_from: Option<f64>,
     /// Rate ramp, per second; and whether it stands out and is part of the model.
     pub ramp: Drift,
     /// See `ramp`.
@@ -176,7 +178,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let (limited, limited_bins, discrepancy) = widened(&fit, &bins);
     let at = if wide { thresholds.scaled(WIDENED) } else { thresholds };
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
-    reduced = reduced.model.clone().refit(&bins, 40, 1e-4, &plain);
+    reduced = reduced.model.clone().refit(&bins, 40, TOLERANCE, &plain);
     value_of_likelihood(&mut terms, &plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {
         heavy_tails(&mut terms[j], record);
@@ -197,7 +199,9 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let covariance = information.pseudo_inverse();
     let count = reduced.model.parts.len() + reduced.model.filter.len();
     let unsteadiness = unsteadiness(&plain, &bins);
+    let alike_from = process_like_walk(&reduced, &limited_bins, at);
     Outcome {
+        alike_from,
         terms: TERMS.map(|part| plain.model.index(part).map(|j| terms[j])),
         reduced: TERMS.map(|part| reduced.model.index(part).map_or(0.0, |j| reduced.model.theta[j])),
         processes,
@@ -421,6 +425,26 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
         };
     }
     (bounds, reduced)
+}
+
+/// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.
+fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
+    let walk = fit.model.index(Part::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
+    let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
+    let reference = fit.model.clone().refit(bins, 40, TOLERANCE, fit).deviance;
+    let mut found = None;
+    let mut time = 0.5 * bins.record.duration();
+    while time > bins.record.duration() / 300.0 {
+        // A process that is slow enough is a random walk with K² = 2σ²/T.
+        let mut model = bare.with(Part::GaussMarkov { time }, 0.5 * walk * time);
+        model.held_shape = Some((model.parts.len() - 1, Shape::Time));
+        if model.refit(bins, 40, TOLERANCE, fit).deviance > reference + at.interval {
+            break;
+        }
+        found = Some(time);
+        time /= 1.5;
+    }
+    found
 }
 
 /// The values of the plain likelihood in place of those with limited weights; inside their intervals.

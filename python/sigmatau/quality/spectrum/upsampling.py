@@ -17,7 +17,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Resampled
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.spectrum import filter_models
-from sigmatau.quality.spectrum.filter_fit import fit_low_pass
 from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
 from sigmatau.record.streams import Stream
 from sigmatau.spectrum.estimate import welch
@@ -41,7 +40,7 @@ _EXACT = 1e-6  # of the root mean square: differences below are none
 _SKIRT = 64.0  # bins: a transform without a taper spreads a line far
 _LEAST_NOTHING = 0.02
 _OUTLIER = 16.0
-_FITS = 3.0  # deviance a point: by chance 1 ± 0.15; an empty band has hundreds
+_SUDDEN = 10  # edge over its width, at least: a digital filter of fourth order is as steep, but not as sudden
 
 
 def upsampled(stream: Stream) -> list[Finding]:
@@ -228,14 +227,11 @@ def _empty(spectrum: Spectrum) -> Resampled | None:
     if not len(full) or not len(gone):
         return None
     edge, end = int(full[-1]), int(gone[-1]) + 1
-    if end >= 0.9 * blocks or end - edge > max(3, edge // 3):
+    if end >= 0.9 * blocks or end - edge > max(3, edge // _SUDDEN):
         return None
     share = float(np.median(levels[end:]) / np.median(levels[max(edge - 8, 0) : edge + 1]))
     if share > EMPTY:
         return None
-    fitted = fit_low_pass(spectrum)
-    if fitted is not None and fitted.misfit < _FITS:
-        return None  # a digital filter of fourth order is as steep, but not as sudden
     band = 2 * float(centres[edge])
     brick = band * spectrum.tau0
     return Resampled(

@@ -27,6 +27,9 @@ const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
 
+/// Fall of the deviance from which a ramp is in the model from the start.
+const LARGE_RAMP: f64 = 25.0;
+
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
 const LEAST_BAND: f64 = 20.0;
 
@@ -162,16 +165,13 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     }
     let Attempt { bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
-    let mut test = adequacy(&fit, &bins);
     let warm_up = if options.drifts { with_warm_up(&mut fit, &bins) } else { None };
     let thresholds = Thresholds {
         interval: chi2_quantile_above(1.0 - options.level, 1.0),
         observed: chi2_quantile_above((2.0 * (1.0 - options.level)).min(0.9), 1.0),
     };
     let (ramp, ramp_observed) = with_ramp(&mut fit, &bins, thresholds, options.drifts);
-    if warm_up.is_some() || ramp_observed {
-        test = adequacy(&fit, &bins);
-    }
+    let test = adequacy(&fit, &bins);
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
     let plain = fit.clone();
@@ -313,7 +313,15 @@ fn attempt<'a>(
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = ENDS.to_vec();
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let mut fit = select(Model::new(parts, used).fit(&bins), &bins, allowed);
+    let mut start = Model::new(parts, used).fit(&bins);
+    if options.drifts {
+        // A large ramp would be taken for noise by all that follows.
+        let with_ramp = with_regressor(&start, &bins, RAMP_AT);
+        if (start.deviance - start.restricted) - (with_ramp.deviance - with_ramp.restricted) > LARGE_RAMP {
+            start = with_ramp;
+        }
+    }
+    let mut fit = select(start, &bins, allowed);
     let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
@@ -341,15 +349,26 @@ fn drift(fit: &Fit, regressor: usize) -> Drift {
 
 fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     let mut model = fit.model.clone();
+    if model.regressors.contains(&regressor) {
+        return fit.clone();
+    }
     model.regressors.push(regressor);
     model.fit(bins)
 }
 
-/// A warm-up from the first sample on, if it stands out. The likelihoods are not the restricted ones: regressors differ.
+fn without_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
+    let mut model = fit.model.clone();
+    model.regressors.retain(|&k| k != regressor);
+    model.fit(bins)
+}
+
+/// A warm-up from the first sample on, if it stands out beside a ramp, which stays for [`with_ramp`] to judge. The
+/// likelihoods are not the restricted ones: regressors differ.
 fn with_warm_up(fit: &mut Fit, bins: &Bins) -> Option<(f64, Drift, f64)> {
-    let before = fit.deviance - fit.restricted;
+    let beside = with_regressor(fit, bins, RAMP_AT);
+    let before = beside.deviance - beside.restricted;
     let tried = (0..WARM_UPS.len()).map(|k| {
-        let found = with_regressor(fit, bins, WARM_AT + k);
+        let found = with_regressor(&beside, bins, WARM_AT + k);
         (before - (found.deviance - found.restricted), k, found)
     });
     let (gain, k, found) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -364,10 +383,8 @@ fn with_warm_up(fit: &mut Fit, bins: &Bins) -> Option<(f64, Drift, f64)> {
 fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift, bool) {
     let found = with_regressor(fit, bins, RAMP_AT);
     let mut ramp = drift(&found, RAMP_AT);
-    if !wanted || ramp.value.abs() <= RAMP * ramp.error {
-        return (ramp, false);
-    }
-    if let Some(j) = found.model.index(Part::RateRandomWalk) {
+    let mut observed = wanted && ramp.value.abs() > RAMP * ramp.error;
+    if let Some(j) = found.model.index(Part::RateRandomWalk).filter(|_| observed) {
         let high = of_part(&found, bins, j, at).high;
         if high.is_finite() {
             let mut model = found.model.clone();
@@ -375,9 +392,11 @@ fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift
             ramp = drift(&model.refit(bins, 0, 0.0, &found), RAMP_AT);
         }
     }
-    let observed = ramp.value.abs() > RAMP * ramp.error;
+    observed = observed && ramp.value.abs() > RAMP * ramp.error;
     if observed {
         *fit = found;
+    } else if fit.model.regressors.contains(&RAMP_AT) {
+        *fit = without_regressor(fit, bins, RAMP_AT);
     }
     (ramp, observed)
 }
@@ -418,7 +437,12 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
         let full = bounds[j];
         bounds[j] = Bounds {
             value: if alone.observed { alone.value } else { full.value },
-            low: alone.low.min(full.low),
+            // Of the models in which the term is needed: an interval of an observed term excludes 0.
+            low: match (full.observed, alone.observed) {
+                (true, true) => full.low.min(alone.low),
+                (true, false) => full.low,
+                _ => alone.low,
+            },
             high: alone.high.max(full.high),
             observed: full.observed || alone.observed,
             loss: full.loss,

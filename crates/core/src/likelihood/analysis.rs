@@ -229,17 +229,9 @@ fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> {
     let modes = 1..=record.modes.len();
     let last = modes.clone().map(|k| if k % 2 == 0 { end(k) } else { -end(k) }).collect();
     let mut found = vec![Regressor { modes: last }, Regressor { modes: modes.map(end).collect() }];
-    let centres = || (0..record.blocks).map(|i| (i as f64 + 0.5) * length);
-    let mut add = |curve: Vec<f64>| found.push(Regressor { modes: record.modes_of(&curve) });
-    let middle = 0.5 * m * length;
-    add(centres().map(|t| t - middle).collect());
-    for share in WARM_UPS {
-        let time = record.duration() / share;
-        add(centres().map(|t| (-t / time).exp()).collect());
-    }
-    for curve in &options.regressors {
-        add(curve.clone());
-    }
+    found.push(Regressor { modes: record.modes_of_ramp() });
+    found.extend(WARM_UPS.map(|share| Regressor { modes: record.modes_of_decay(record.duration() / share) }));
+    found.extend(options.regressors.iter().map(|curve| Regressor { modes: record.modes_of(curve) }));
     found
 }
 

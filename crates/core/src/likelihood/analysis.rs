@@ -24,6 +24,9 @@ const WIDENED: f64 = 5.591 / 3.841;
 const WARM_UP: f64 = 16.0;
 const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
 
+/// Fall of the deviance by which a warm-up has to be better than a ramp.
+const CURVATURE: f64 = 6.0;
+
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
 
@@ -160,16 +163,9 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     }
     let Attempt { bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
-    let mut test = adequacy(&fit, &bins);
-    let warm_up = if options.drifts { with_warm_up(&mut fit, &bins) } else { None };
-    let thresholds = Thresholds {
-        interval: chi2_quantile_above(1.0 - options.level, 1.0),
-        observed: chi2_quantile_above((2.0 * (1.0 - options.level)).min(0.9), 1.0),
-    };
-    let (ramp, ramp_observed) = with_ramp(&mut fit, &bins, thresholds, options.drifts);
-    if warm_up.is_some() || ramp_observed {
-        test = adequacy(&fit, &bins);
-    }
+    let thresholds = thresholds(options.level);
+    let Drifts { ramp, ramp_observed, warm_up } = with_drifts(&mut fit, &bins, thresholds, options.drifts);
+    let test = adequacy(&fit, &bins);
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
     let plain = fit.clone();
@@ -301,7 +297,9 @@ fn attempt<'a>(
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = ENDS.to_vec();
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let mut fit = select(Model::new(parts, used).fit(&bins), &bins, allowed);
+    let mut start = Model::new(parts, used).fit(&bins);
+    with_drifts(&mut start, &bins, thresholds(options.level), options.drifts);
+    let mut fit = select(start, &bins, allowed);
     let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
@@ -333,27 +331,68 @@ fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     model.fit(bins)
 }
 
-/// A warm-up from the first sample on, if it stands out. The likelihoods are not the restricted ones: regressors differ.
-fn with_warm_up(fit: &mut Fit, bins: &Bins) -> Option<(f64, Drift, f64)> {
-    let before = fit.deviance - fit.restricted;
-    let tried = (0..WARM_UPS.len()).map(|k| {
-        let found = with_regressor(fit, bins, WARM_AT + k);
-        (before - (found.deviance - found.restricted), k, found)
-    });
-    let (gain, k, found) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if gain <= WARM_UP {
-        return None;
-    }
-    *fit = found;
-    Some((bins.record.duration() / WARM_UPS[k], drift(fit, WARM_AT + k), gain))
+/// The drifts of the mean that a fit found.
+struct Drifts {
+    ramp: Drift,
+    ramp_observed: bool,
+    /// Time constant [s], amplitude at the start, and fall of the deviance.
+    warm_up: Option<(f64, Drift, f64)>,
 }
 
-/// The rate ramp; it stays in the fit if it stands out even with the rate random walk at its upper limit.
-fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift, bool) {
+/// The ramp and the warm-up of a fit, the larger one first, each if it stands out; whatever the fit had before. Without
+/// them a selection takes a drift for processes.
+fn with_drifts(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> Drifts {
+    if fit.model.regressors.iter().any(|k| (RAMP_AT..GIVEN_AT).contains(k)) {
+        let mut model = fit.model.clone();
+        model.regressors.retain(|k| !(RAMP_AT..GIVEN_AT).contains(k));
+        *fit = model.fit(bins);
+    }
+    let mut found = Drifts { ramp: drift(fit, RAMP_AT), ramp_observed: false, warm_up: None };
+    let mut chosen = None;
+    loop {
+        let ramp = if found.ramp_observed { None } else { Some(ramp_of(fit, bins, at)) };
+        let warm_up = if wanted && chosen.is_none() { best_warm_up(fit, bins) } else { None };
+        if let Some((value, observed, gain, next)) = ramp {
+            found.ramp = value;
+            if wanted && observed && warm_up.as_ref().is_none_or(|w| w.0 < gain + CURVATURE) {
+                *fit = next;
+                found.ramp_observed = true;
+                continue;
+            }
+        }
+        let Some((gain, k, next)) = warm_up else { break };
+        *fit = next;
+        chosen = Some((k, gain));
+    }
+    found.warm_up = chosen.map(|(k, gain)| (bins.record.duration() / WARM_UPS[k], drift(fit, WARM_AT + k), gain));
+    if found.ramp_observed {
+        found.ramp.value = drift(fit, RAMP_AT).value;
+    }
+    found
+}
+
+/// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
+fn gain_of(fit: &Fit, next: &Fit) -> f64 {
+    (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
+}
+
+/// The warm-up from the first sample on that lowers the deviance most, if it stands out.
+fn best_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
+    let tried = (0..WARM_UPS.len()).map(|k| {
+        let found = with_regressor(fit, bins, WARM_AT + k);
+        (gain_of(fit, &found), k, found)
+    });
+    tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gain, ..)| *gain > WARM_UP)
+}
+
+/// The rate ramp, whether it stands out even with the rate random walk at its upper limit, the fall of the deviance, and
+/// the fit.
+fn ramp_of(fit: &Fit, bins: &Bins, at: Thresholds) -> (Drift, bool, f64, Fit) {
     let found = with_regressor(fit, bins, RAMP_AT);
+    let gain = gain_of(fit, &found);
     let mut ramp = drift(&found, RAMP_AT);
-    if !wanted || ramp.value.abs() <= RAMP * ramp.error {
-        return (ramp, false);
+    if ramp.value.abs() <= RAMP * ramp.error {
+        return (ramp, false, gain, found);
     }
     if let Some(j) = found.model.index(Part::RateRandomWalk) {
         let high = of_part(&found, bins, j, at).high;
@@ -364,10 +403,14 @@ fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift
         }
     }
     let observed = ramp.value.abs() > RAMP * ramp.error;
-    if observed {
-        *fit = found;
+    (ramp, observed, gain, found)
+}
+
+fn thresholds(level: f64) -> Thresholds {
+    Thresholds {
+        interval: chi2_quantile_above(1.0 - level, 1.0),
+        observed: chi2_quantile_above((2.0 * (1.0 - level)).min(0.9), 1.0),
     }
-    (ramp, observed)
 }
 
 /// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that

@@ -414,7 +414,7 @@ fn thresholds(level: f64) -> Thresholds {
 }
 
 /// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that
-/// can stand for each other the last stays. The interval without them is joined.
+/// can stand for each other the last stays in the model, but neither is observed. The interval without them is joined.
 fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
     let count = fit.model.parts.len();
     let is_term = |j: &usize| fit.model.parts[*j].is_term();
@@ -451,7 +451,7 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
             value: if alone.observed { alone.value } else { full.value },
             low: alone.low.min(full.low),
             high: alone.high.max(full.high),
-            observed: full.observed || alone.observed,
+            observed: full.observed,
             loss: full.loss,
         };
     }
@@ -462,7 +462,7 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
 fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
     for (j, part) in plain.model.parts.iter().enumerate() {
         let value = match reduced.model.index(*part) {
-            Some(k) if bounds[j].observed => reduced.model.theta[k],
+            Some(k) => reduced.model.theta[k],
             _ => plain.model.theta[j],
         };
         bounds[j].value = value;

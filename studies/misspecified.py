@@ -22,7 +22,7 @@ _TIME = np.arange(N) * TAU0
 _SIGMA = TRUTH["random_walk"] / math.sqrt(TAU0)
 _SLOW = {name: value for name, value in TRUTH.items() if name != "random_walk"}
 _SETTLING = 1800  # steps of 1 s before a slow modulation counts
-_CORNER, _OVERSAMPLING = 30.0, 8  # of the analogue filter that is sampled [Hz]
+_CORNER = 30.0  # of the analogue filter [Hz]
 _STEP = 0.5  # of a coarse log, over the standard deviation of white noise
 
 Source = np.random.Generator
@@ -105,13 +105,14 @@ def _filtered(y: Floats, order: int, corner: float) -> Floats:
 
 
 def _folded(rng: Source) -> Floats:
-    """White noise behind an analogue filter of first order, sampled without another."""
+    """White noise behind an analogue filter of first order, sampled without another: a sampled Ornstein-Uhlenbeck process."""
     from scipy.signal import lfilter
 
-    fine = TAU0 / _OVERSAMPLING
-    pole = math.exp(-2 * math.pi * _CORNER * fine)
-    white = rng.standard_normal(N * _OVERSAMPLING) * TRUTH["random_walk"] / math.sqrt(fine)
-    return np.asarray(lfilter([1 - pole], [1, -pole], white)[::_OVERSAMPLING]) + _ideal(rng, _SLOW)
+    variance = TRUTH["random_walk"] ** 2 * math.pi * _CORNER
+    pole = math.exp(-2 * math.pi * _CORNER * TAU0)
+    white = rng.standard_normal(N) * math.sqrt(variance * (1 - pole * pole))
+    start = [pole * math.sqrt(variance) * rng.standard_normal()]
+    return np.asarray(lfilter([1], [1, -pole], white, zi=start)[0]) + _ideal(rng, _SLOW)
 
 
 def _modulated(rng: Source) -> Floats:

@@ -24,11 +24,11 @@ const WIDENED: f64 = 5.591 / 3.841;
 const WARM_UP: f64 = 16.0;
 const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
 
+/// Fall of the deviance by which a warm-up has to be better than a ramp.
+const CURVATURE: f64 = 6.0;
+
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
-
-/// Fall of the deviance from which a ramp is in the model from the start.
-const LARGE_RAMP: f64 = 25.0;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
 const LEAST_BAND: f64 = 20.0;
@@ -165,12 +165,8 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     }
     let Attempt { bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
-    let warm_up = if options.drifts { with_warm_up(&mut fit, &bins) } else { None };
-    let thresholds = Thresholds {
-        interval: chi2_quantile_above(1.0 - options.level, 1.0),
-        observed: chi2_quantile_above((2.0 * (1.0 - options.level)).min(0.9), 1.0),
-    };
-    let (ramp, ramp_observed) = with_ramp(&mut fit, &bins, thresholds, options.drifts);
+    let thresholds = thresholds(options.level);
+    let Drifts { ramp, ramp_observed, warm_up } = with_drifts(&mut fit, &bins, thresholds, options.drifts);
     let test = adequacy(&fit, &bins);
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
@@ -233,17 +229,9 @@ fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> {
     let modes = 1..=record.modes.len();
     let last = modes.clone().map(|k| if k % 2 == 0 { end(k) } else { -end(k) }).collect();
     let mut found = vec![Regressor { modes: last }, Regressor { modes: modes.map(end).collect() }];
-    let centres = || (0..record.blocks).map(|i| (i as f64 + 0.5) * length);
-    let mut add = |curve: Vec<f64>| found.push(Regressor { modes: record.modes_of(&curve) });
-    let middle = 0.5 * m * length;
-    add(centres().map(|t| t - middle).collect());
-    for share in WARM_UPS {
-        let time = record.duration() / share;
-        add(centres().map(|t| (-t / time).exp()).collect());
-    }
-    for curve in &options.regressors {
-        add(curve.clone());
-    }
+    found.push(Regressor { modes: record.modes_of_ramp() });
+    found.extend(WARM_UPS.map(|share| Regressor { modes: record.modes_of_decay(record.duration() / share) }));
+    found.extend(options.regressors.iter().map(|curve| Regressor { modes: record.modes_of(curve) }));
     found
 }
 
@@ -314,13 +302,7 @@ fn attempt<'a>(
     let mut used = ENDS.to_vec();
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
     let mut start = Model::new(parts, used).fit(&bins);
-    if options.drifts {
-        // A large ramp would be taken for noise by all that follows.
-        let with_ramp = with_regressor(&start, &bins, RAMP_AT);
-        if (start.deviance - start.restricted) - (with_ramp.deviance - with_ramp.restricted) > LARGE_RAMP {
-            start = with_ramp;
-        }
-    }
+    with_drifts(&mut start, &bins, thresholds(options.level), options.drifts);
     let mut fit = select(start, &bins, allowed);
     let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
@@ -349,42 +331,74 @@ fn drift(fit: &Fit, regressor: usize) -> Drift {
 
 fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     let mut model = fit.model.clone();
-    if model.regressors.contains(&regressor) {
-        return fit.clone();
-    }
     model.regressors.push(regressor);
     model.fit(bins)
 }
 
-fn without_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
-    let mut model = fit.model.clone();
-    model.regressors.retain(|&k| k != regressor);
-    model.fit(bins)
+/// The drifts of the mean that a fit found.
+struct Drifts {
+    ramp: Drift,
+    ramp_observed: bool,
+    /// Time constant [s], amplitude at the start, and fall of the deviance.
+    warm_up: Option<(f64, Drift, f64)>,
 }
 
-/// A warm-up from the first sample on, if it stands out beside a ramp, which stays for [`with_ramp`] to judge. The
-/// likelihoods are not the restricted ones: regressors differ.
-fn with_warm_up(fit: &mut Fit, bins: &Bins) -> Option<(f64, Drift, f64)> {
-    let beside = with_regressor(fit, bins, RAMP_AT);
-    let before = beside.deviance - beside.restricted;
-    let tried = (0..WARM_UPS.len()).map(|k| {
-        let found = with_regressor(&beside, bins, WARM_AT + k);
-        (before - (found.deviance - found.restricted), k, found)
-    });
-    let (gain, k, found) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if gain <= WARM_UP {
-        return None;
+/// The ramp and the warm-up of a fit, the larger one first, each if it stands out; whatever the fit had before. Without
+/// them a selection takes a drift for processes.
+fn with_drifts(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> Drifts {
+    if fit.model.regressors.iter().any(|k| (RAMP_AT..GIVEN_AT).contains(k)) {
+        let mut model = fit.model.clone();
+        model.regressors.retain(|k| !(RAMP_AT..GIVEN_AT).contains(k));
+        *fit = model.fit(bins);
     }
-    *fit = found;
-    Some((bins.record.duration() / WARM_UPS[k], drift(fit, WARM_AT + k), gain))
+    let mut found = Drifts { ramp: drift(fit, RAMP_AT), ramp_observed: false, warm_up: None };
+    let mut chosen = None;
+    loop {
+        let ramp = if found.ramp_observed { None } else { Some(ramp_of(fit, bins, at)) };
+        let warm_up = if wanted && chosen.is_none() { best_warm_up(fit, bins) } else { None };
+        if let Some((value, observed, gain, next)) = ramp {
+            found.ramp = value;
+            if wanted && observed && warm_up.as_ref().is_none_or(|w| w.0 < gain + CURVATURE) {
+                *fit = next;
+                found.ramp_observed = true;
+                continue;
+            }
+        }
+        let Some((gain, k, next)) = warm_up else { break };
+        *fit = next;
+        chosen = Some((k, gain));
+    }
+    found.warm_up = chosen.map(|(k, gain)| (bins.record.duration() / WARM_UPS[k], drift(fit, WARM_AT + k), gain));
+    if found.ramp_observed {
+        found.ramp.value = drift(fit, RAMP_AT).value;
+    }
+    found
 }
 
-/// The rate ramp; it stays in the fit if it stands out even with the rate random walk at its upper limit.
-fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift, bool) {
+/// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
+fn gain_of(fit: &Fit, next: &Fit) -> f64 {
+    (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
+}
+
+/// The warm-up from the first sample on that lowers the deviance most, if it stands out.
+fn best_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
+    let tried = (0..WARM_UPS.len()).map(|k| {
+        let found = with_regressor(fit, bins, WARM_AT + k);
+        (gain_of(fit, &found), k, found)
+    });
+    tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gain, ..)| *gain > WARM_UP)
+}
+
+/// The rate ramp, whether it stands out even with the rate random walk at its upper limit, the fall of the deviance, and
+/// the fit.
+fn ramp_of(fit: &Fit, bins: &Bins, at: Thresholds) -> (Drift, bool, f64, Fit) {
     let found = with_regressor(fit, bins, RAMP_AT);
+    let gain = gain_of(fit, &found);
     let mut ramp = drift(&found, RAMP_AT);
-    let mut observed = wanted && ramp.value.abs() > RAMP * ramp.error;
-    if let Some(j) = found.model.index(Part::RateRandomWalk).filter(|_| observed) {
+    if ramp.value.abs() <= RAMP * ramp.error {
+        return (ramp, false, gain, found);
+    }
+    if let Some(j) = found.model.index(Part::RateRandomWalk) {
         let high = of_part(&found, bins, j, at).high;
         if high.is_finite() {
             let mut model = found.model.clone();
@@ -392,17 +406,19 @@ fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift
             ramp = drift(&model.refit(bins, 0, 0.0, &found), RAMP_AT);
         }
     }
-    observed = observed && ramp.value.abs() > RAMP * ramp.error;
-    if observed {
-        *fit = found;
-    } else if fit.model.regressors.contains(&RAMP_AT) {
-        *fit = without_regressor(fit, bins, RAMP_AT);
+    let observed = ramp.value.abs() > RAMP * ramp.error;
+    (ramp, observed, gain, found)
+}
+
+fn thresholds(level: f64) -> Thresholds {
+    Thresholds {
+        interval: chi2_quantile_above(1.0 - level, 1.0),
+        observed: chi2_quantile_above((2.0 * (1.0 - level)).min(0.9), 1.0),
     }
-    (ramp, observed)
 }
 
 /// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that
-/// can stand for each other the last stays. The interval without them is joined.
+/// can stand for each other the last stays in the model, but neither is observed. The interval without them is joined.
 fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
     let count = fit.model.parts.len();
     let is_term = |j: &usize| fit.model.parts[*j].is_term();
@@ -437,14 +453,10 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
         let full = bounds[j];
         bounds[j] = Bounds {
             value: if alone.observed { alone.value } else { full.value },
-            // Of the models in which the term is needed: an interval of an observed term excludes 0.
-            low: match (full.observed, alone.observed) {
-                (true, true) => full.low.min(alone.low),
-                (true, false) => full.low,
-                _ => alone.low,
-            },
+            // Of the models in which the term is needed.
+            low: if alone.observed { full.low.min(alone.low) } else { full.low },
             high: alone.high.max(full.high),
-            observed: full.observed || alone.observed,
+            observed: full.observed,
             loss: full.loss,
         };
     }
@@ -475,7 +487,7 @@ fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
 fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
     for (j, part) in plain.model.parts.iter().enumerate() {
         let value = match reduced.model.index(*part) {
-            Some(k) if bounds[j].observed => reduced.model.theta[k],
+            Some(k) => reduced.model.theta[k],
             _ => plain.model.theta[j],
         };
         bounds[j].value = value;

@@ -48,13 +48,17 @@ class TestAnalyze:
             (["-1"], "--tau-min must be a positive number of seconds, not -1.0"),
             (["nan"], "--tau-min must be a positive number of seconds, not nan"),
             (["1"], "--tau-min may be at most 0.12 s here, not 1.0"),
-            (["1", "--method", "read-off"], "--tau-min is for least squares: take --method gls with it"),
         ],
     )
     def test_no_fit_begins_there(self, log, arguments, message, capsys):
         code, out, err = run("analyze", log, "--rate", 100, "--method", "gls", "--tau-min", *arguments, capsys=capsys)
         assert (code, out) == (2, "")
         assert message in err
+
+    def test_the_likelihood_has_no_first_averaging_time(self, log, capsys):
+        code, out, err = run("analyze", log, "--rate", 100, "--tau-min", 1, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert "--tau-min is for least squares: take --method gls with it" in err
 
     def test_table_figure_and_json(self, log, tmp_path, capsys):
         figure, result = tmp_path / "a.png", tmp_path / "r.json"

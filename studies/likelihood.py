@@ -436,7 +436,8 @@ _HEAD = """# The likelihood of a channel
 
 Made by `make study` (studies/likelihood.py, studies/misspecified.py); {origin}. The seeds are derived
 from the names of the cells. The analysis has its defaults: it selects terms, processes, filters and lines for each record.
-Letters are those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp. All shares are in per cent.
+Letters are those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp. All shares
+are in per cent.
 
 Gates, each with 3 standard errors of the simulation:
 

@@ -7,7 +7,7 @@ records and half of the records of every cell.
 from __future__ import annotations
 
 import argparse
-import datetime
+import datetime as dt
 import math
 import subprocess
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau._native.generators import Generator
 from sigmatau._native.likelihood import TERMS, Outcome, summarize
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.model.noise_model import NoiseModel
-from studies.misspecified import CASES, N, TAU0, TRUTH, record
+from studies.misspecified import CASES, TAU0, TRUTH, record
 from studies.mixtures import GRADES, SHORT, Mixture, crb, si
 from studies.runner import run
 
@@ -54,7 +55,11 @@ CURVE_MARGIN = 0.1
 def _axes() -> dict[str, Mixture]:
     """The axes of the paper's HG1700 and MotionPak II, and two of its CIMU."""
     found = {}
-    for unit, rate, wanted in (("hg1700", 100.0, None), ("motionpak2", 100.0, None), ("cimu", 200.0, ("gyro_y", "accel_x"))):
+    for unit, rate, wanted in (
+        ("hg1700", 100.0, None),
+        ("motionpak2", 100.0, None),
+        ("cimu", 200.0, ("gyro_y", "accel_x")),
+    ):
         text = resources.files("sigmatau.data").joinpath(f"{unit}.toml")
         with resources.as_file(text) as path:
             channels = NoiseModel.read(path).channels
@@ -82,10 +87,10 @@ def process(seed: int, beside: str, time: float) -> list[Row]:
     truth, low, high = _curve_limits(terms, time, sizes)
     rows = []
     for _ in range(PROCESS_RECORDS // PARTS):
-        made = kernels._core.Generator(PROCESS_N, tau0, int(rng.integers(1 << 62)))
+        made = Generator(PROCESS_N, tau0, seed=int(rng.integers(1 << 62)))
         for term, value in terms.items():
-            made.add_term(term, value, 0, poles=False)
-        made.add_gauss_markov(SIGMA, time, 0, 0)
+            made.add_term(term, value, channel=0)
+        made.add_gauss_markov(SIGMA, time, index=0, channel=0)
         y = np.empty(PROCESS_N)
         made.fill(y)
         outcome = summarize([y], samples=PROCESS_N, tau0=tau0).analyse()
@@ -145,7 +150,9 @@ def _curve(outcome: Outcome, sizes: NDArray[np.int64], tau0: float) -> Floats:
         if part.kind == "gauss_markov":
             total += kernels.gauss_markov_avar(sigma, part.shape[0].value, sizes, tau0)
         else:
-            total += _resonance(sigma, part.shape[0].value, part.shape[1].value, sizes * tau0)
+            total += _resonance(
+                sigma, part.shape[0].value, part.shape[1].value, np.asarray(sizes * tau0, dtype=np.float64)
+            )
     return total
 
 
@@ -173,7 +180,8 @@ def _theta(terms: Mapping[str, float], tau0: float) -> Floats:
 
 def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, float]:
     """Cramér-Rao bounds of the relative standard deviations of the noise terms; of unbiased estimators of all four terms,
-    or of those that are there alone."""
+    or of those that are there alone.
+    """
     theta = _theta(mixture.truth, 1 / mixture.rate)
     there = np.flatnonzero(theta)
     parts = components(n, (1,))
@@ -206,12 +214,16 @@ def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
 def page(results: Mapping[str, list[Row]], sizes: Sequence[int]) -> str:
     """The page, of the cells that are there."""
     failures: list[str] = []
+    single: list[bool] = []
     lines = [_HEAD.format(origin=_origin(), well=100 * WELL)]
     pooled: list[bool] = []
     for n in sorted(sizes):
-        lines += [_IDEAL.format(n=n), *_spread(results, n, pooled, failures)]
+        lines += [_IDEAL.format(n=n), *_spread(results, n, pooled, single, failures)]
     share, error = float(np.mean(pooled)), math.sqrt(0.95 * 0.05 / len(pooled))
     lines += ["", f"Coverage of all cells together: {100 * share:.2f} % (limits 94 and 97 %)."]
+    lines.append(
+        f"Standard deviation above 1.05 times the bound of the true terms: {sum(single)} of {len(single)} rows."
+    )
     if not 0.94 - 3 * error <= share <= 0.97 + 3 * error:
         failures.append(f"- pooled coverage {100 * share:.2f} %")
     for n in sorted(sizes):
@@ -219,12 +231,13 @@ def page(results: Mapping[str, list[Row]], sizes: Sequence[int]) -> str:
     lines += [_PROCESS, *_processes(results, failures)]
     lines += [_MISSPECIFIED, *_cases(results, failures)]
     lines += ["", "## Gates", "", *(failures or ["All gates are met."])]
+    lines += [_REASONS] if failures else []
     return "\n".join(lines) + "\n"
 
 
 def _origin() -> str:
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout
-    return f"{datetime.datetime.now(tz=datetime.UTC).date()}, commit {commit.strip() or 'unknown'}"
+    return f"{dt.datetime.now(tz=dt.UTC).date()}, commit {commit.strip() or 'unknown'}"
 
 
 def _all(results: Mapping[str, list[Row]], name: str) -> list[Row]:
@@ -254,7 +267,9 @@ def _right(row: Row, well: Collection[str], mixture: Mixture) -> bool:
     return bool(terms and not row["processes"] and not row["filter"] and not row["cut"] and not row["warm_up"])
 
 
-def _spread(results: Mapping[str, list[Row]], n: int, pooled: list[bool], failures: list[str]) -> list[str]:
+def _spread(
+    results: Mapping[str, list[Row]], n: int, pooled: list[bool], single: list[bool], failures: list[str]
+) -> list[str]:
     lines = []
     for name, mixture in MIXTURES.items():
         rows = _all(results, f"{name} {n}")
@@ -275,6 +290,8 @@ def _spread(results: Mapping[str, list[Row]], n: int, pooled: list[bool], failur
             half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in stated]) / truth
             well = bound < WELL
             cell = f"- {name}, {n} samples, {LETTERS[term]}"
+            if well:
+                single.append(bool(sd > 1.05 * bound * (1 + 3 / math.sqrt(2 * len(values)))))
             if well and count > 1 and known > 1.05 * bound * (1 + 3 / math.sqrt(2 * count)):
                 failures.append(f"{cell}: sd with the right parts {100 * known:.3g} %, bound {100 * bound:.3g} %")
             if well and sd > 1.05 * unknown[term] * (1 + 3 / math.sqrt(2 * len(values))):
@@ -295,7 +312,10 @@ def _spread(results: Mapping[str, list[Row]], n: int, pooled: list[bool], failur
             pooled += cover
             if _below(float(np.mean(cover)), 0.92, len(cover)):
                 failures.append(f"- {name}, {n} samples, R: {100 * np.mean(cover):.1f} % covered")
-            found, half = np.mean([row["ramp"][2] for row in rows]), np.median([1.96 * row["ramp"][1] for row in rows]) / truth
+            found, half = (
+                np.mean([row["ramp"][2] for row in rows]),
+                np.median([1.96 * row["ramp"][1] for row in rows]) / truth,
+            )
             lines.append(
                 f"| {name} | R | {len(rows)} | {100 * found:.1f} | {100 * (values.mean() - 1):+.2g} |"
                 f" {100 * values.std(ddof=1):.3g} | | | | {100 * half:.3g} | {100 * np.mean(cover):.1f} |"
@@ -309,7 +329,7 @@ def _false_parts(results: Mapping[str, list[Row]], n: int, failures: list[str]) 
         rows = _all(results, f"{name} {n}")
         if not rows:
             continue
-        shares = []
+        shares: list[str] = []
 
         def share(what: str, limit: float, seen: list[bool], name: str = name, shares: list[str] = shares) -> None:
             mean = float(np.mean(seen))
@@ -392,7 +412,7 @@ def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
         text += f" | {percent(r['lines'] > 0 for r in rows)} | {percent(r['cut'] for r in rows)}"
         for term, value in TRUTH.items():
             if term not in case.judged:
-                text += " | | | "
+                text += " | | |"
                 continue
             white = term == "random_walk"
             truth = value * (case.white if white else 1.0)
@@ -401,7 +421,10 @@ def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
             known = cover if white else cover | np.array([row["widened"] for row in rows])
             limit = 0.9 if white else 0.8
             values = np.array([s[1] for s in stated if s is not None]) / truth
-            half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in stated if s is not None]) / truth
+            half = (
+                np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in stated if s is not None])
+                / truth
+            )
             text += f" | {100 * (np.median(values) - 1):+.2g} | {100 * half:.2g} | {percent(cover)}"
             if _below(float(known.mean()), limit, len(rows)):
                 failures.append(f"- {name}: {LETTERS[term]} covered or widened in {100 * known.mean():.0f} %")
@@ -411,16 +434,18 @@ def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
 
 _HEAD = """# The likelihood of a channel
 
-Made by `make study` (studies/likelihood.py, studies/misspecified.py); {origin}. The seeds are derived from the names of the
-cells. The analysis has its defaults: it selects terms, processes, filters and lines for each record. Letters are those of
-IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp. All shares are in per cent.
+Made by `make study` (studies/likelihood.py, studies/misspecified.py); {origin}. The seeds are derived
+from the names of the cells. The analysis has its defaults: it selects terms, processes, filters and lines for each record.
+Letters are those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp. All shares
+are in per cent.
 
 Gates, each with 3 standard errors of the simulation:
 
 - Ideal records, for a coefficient whose Cramér-Rao bound is below {well:.0f} %: bias at most a tenth of the standard
   deviation. Standard deviation at most 1.05 times the bound of the true terms, in the records in which exactly the true
-  parts are found; and at most 1.05 times the bound of all four terms, in all records. A selection that adds an absent term
-  in 5 % of the records cannot reach the first bound in all of them.
+  parts are found; and at most 1.05 times the bound of all four terms, in all records. These two replaced a single gate, the
+  bound of the true terms in all records, after the first results: a selection that adds an absent term in 5 % of the
+  records cannot reach it. The rows that miss it are counted below.
 - Coverage of the 95 % intervals and limits: 94 to 97 % of all, and at least 92 % in each row.
 - An absent term is observed in at most 5 % of the records. A process or resonance, a filter, a line or a warm-up is added,
   the top of the band is left out, or intervals are widened, in at most 2 % each.
@@ -448,9 +473,9 @@ _FALSE = """
 _PROCESS = """
 ## Gauss-Markov processes
 
-σ = 20 deg/h, N = 0.3 deg/√h, B = 5 deg/h, K = 10 deg/h/√h, 3 h at 100 Hz. "Curve" is the share of records whose model has
-the right Allan deviation. "Off" is the largest error of the Allan deviation that 90 % of the records do not exceed. "Several"
-is the share with more than one process.
+σ = 20 deg/h, N = 0.3 deg/√h, B = 5 deg/h, K = 10 deg/h/√h, 3 h at 100 Hz. "Curve" is the share of records whose model
+has the right Allan deviation. "Off" is the largest error of the Allan deviation that 90 % of the records do not exceed.
+"Several" is the share with more than one process.
 
 | beside | time [s] | records | found | σ covered | time covered | curve | off | several | terms covered | false terms |
 |---|---|---|---|---|---|---|---|---|---|---|"""
@@ -459,10 +484,27 @@ _MISSPECIFIED = """
 ## Records that no model describes exactly
 
 N = 0.005, B = 0.0028, K = 0.0004 in units of degrees and seconds, 2^18 samples at 100 Hz (studies/misspecified.py). "Off" is
-the median error of the coefficient, "half" the median half width of the interval, both in per cent of the coefficient.
+the median error of the coefficient, "half" the median half width of the interval, both in per cent of the coefficient; n is
+the number of records, "in" the share whose interval contains the true value, "cut" the share whose top of the band is left
+out.
 
-| record | records | widened | process | filter | line | band cut | N off | half | covered | B off | half | covered | K off | half | covered |
+| record | n | widened | process | filter | line | cut | N off | half | in | B off | half | in | K off | half | in |
 |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
+
+_REASONS = """
+Reasons, as far as they were looked into:
+
+- Standard deviations over the bound of all four terms: in 1 to 3 of 200 records a Gauss-Markov process takes the place of
+  a true rate random walk or bias instability. The value of the term is then near 0. Without these records the standard
+  deviations are at most 1.25 times the bound of the true terms. A price of 10 in deviance for this exchange, in place of 7,
+  lowers its share from 1.5 to 0.7 % of 2400 records with K, but then 40 of 50 processes of 300 s beside N and B are found in
+  place of 49. The same price decides both.
+- Bias of K in the shortest records of the HG1700: K is not observed in 5 to 12 % of them, since a bias instability fits as
+  well.
+- Weak humps near 20 s and 5 s are described by a larger bias instability in two of three records. That model is adequate at
+  p > 0.05 in more than four of five of them, so that nothing widens the interval. A price of 16 for a resonance, in place
+  of 20, raises the coverage of B by some 5 % (75 records a case), and false processes from 0.9 to 1.2 %.
+- The ripple acts on the whole band of the white noise, so that its level is not that of the low frequencies."""
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 
-__all__ = ["CASES", "N", "TAU0", "TRUTH", "Case", "record"]
+__all__ = ["CASES", "TAU0", "TRUTH", "Case", "N", "record"]
 
 Floats = NDArray[np.float64]
 N, TAU0 = 2**18, 0.01
@@ -66,9 +66,11 @@ def _telegraph(rng: Source, amplitude: float, time: float) -> Floats:
 
 def _coloured(rng: Source, density: Callable[[Floats], Floats]) -> Floats:
     """Noise with a density over that of white noise."""
-    f = np.fft.rfftfreq(N, TAU0)
+    f = np.asarray(np.fft.rfftfreq(N, TAU0), dtype=np.float64)
     f[0] = f[1]
-    return np.asarray(np.fft.irfft(np.fft.rfft(rng.standard_normal(N)) * np.sqrt(density(f) / TAU0), N))
+    return np.asarray(
+        np.fft.irfft(np.fft.rfft(rng.standard_normal(N)) * np.sqrt(density(f) / TAU0), N), dtype=np.float64
+    )
 
 
 def _hump(rng: Source, frequency: float, power: float, shape: str = "bell") -> Floats:
@@ -76,14 +78,16 @@ def _hump(rng: Source, frequency: float, power: float, shape: str = "bell") -> F
     usual = TRUTH["random_walk"] ** 2 + TRUTH["bias_instability"] ** 2 / (2 * math.pi * frequency)
 
     def bell(f: Floats, at: float, width: float) -> Floats:
-        return np.asarray(np.exp(-0.5 * (np.log(f / at) / width) ** 2))
+        return np.asarray(np.exp(-0.5 * (np.log(f / at) / width) ** 2), dtype=np.float64)
 
     def density(f: Floats) -> Floats:
         if shape == "box":
             inside = ((f > frequency / 1.6) & (f < frequency * 1.6)).astype(float)
             return inside * usual * power
         if shape == "comb":
-            teeth = bell(f, frequency, 0.15) + 0.7 * bell(f, 2.7 * frequency, 0.1) + 0.5 * bell(f, frequency / 3.1, 0.12)
+            teeth = (
+                bell(f, frequency, 0.15) + 0.7 * bell(f, 2.7 * frequency, 0.1) + 0.5 * bell(f, frequency / 3.1, 0.12)
+            )
             return np.asarray(teeth * usual * power)
         return bell(f, frequency, 0.35) * usual * power
 
@@ -105,7 +109,7 @@ def _filtered(y: Floats, order: int, corner: float) -> Floats:
 
 
 def _folded(rng: Source) -> Floats:
-    """White noise behind an analogue filter of first order, sampled without another: a sampled Ornstein-Uhlenbeck process."""
+    """White noise behind an analogue filter of first order, sampled: an Ornstein-Uhlenbeck process."""
     from scipy.signal import lfilter
 
     variance = TRUTH["random_walk"] ** 2 * math.pi * _CORNER
@@ -123,8 +127,12 @@ def _modulated(rng: Source) -> Floats:
 def _rippled(rng: Source) -> Floats:
     """The density of the white noise with a ripple of 6 %, which no part of a model has."""
     phase = rng.uniform(0, 2 * np.pi)
-    ripple = lambda f: 1 + 0.06 * np.sin(2 * np.pi * 1.3 * np.log10(f) + phase)  # noqa: E731
-    return _coloured(rng, lambda f: TRUTH["random_walk"] ** 2 * ripple(f)) + _ideal(rng, _SLOW)
+
+    def density(f: Floats) -> Floats:
+        ripple = 1 + 0.06 * np.sin(2 * np.pi * 1.3 * np.log10(f) + phase)
+        return np.asarray(TRUTH["random_walk"] ** 2 * ripple)
+
+    return _coloured(rng, density) + _ideal(rng, _SLOW)
 
 
 def _heavy_tailed(rng: Source) -> Floats:
@@ -144,16 +152,17 @@ def _running_mean(rng: Source) -> Floats:
 
 def _harmonics(rng: Source) -> Floats:
     """Two vibrations with three harmonics each."""
-    y = _ideal(rng)
+    y: Floats = _ideal(rng)
     for frequency, amplitude in ((7.3, 0.02), (18.1, 0.01)):
         for k in (1, 2, 3, 4):
-            y = y + amplitude / k * np.sin(2 * np.pi * k * frequency * _TIME + rng.uniform(0, 2 * np.pi))
-    return np.asarray(y)
+            y += amplitude / k * np.sin(2 * np.pi * k * frequency * _TIME + rng.uniform(0, 2 * np.pi))
+    return y
 
 
 def _temperature(rng: Source) -> Floats:
     """A sinusoidal drift, one and a half periods in the record."""
-    return _ideal(rng) + 0.004 * np.sin(2 * np.pi * 1.5 * _TIME / _DURATION + rng.uniform(0, 2 * np.pi))
+    drift: Floats = 0.004 * np.sin(2 * np.pi * 1.5 * _TIME / _DURATION + rng.uniform(0, 2 * np.pi))
+    return _ideal(rng) + drift
 
 
 def _steep(rng: Source) -> Floats:

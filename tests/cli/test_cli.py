@@ -374,20 +374,6 @@ class TestSimulate:
         assert [p.name for p in tmp_path.iterdir()] == ["m.toml"]
 
 
-def test_demo(tmp_path, capsys):
-    code, out, err = run("demo", "--output", tmp_path / "demo", capsys=capsys)
-    assert code == 0
-    assert sorted(p.name for p in (tmp_path / "demo").iterdir()) == [
-        "allan.png",
-        "hg1700.toml",
-        "result.json",
-        "static.csv",
-    ]
-    assert "truth" in out
-    assert "gyro: 3 channels, 720000 samples at 100 Hz" in out
-    assert "written:" in err
-
-
 @pytest.mark.parametrize(
     "argv", [["--help"], ["analyze", "--help"], ["simulate", "--help"], ["demo", "--help"], ["--version"]]
 )

@@ -62,7 +62,7 @@ class TestCleanRecords:
 
 
 class TestField:
-    """What each set is known for, from `analyze` and `inspect` alone."""
+    """What each set is known for, from `analyze` and `inspect` alone; the ADIS16405 is in tests/test_field.py."""
 
     def test_hfi(self, field_data):
         log = field_data / "hfi" / "imu_data.txt.gz"
@@ -89,17 +89,6 @@ class TestField:
         assert bursts.severity == "warning"
         assert bursts.size == pytest.approx(0.75, abs=0.005)
         assert bursts.details.median_rate == pytest.approx(491, abs=0.5)
-
-    def test_adis16405(self, field_data):
-        found = inspect(field_data / "adis16405_static.csv.gz", rate=100).findings
-        filters = {finding.channel: finding for finding in told(found, "low_pass_filter")}
-        assert filters["gyro_z"].severity == "warning"
-        lines = {finding.channel: finding for finding in told(found, "spectral_line")}
-        for channel in ("accel_x", "accel_y", "accel_z"):
-            (line,) = (one for one in lines[channel].details.lines if 0.53 <= one.frequency <= 0.57)
-            assert any(one.frequency == pytest.approx(1.69, abs=0.005) for one in line.harmonics)
-        coarse = {finding.channel: finding for finding in told(found, "coarse_resolution")}
-        assert set(coarse) >= {"accel_x", "accel_y", "accel_z"}
 
     def test_vn100_is_not_called_interpolated(self, field_data):
         """Its line at 13.4 Hz is a line."""

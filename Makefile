@@ -32,7 +32,7 @@ bench-io: build ## a long log in each format, read whole, cut off and damaged: d
 	@scripts/venv.sh dev
 	@.venv/bin/python -m benches.formats $(if $(ROUNDS),--rounds $(ROUNDS))
 
-fuzz: build ## mutated files to every compiled parser, SECONDS=60 each
+fuzz: build ## mutated files to every parser, SECONDS=60 to each compiled one
 	@scripts/venv.sh dev
 	@scripts/fuzz.sh $(or $(SECONDS),60)
 

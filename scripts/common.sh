@@ -8,6 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 export MATURIN_NO_INSTALL_RUST=1 # otherwise the build downloads a toolchain by itself
 export PIP_DISABLE_PIP_VERSION_CHECK=1
 unset VIRTUAL_ENV CONDA_PREFIX PYTHONHOME PYTHONPATH # of another project: .venv is ours
+unset PYTHONDONTWRITEBYTECODE # it makes each command that a test starts compile the package again: 0.3 s each
 
 RUST_MIN=85        # 1.85
 PY=.venv/bin/python # of the project, once it is there

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# fuzz.sh SECONDS: mutated files to every compiled parser, by cargo-fuzz, so many seconds each; each run is written to
-# target/fuzz/NAME.log, what was found to crates/formats/fuzz/artifacts. Stable Rust will do: no sanitizer is used, which
-# code without `unsafe` does not need; overflows, panics, hangs of 5 s and more than 512 MB end a run.
+# fuzz.sh SECONDS: mutated files to every parser. To the compiled ones by cargo-fuzz, so many seconds each; each run is
+# written to target/fuzz/NAME.log, what was found to crates/formats/fuzz/artifacts. Stable Rust will do: no sanitizer is
+# used, which code without `unsafe` does not need; overflows, panics, hangs of 5 s and more than 512 MB end a run.
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
 
@@ -26,4 +26,6 @@ for target in ${TARGETS:-text sentences ulog dataflash mcap bag messages}; do
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$out/$target.log")
     printf '%-10s %12s inputs, %s\n' "$target" "${runs:-0}" "$verdict"
 done
+# The readers in Python and the libraries they use: ten times as many mutants as the tests read.
+SIGMATAU_MUTANTS=10 "$PY" -m pytest tests/io -k "mutat or mutant" --numprocesses "$(nproc)" --dist worksteal || failed=1
 exit "$failed"

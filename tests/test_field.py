@@ -86,10 +86,25 @@ class TestAdisFitted:
         assert "gyro_y" in left_out
 
 
+def test_adis_checks(adis_analysis):
+    """What the set is known for."""
+    found = adis_analysis.findings
+    filters = {finding.channel: finding for finding in found if finding.code == "low_pass_filter"}
+    assert filters["gyro_z"].severity == "warning"
+    lines = {finding.channel: finding for finding in found if finding.code == "spectral_line"}
+    for channel in ("accel_x", "accel_y", "accel_z"):
+        (line,) = (one for one in lines[channel].details.lines if 0.53 <= one.frequency <= 0.57)
+        assert any(one.frequency == pytest.approx(1.69, abs=0.005) for one in line.harmonics)
+    coarse = {finding.channel for finding in found if finding.code == "coarse_resolution"}
+    assert coarse >= {"accel_x", "accel_y", "accel_z"}
+
+
 def test_adis_by_the_command_line(field_data, tmp_path, capsys):
     figure, result = tmp_path / "adis.svg", tmp_path / "adis.json"
     log = field_data / "adis16405_static.csv.gz"
-    assert main(["analyze", str(log), "--rate", "100", "--plot", str(figure), "--json", str(result)]) == 0
+    # Read off, because the tests above have the fits.
+    options = ["--rate", "100", "--method", "read-off", "--plot", str(figure), "--json", str(result)]
+    assert main(["analyze", str(log), *options]) == 0
     out = capsys.readouterr().out
     assert "gyro: 3 channels, 1000000 samples at 100 Hz (given), 2.778 h" in out
     assert list(json.loads(result.read_text())["channels"]) == [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]

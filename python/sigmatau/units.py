@@ -290,12 +290,12 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
     # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
     unit = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
     kinds = (si,) if isinstance(si, str) else si
+    if unit is not None and (not kinds or unit.si in kinds):
+        return unit
     choices = ", ".join(symbol for kind in kinds for symbol in known(kind)) if kinds else ", ".join(known())
     if unit is None:
         raise OptionError(f"unknown unit {spelling!r}; known units: {choices}", option="unit")
-    if kinds and unit.si not in kinds:
-        raise OptionError(f"the unit {spelling!r} does not fit here; units that do: {choices}", option="unit")
-    return unit
+    raise OptionError(f"the unit {spelling!r} does not fit here; units that do: {choices}", option="unit")
 
 
 def to_si(value: float, unit: str) -> float:

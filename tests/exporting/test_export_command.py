@@ -34,9 +34,17 @@ def log(record, tmp_path):
     return tmp_path / "log.csv"
 
 
+@pytest.fixture(scope="module")
+def text_of_the_result(record, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("result")
+    write(record, folder / "log.csv")
+    assert main(["analyze", str(folder / "log.csv"), "--json", str(folder / "r.json"), "-q"]) == 0
+    return (folder / "r.json").read_text()
+
+
 @pytest.fixture
-def result(log, tmp_path):
-    assert main(["analyze", str(log), "--json", str(tmp_path / "r.json"), "-q"]) == 0
+def result(text_of_the_result, tmp_path):
+    (tmp_path / "r.json").write_text(text_of_the_result)
     return tmp_path / "r.json"
 
 

@@ -14,7 +14,9 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import Misfit, TooFewTimes
-from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.components import LINEAR, components
+from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.statement import half_octaves
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.units import to_si
 
@@ -148,7 +150,8 @@ class TestRecords:
     def test_intervals_cover_and_absent_terms_stay_absent(self):
         truth = {"random_walk": 1.0, "bias_instability": 0.2}
         covered, false, moved, sizes = [], [], 0, []
-        for record in records(truth, "fit: N and B", 200):
+        count = 80
+        for record in records(truth, "fit: N and B", count):
             fitted = fit(allan(record, threads=1)["gyro_x"])
             moved += fitted.tau_min is None or fitted.tau_min > 1
             if fitted.verdict != "adequate":
@@ -161,13 +164,13 @@ class TestRecords:
         # Limits ± 3 standard errors of so many records.
         assert np.mean(covered) >= 0.94 - 3 * math.sqrt(0.05 * 0.95 / len(covered))
         assert np.mean(false) <= 0.065 + 3 * math.sqrt(0.065 * 0.935 / len(false))
-        assert moved / 200 <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / 200)
-        assert np.mean(np.array(sizes) < 0.05) <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / 200)
+        assert moved / count <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / count)
+        assert np.mean(np.array(sizes) < 0.05) <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / count)
 
     def test_the_valley_is_no_bias_instability(self):
         truth = {"random_walk": 1.0, "rate_random_walk": 0.02}
         found, walks = [], []
-        for record in records(truth, "fit: N and K", 200):
+        for record in records(truth, "fit: N and K", 80):
             fitted = fit(allan(record, threads=1)["gyro_x"])
             if fitted.verdict == "adequate":
                 found.append(fitted["bias_instability"].observed)
@@ -178,8 +181,16 @@ class TestRecords:
 
     @pytest.mark.parametrize("truth", [{"rate_random_walk": 1.0}, {"quantization": 1.0, "rate_random_walk": 1e-3}])
     def test_red_noise_is_no_misfit(self, truth):
-        """Variances of the longest times are skewed: by the χ² of their differences alone 3 % would be below 1 %."""
-        p = [fit(allan(r, threads=1)["gyro_x"]).p_value or 0.0 for r in records(truth, f"fit: misfit {truth}", 400)]
+        """Variances of the longest times are skewed: by the χ² of their differences alone 3 % would be below 1 %.
+
+        The least squares alone: intervals take most of the time of a fit.
+        """
+        sizes = half_octaves(1, 2**13 // 3)
+        parts, p = components(2**13, sizes), []
+        for record in records(truth, f"fit: misfit {truth}", 1000):
+            curve = allan(record, taus=sizes, threads=1)["gyro_x"]
+            gls = Gls(parts, curve.avar / curve.avar[0])
+            p.append(gls.p_value(gls.fit()))
         assert np.mean(np.array(p) < 0.01) <= 0.01 + 3 * math.sqrt(0.01 * 0.99 / len(p))
 
     def test_spread_is_the_theorys(self):
@@ -209,14 +220,14 @@ class TestRecords:
             assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.05)
 
     def test_a_gauss_markov_process_is_found_and_covered(self):
-        """Searched for on a grid, its time free: 60 records, intervals of its size and time and of the random walk."""
+        """Searched for on a grid, its time free: 24 records, intervals of its size and time and of the random walk."""
         from scipy.signal import lfilter
 
         rng = np.random.default_rng(seed_of("fit: Gauss-Markov"))
         n, tau0, time, sigma, walk = 2**15, 0.01, 0.5, 1.0, 0.1
         decay = math.exp(-tau0 / time)
         found, covered = 0, []
-        for _ in range(60):
+        for _ in range(24):
             driven = rng.standard_normal(n) * math.sqrt(1 - decay**2) * sigma
             driven[0] /= math.sqrt(1 - decay**2)
             y = lfilter([1], [1, -decay], driven) + rng.standard_normal(n) * walk / math.sqrt(tau0)
@@ -228,7 +239,7 @@ class TestRecords:
             covered.append(process.sigma.low <= sigma <= process.sigma.high)
             covered.append(process.time.low <= time <= process.time.high)
             covered.append(noise.low <= walk <= noise.high if noise.observed else walk <= noise.upper_limit)
-        assert found >= 54
+        assert found >= 22
         # Three intervals a record, taken as one for the error.
         assert np.mean(covered) >= 0.95 - 3 * math.sqrt(0.05 * 0.95 / found)
 
@@ -396,10 +407,11 @@ ODD = (
 def test_no_record_crashes_a_fit(kind):
     """Any length, any grid, any scale; warnings are errors in these tests."""
     rng = np.random.default_rng(seed_of(f"odd records: {kind}"))
-    for n in (4, 20, 48, 49, 100, 333, 2000):
+    for n in (4, 20, 48, 49, 100, 2000):
         y = _odd(kind, n, rng) * 10.0 ** rng.integers(-30, 30)
         some = sorted(set(rng.integers(1, n // 2 + 1, size=30).tolist()))
-        for grid in ("octave", "half", "eighth", some):
+        # Eighths of octaves are the slowest; of a longer record the half octaves that most fits use.
+        for grid in ("octave", "half" if n > 100 else "eighth", some):
             curve = allan(Record.from_arrays(rate=1, gyro_x=y), taus=grid)["gyro_x"]
             fitted = fit(curve)
             assert fitted.verdict in {"adequate", "descriptive", "too_short"}

@@ -223,7 +223,7 @@ def test_missing_samples_do_not_change_what_is_read(term, gaps):
     lost = {"two in five": rng.random(n) < 0.4, "one in twenty": rng.random(n) < 0.05}.get(gaps, np.arange(n) % 2 > 0)
     if gaps != "every second of all":
         lost &= np.arange(n) > n / 3
-    for _ in range(12):
+    for _ in range(8):
         white = rng.normal(size=n + 1)
         x = white[1:] if term == "random_walk" else np.diff(white)
         x[lost] = np.nan

@@ -78,7 +78,7 @@ def test_fits_that_leave_open_which_term_is_there():
     options = {"after": 100.0, "calibration": 100.0, "rate": RATE}
     true = predict(truth, **options)["heading"].rms[0]
     inside, wide, limited = [], [], []
-    for _ in range(120):
+    for _ in range(70):
         found = fit(allan(simulate(truth, duration=2000.0, rate=RATE, rng=rng), threads=1)["gyro_z"])
         if not found.unclear:
             continue
@@ -90,7 +90,7 @@ def test_fits_that_leave_open_which_term_is_there():
         inside.append(error.low[0] < true < error.high[0])
         wide.append(error.high[0] / error.low[0])
         limited.append(true < error.at_most[0])
-    assert len(inside) >= 8
+    assert len(inside) >= 5
     limit = 0.95 - 3 * np.sqrt(0.05 * 0.95 / len(inside))
     assert np.mean(inside) >= limit
     assert np.mean(limited) >= limit

@@ -12,7 +12,7 @@ from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.check import CHECKS, check
 from sigmatau.quality.samples.masking import mask_of, masked
 
-RECORDS = 60
+RECORDS = 36
 LIMIT = 0.001  # warnings a channel
 
 

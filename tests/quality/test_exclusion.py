@@ -206,19 +206,19 @@ def test_zeros_of_a_coarse_gyro_are_its_own():
 def test_common_noise_in_steps_makes_no_dropouts(steps):
     """Axes that share most of their noise are at 0 together far more often than independent ones."""
     rng = np.random.default_rng(seed_of(f"common {steps}"))
-    for _ in range(20):
+    for _ in range(8):
         common = rng.standard_normal(20_000)
         gyro = np.round(steps * (0.7 * common[:, None] + 0.7 * rng.standard_normal((20_000, 3))))
         found = check(Record.from_arrays(rate=RATE, unit={"gyro": "deg/s"}, gyro=gyro * 0.01))
         assert "dropout" not in {f.code for f in found}
 
 
-@pytest.fixture
-def log(tmp_path):
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
     gyro, accel = knocked("log")
     table = np.column_stack([np.arange(len(gyro)) / RATE, gyro, accel])
     names = ["time [s]", *(f"gyro_{a} [rad/s]" for a in "xyz"), *(f"accel_{a} [m/s^2]" for a in "xyz")]
-    path = tmp_path / "log.csv"
+    path = tmp_path_factory.mktemp("log") / "log.csv"
     np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
     return path
 

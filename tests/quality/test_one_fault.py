@@ -60,7 +60,7 @@ def test_rows_that_are_wrong_are_spikes():
     assert {f.code for f in check(Record.from_arrays(rate=RATE, gyro=gyro).streams[0])} == {"spikes"}
 
 
-@pytest.mark.parametrize("seconds", [1.0, 2.0, 5.0])
+@pytest.mark.parametrize("seconds", [1.0, 5.0])
 def test_a_rotation_is_motion(seconds):
     """A degree a second at most, so smooth that no two samples differ by it."""
     gyro, accel = six(f"rotation {seconds}")

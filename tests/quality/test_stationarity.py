@@ -34,7 +34,7 @@ def fits_of(stream):
 def test_law_of_the_segments_and_the_cusum(name):
     """The size of both tests at 5 % and 1 %; at 1e-4 docs/study/stability.md has it from 36,000 records."""
     rng = np.random.default_rng(seed_of(f"law {name}"))
-    records, p = 600, []
+    records, p = 300, []
     for _ in range(records):
         y = kernels.simulate(N, 1.0, MIXTURES[name], seed=int(rng.integers(1 << 62)), stream=1)
         p.append([segment_test(y, true_fit(MIXTURES[name])).p_value, cusum(y).p_value])
@@ -47,7 +47,7 @@ def test_law_of_the_segments_and_the_cusum(name):
 
 
 def test_clean_records_raise_nothing():
-    """Fits and all: 60 records of two axes; a warning in 0.1 % of channels is asked for, so that one is a chance of 11 %."""
+    """Fits and all: 30 records of two axes; a warning in 0.1 % of channels is asked for, so that one is a chance of 6 %."""
     rng = np.random.default_rng(seed_of("clean"))
     model = NoiseModel(
         channels={
@@ -56,7 +56,7 @@ def test_clean_records_raise_nothing():
         }
     )
     warned = 0
-    for _ in range(60):
+    for _ in range(30):
         stream = simulate(model, duration=600, rate=20, rng=rng).streams[0]
         found = [*non_stationary(stream, fits_of(stream)), *cross_axis(stream)]
         warned += sum(finding.severity == "warning" for finding in found)

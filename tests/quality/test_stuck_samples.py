@@ -105,7 +105,7 @@ class TestRepeated:
     def test_angles_in_single_precision_do_not_repeat(self, bias, sigma):
         """Their step doubles with the angle, on all axes at once; the differences of printed ones are equal but for dust."""
         rng = np.random.default_rng(seed_of(f"single precision {bias} {sigma}"))
-        angle = np.cumsum(rng.normal(bias, sigma, (100_000, 3)), axis=0)
+        angle = np.cumsum(rng.normal(bias, sigma, (50_000, 3)), axis=0)
         single = angle.astype(np.float32)
         printed = np.diff(np.round(angle, 6), axis=0)
         told = []

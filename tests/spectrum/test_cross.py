@@ -93,8 +93,9 @@ class TestLaws:
         least_only = per_octave is not None
         held = {"coherence": [], "gain": [], "phase": []}
         for shown, there in self.spectra(method, per_octave, 0):
-            low, high = shown.coherence_interval()
-            held["coherence"].append(np.mean(((low <= 0.64 / 1.64) & (high >= 0.64 / 1.64))[there]))
+            # The interval holds the true coherence where the measured one is between two quantiles of its law.
+            p = law.probability_below(shown.coherence[there], 0.64 / 1.64, shown.dof[there] / 2)
+            held["coherence"].append(np.mean(np.abs(p - 0.5) <= 0.475))
             low, high = shown.gain_interval()
             held["gain"].append(np.mean(((low <= 0.8) & (high >= 0.8))[there]))
             # In a bin the phase is that at its mean frequency, because it turns evenly.
@@ -108,6 +109,15 @@ class TestLaws:
                 assert mean == pytest.approx(0.95, abs=3 * error), what
             elif what == "phase":
                 assert mean > 0.95 - 3 * error
+
+    def test_an_interval_holds_what_its_law_allows(self, method, per_octave):
+        """Of one record; `test_intervals` takes the law, because the ends take a hundred times as long."""
+        shown, there = next(self.spectra(method, per_octave, 0))
+        low, high = shown.coherence_interval()
+        p = law.probability_below(shown.coherence[there], 0.64 / 1.64, shown.dof[there] / 2)
+        sure = np.abs(np.abs(p - 0.5) - 0.475) > 1e-3  # the ends are interpolated
+        held = (low <= 0.64 / 1.64) & (high >= 0.64 / 1.64)
+        np.testing.assert_array_equal(held[there][sure], (np.abs(p - 0.5) <= 0.475)[sure])
 
     def test_chance(self, method, per_octave):
         """Independent channels are above the level in 5 %."""

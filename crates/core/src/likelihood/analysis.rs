@@ -24,6 +24,9 @@ const WIDENED: f64 = 5.591 / 3.841;
 const WARM_UP: f64 = 16.0;
 const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
 
+/// Steps of the logarithm of the time constant by which the best one is refined.
+const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
+
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
 
@@ -160,10 +163,10 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
-    let Attempt { bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
+    let Attempt { mut bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
     let mut test = adequacy(&fit, &bins);
-    let warm_up = if options.drifts { with_warm_up(&mut fit, &bins) } else { None };
+    let warm_up = if options.drifts { with_warm_up(&mut fit, &mut bins) } else { None };
     let thresholds = Thresholds {
         interval: chi2_quantile_above(1.0 - options.level, 1.0),
         observed: chi2_quantile_above((2.0 * (1.0 - options.level)).min(0.9), 1.0),
@@ -172,6 +175,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     if warm_up.is_some() || ramp_observed {
         test = adequacy(&fit, &bins);
     }
+    let warm_up = warm_up.map(|found| (found.time, size_of(&found, &fit, &bins), found.gain));
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
     let plain = fit.clone();
@@ -345,19 +349,62 @@ fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     model.fit(bins)
 }
 
+/// A warm-up that is part of a fit.
+struct WarmUp {
+    time: f64,
+    /// Index of its regressor.
+    at: usize,
+    gain: f64,
+}
+
 /// A warm-up from the first sample on, if it stands out. The likelihoods are not the restricted ones: regressors differ.
-fn with_warm_up(fit: &mut Fit, bins: &Bins) -> Option<(f64, Drift, f64)> {
+/// Its curve takes the place of the nearest one of the grid.
+fn with_warm_up(fit: &mut Fit, bins: &mut Bins) -> Option<WarmUp> {
     let before = fit.deviance - fit.restricted;
+    let gain_of = |found: &Fit| before - (found.deviance - found.restricted);
     let tried = (0..WARM_UPS.len()).map(|k| {
         let found = with_regressor(fit, bins, WARM_AT + k);
-        (before - (found.deviance - found.restricted), k, found)
+        (gain_of(&found), k, found)
     });
-    let (gain, k, found) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (mut gain, k, mut best) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
     if gain <= WARM_UP {
         return None;
     }
-    *fit = found;
-    Some((bins.record.duration() / WARM_UPS[k], drift(fit, WARM_AT + k), gain))
+    let (mut time, at) = (bins.record.duration() / WARM_UPS[k], WARM_AT + k);
+    for step in REFINED {
+        for other in [time * step.exp(), time / step.exp()] {
+            let bins_of_other = with_curve(bins, at, |t| (-t / other).exp());
+            let found = with_regressor(fit, &bins_of_other, at);
+            if gain_of(&found) > gain {
+                (gain, time, best, *bins) = (gain_of(&found), other, found, bins_of_other);
+            }
+        }
+    }
+    *fit = best;
+    Some(WarmUp { time, at, gain })
+}
+
+/// Amplitude at the start. Its error includes that of the time constant: the derivative by its logarithm is a regressor.
+fn size_of(found: &WarmUp, fit: &Fit, bins: &Bins) -> Drift {
+    let slope = bins.regressors.len();
+    let with_slope = with_curve(bins, slope, |t| t / found.time * (-t / found.time).exp());
+    let error = drift(&with_regressor(fit, &with_slope, slope), found.at).error;
+    Drift { error, ..drift(fit, found.at) }
+}
+
+/// The bins with a curve, a function of time, in the place of a regressor or behind all.
+fn with_curve<'a>(bins: &Bins<'a>, at: usize, curve: impl Fn(f64) -> f64) -> Bins<'a> {
+    let (record, mut all) = (bins.record, bins.regressors.to_vec());
+    let length = record.block_length();
+    let values: Vec<f64> = (0..record.blocks).map(|i| curve((i as f64 + 0.5) * length)).collect();
+    let new = Regressor { modes: record.modes_of(&values) };
+    match all.get_mut(at) {
+        Some(old) => *old = new,
+        None => all.push(new),
+    }
+    let mut bins = bins.clone();
+    bins.regressors = Arc::new(all);
+    bins
 }
 
 /// The rate ramp; it stays in the fit if it stands out even with the rate random walk at its upper limit.

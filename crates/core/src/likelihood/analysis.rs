@@ -163,16 +163,16 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
-    let Attempt { mut bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
+    let Attempt { bins, mut fit, lines: more, highest, warm_up, .. } =
+        best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
     let mut test = adequacy(&fit, &bins);
-    let warm_up = if options.drifts { with_warm_up(&mut fit, &mut bins) } else { None };
     let thresholds = Thresholds {
         interval: chi2_quantile_above(1.0 - options.level, 1.0),
         observed: chi2_quantile_above((2.0 * (1.0 - options.level)).min(0.9), 1.0),
     };
     let (ramp, ramp_observed) = with_ramp(&mut fit, &bins, thresholds, options.drifts);
-    if warm_up.is_some() || ramp_observed {
+    if ramp_observed {
         test = adequacy(&fit, &bins);
     }
     let warm_up = warm_up.map(|found| (found.time, size_of(&found, &fit, &bins), found.gain));
@@ -257,6 +257,7 @@ struct Attempt<'a> {
     p_value: f64,
     lines: Vec<Line>,
     highest: Option<f64>,
+    warm_up: Option<WarmUp>,
 }
 
 /// The model of the whole band; or, if none is adequate, of the widest band that has one.
@@ -317,7 +318,7 @@ fn attempt<'a>(
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = ENDS.to_vec();
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let mut fit = select(Model::new(parts, used).fit(&bins), &bins, allowed);
+    let mut fit = select(Model::new(parts.clone(), used.clone()).fit(&bins), &bins, allowed);
     let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
@@ -329,8 +330,17 @@ fn attempt<'a>(
         bins = Bins::new(record, Arc::new(mask), regressors.clone());
         fit = select(fit.model.clone().fit(&bins), &bins, allowed);
     }
+    let warm_up = if options.drifts { with_warm_up(&mut fit, &mut bins) } else { None };
+    if let Some(WarmUp { at, .. }) = warm_up {
+        // What stood for the warm-up is no part of the model.
+        used.push(at);
+        let again = select(Model::new(parts, used).fit(&bins), &bins, allowed);
+        if again.model.parts.len() + again.model.filter.len() <= fit.model.parts.len() + fit.model.filter.len() {
+            fit = again;
+        }
+    }
     let p_value = adequacy(&fit, &bins).p_value;
-    Attempt { bins, fit, p_value, lines, highest }
+    Attempt { bins, fit, p_value, lines, highest, warm_up }
 }
 
 /// The coefficient of a regressor.

@@ -78,7 +78,7 @@ pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
             refused = Refused::default();
         }
     }
-    without_idle(fit, bins)
+    without_idle(without_filter(fit, bins, allowed), bins)
 }
 
 fn extra(model: &Model) -> usize {
@@ -260,6 +260,22 @@ fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
             (fit.deviance, fit.model.with(part, theta).refit(bins, 40, TOLERANCE, fit))
         }
     }
+}
+
+/// Backwards: the filter, where a process that was added later does the same.
+fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
+    if fit.model.filter.is_empty() || extra(&fit.model) == 0 {
+        return fit;
+    }
+    let mut model = fit.model.clone();
+    model.filter.clear();
+    if allowed.quantization && model.index(Part::Quantization).is_none() {
+        let theta = 0.1 * smallest_ratio(&fit, &bins.column(Part::Quantization).means());
+        model = model.with(Part::Quantization, theta);
+    }
+    let without = model.refit(bins, 40, TOLERANCE, &fit);
+    let price = COEFFICIENT * fit.model.filter.len() as f64 + FILTER;
+    if without.deviance - fit.deviance < price { without } else { fit }
 }
 
 /// Backwards: processes and resonances that are not worth their price any more.

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from studies.bandwidth import filtered_white
 from clean_records import pairs
+from studies.bandwidth import filtered_white
 
 import known
 import sigmatau as st
@@ -74,7 +74,7 @@ def test_found_with_its_rate_and_its_effect(kind, true, rate):
 def test_running_means(kind):
     """White noise behind one or two running means over eight samples, averaged by numpy: σ at 4 to 64 samples."""
     shape, ones = ("mean", np.ones(8) / 8) if kind == "held" else ("bartlett", np.convolve(np.ones(8), np.ones(8)) / 64)
-    # The autocovariance of a weighted mean is that of its weights; that of continuous time is within 3 % of it from there on.
+    # The autocovariance of a weighted mean is that of its weights; that of continuous time is within 3 %.
     r = np.correlate(ones, ones, "full")[len(ones) - 1 :] / np.sum(ones) ** 2
     sizes = np.array([4, 16, 64])
     lags = np.arange(2 * sizes.max())

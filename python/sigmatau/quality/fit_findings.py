@@ -48,7 +48,9 @@ def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Fin
         disturbance is a warning, filters, processes and resonances are not named, and a poor fit is not another warning.
     """
     channels = (fitted.channel,)
-    disturbed = any(one.code in _FAULTS for one in beside if one.severity == "warning" and fitted.channel in one.channels)
+    disturbed = any(
+        one.code in _FAULTS for one in beside if one.severity == "warning" and fitted.channel in one.channels
+    )
     of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":
         size = missing if missing > _MANY_MISSING else None

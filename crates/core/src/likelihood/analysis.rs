@@ -278,6 +278,9 @@ fn best_attempt<'a>(
                 break;
             }
             let from = (highest * record.segment as f64 * record.tau0).ceil() as usize;
+            if !mask[from..].contains(&true) {
+                continue; // nothing of the noise is left there: it was not used before either
+            }
             mask[from..].fill(false);
         }
         let attempt = attempt(record, mask, regressors, options, highest);

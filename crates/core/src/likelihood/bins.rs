@@ -99,7 +99,7 @@ pub(crate) const TERMS: [Part; 4] =
     [Part::Quantization, Part::RandomWalk, Part::BiasInstability, Part::RateRandomWalk];
 
 /// Coefficients of a filter, at most.
-pub(crate) const MOST_FILTER: usize = 8;
+pub(crate) const MOST_FILTER: usize = 6;
 
 /// First density of the periodogram that is used: above the highest mode.
 pub(crate) fn first_density(record: &Summary) -> usize {

@@ -95,7 +95,7 @@ def fit_samples(
 def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
     """A curve that is given at the samples, at other times."""
     values = np.asarray(curve, dtype=float)
-    return np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values)
+    return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
 
 def _pieces(stream: Stream, channel: str) -> Iterator[Floats]:

@@ -186,11 +186,12 @@ class TestTemperature:
             + 1.5 * np.sin(2 * np.pi * t / 1500)
         )
 
-    def record(self, name, *, every=1.0, per_kelvin=PER_KELVIN):
+    def record(self, name, *, every=1.0, per_kelvin=PER_KELVIN, step=0.0):
         t = (np.arange(round(self.DURATION * self.RATE)) + 0.5) / self.RATE
         x = noise(name, duration=self.DURATION, rate=self.RATE, random_walk=1e-5, bias_instability=2e-6)
         at = (np.arange(round(self.DURATION / every)) + 0.5) * every
-        thermometer = make_stream("temperature", {"temperature": self.celsius(at)}, rate=1 / every, unit={})
+        shown = np.round(self.celsius(at) / step) * step if step else self.celsius(at)
+        thermometer = make_stream("temperature", {"temperature": shown}, rate=1 / every, unit={})
         streams = record_of(x + per_kelvin * self.celsius(t), self.RATE).streams
         return Record(streams=(*streams, replace(thermometer, quantity="temperature", unit="K")))
 
@@ -203,6 +204,12 @@ class TestTemperature:
         assert finding.size == pytest.approx(self.PER_KELVIN, rel=0.05)
         assert not analysis.fits["gyro_x"]["rate_random_walk"].observed
         assert {f.code for f in analysis.findings} == {"temperature_drift"}
+
+    def test_a_coarse_thermometer(self):
+        """Steps of 0.5 K are a thirtieth of the range: with them as they are the coefficient would be too small."""
+        analysis = analyze(self.record("coarse", step=0.5))
+        (finding,) = (f for f in analysis.findings if f.code == "temperature_drift")
+        assert finding.size == pytest.approx(self.PER_KELVIN, rel=0.05)
 
     def test_of_a_temperature_that_has_nothing_to_do_with_it(self):
         """One of 40 records is found at 3.3 standard errors with a chance of 4 %, two with one of 8e-4."""

@@ -27,6 +27,12 @@ const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
 /// Steps of the logarithm of the time constant by which the best one is refined.
 const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
 
+/// Step of the derivative by the logarithm of the time constant.
+const SLOPE: f64 = 1e-3;
+
+/// Fall of the deviance by which a warm-up has to be better than a ramp.
+const CURVATURE: f64 = 6.0;
+
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
 
@@ -163,19 +169,12 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
-    let Attempt { bins, mut fit, lines: more, highest, warm_up, .. } =
-        best_attempt(record, &mask, &regressors, options);
+    let Attempt { mut bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
-    let mut test = adequacy(&fit, &bins);
-    let thresholds = Thresholds {
-        interval: chi2_quantile_above(1.0 - options.level, 1.0),
-        observed: chi2_quantile_above((2.0 * (1.0 - options.level)).min(0.9), 1.0),
-    };
-    let (ramp, ramp_observed) = with_ramp(&mut fit, &bins, thresholds, options.drifts);
-    if ramp_observed {
-        test = adequacy(&fit, &bins);
-    }
-    let warm_up = warm_up.map(|found| (found.time, size_of(&found, &fit, &bins), found.gain));
+    let thresholds = thresholds(options.level);
+    bins.regressors = regressors;
+    let Drifts { ramp, ramp_observed, warm_up } = with_drifts(&mut fit, &mut bins, thresholds, options.drifts);
+    let test = adequacy(&fit, &bins);
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
     let plain = fit.clone();
@@ -237,17 +236,9 @@ fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> {
     let modes = 1..=record.modes.len();
     let last = modes.clone().map(|k| if k % 2 == 0 { end(k) } else { -end(k) }).collect();
     let mut found = vec![Regressor { modes: last }, Regressor { modes: modes.map(end).collect() }];
-    let centres = || (0..record.blocks).map(|i| (i as f64 + 0.5) * length);
-    let mut add = |curve: Vec<f64>| found.push(Regressor { modes: record.modes_of(&curve) });
-    let middle = 0.5 * m * length;
-    add(centres().map(|t| t - middle).collect());
-    for share in WARM_UPS {
-        let time = record.duration() / share;
-        add(centres().map(|t| (-t / time).exp()).collect());
-    }
-    for curve in &options.regressors {
-        add(curve.clone());
-    }
+    found.push(Regressor { modes: record.modes_of_ramp() });
+    found.extend(WARM_UPS.map(|share| Regressor { modes: record.modes_of_decay(record.duration() / share) }));
+    found.extend(options.regressors.iter().map(|curve| Regressor { modes: record.modes_of(curve) }));
     found
 }
 
@@ -257,7 +248,6 @@ struct Attempt<'a> {
     p_value: f64,
     lines: Vec<Line>,
     highest: Option<f64>,
-    warm_up: Option<WarmUp>,
 }
 
 /// The model of the whole band; or, if none is adequate, of the widest band that has one.
@@ -321,7 +311,9 @@ fn attempt<'a>(
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = ENDS.to_vec();
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let mut fit = select(Model::new(parts.clone(), used.clone()).fit(&bins), &bins, allowed);
+    let mut start = Model::new(parts, used).fit(&bins);
+    with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
+    let mut fit = select(start, &bins, allowed);
     let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
@@ -330,20 +322,11 @@ fn attempt<'a>(
             break;
         }
         lines.extend(found);
-        bins = Bins::new(record, Arc::new(mask), regressors.clone());
+        bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
         fit = select(fit.model.clone().fit(&bins), &bins, allowed);
     }
-    let warm_up = if options.drifts { with_warm_up(&mut fit, &mut bins) } else { None };
-    if let Some(WarmUp { at, .. }) = warm_up {
-        // What stood for the warm-up is no part of the model.
-        used.push(at);
-        let again = select(Model::new(parts, used).fit(&bins), &bins, allowed);
-        if again.model.parts.len() + again.model.filter.len() <= fit.model.parts.len() + fit.model.filter.len() {
-            fit = again;
-        }
-    }
     let p_value = adequacy(&fit, &bins).p_value;
-    Attempt { bins, fit, p_value, lines, highest, warm_up }
+    Attempt { bins, fit, p_value, lines, highest }
 }
 
 /// The coefficient of a regressor.
@@ -362,70 +345,102 @@ fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     model.fit(bins)
 }
 
-/// A warm-up that is part of a fit.
-struct WarmUp {
-    time: f64,
-    /// Index of its regressor.
-    at: usize,
-    gain: f64,
+/// The drifts of the mean that a fit found.
+struct Drifts {
+    ramp: Drift,
+    ramp_observed: bool,
+    /// Time constant [s], amplitude at the start, and fall of the deviance.
+    warm_up: Option<(f64, Drift, f64)>,
 }
 
-/// A warm-up from the first sample on, if it stands out. The likelihoods are not the restricted ones: regressors differ.
-/// Its curve takes the place of the nearest one of the grid.
-fn with_warm_up(fit: &mut Fit, bins: &mut Bins) -> Option<WarmUp> {
-    let before = fit.deviance - fit.restricted;
-    let gain_of = |found: &Fit| before - (found.deviance - found.restricted);
+/// The ramp and the warm-up of a fit, the larger one first, each if it stands out; whatever the fit had before. Without
+/// them a selection takes a drift for processes. The curve of the warm-up takes the place of the nearest one of the grid.
+fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted: bool) -> Drifts {
+    if fit.model.regressors.iter().any(|k| (RAMP_AT..GIVEN_AT).contains(k)) {
+        let mut model = fit.model.clone();
+        model.regressors.retain(|k| !(RAMP_AT..GIVEN_AT).contains(k));
+        *fit = model.fit(bins);
+    }
+    let mut found = Drifts { ramp: drift(fit, RAMP_AT), ramp_observed: false, warm_up: None };
+    let mut chosen = None;
+    loop {
+        let ramp = if found.ramp_observed { None } else { Some(ramp_of(fit, bins, at)) };
+        let warm_up = if wanted && chosen.is_none() { best_warm_up(fit, bins) } else { None };
+        if let Some((value, observed, gain, next)) = ramp {
+            found.ramp = value;
+            if wanted && observed && warm_up.as_ref().is_none_or(|w| w.0 < gain + CURVATURE) {
+                *fit = next;
+                found.ramp_observed = true;
+                continue;
+            }
+        }
+        let Some((gain, k, next)) = warm_up else { break };
+        *fit = next;
+        chosen = Some((k, gain));
+    }
+    found.warm_up = chosen.map(|(k, gain)| refined(fit, bins, k, gain));
+    if found.ramp_observed {
+        found.ramp.value = drift(fit, RAMP_AT).value;
+    }
+    found
+}
+
+/// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
+fn gain_of(fit: &Fit, next: &Fit) -> f64 {
+    (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
+}
+
+/// The warm-up from the first sample on that lowers the deviance most, if it stands out.
+fn best_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
     let tried = (0..WARM_UPS.len()).map(|k| {
         let found = with_regressor(fit, bins, WARM_AT + k);
-        (gain_of(&found), k, found)
+        (gain_of(fit, &found), k, found)
     });
-    let (mut gain, k, mut best) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if gain <= WARM_UP {
-        return None;
-    }
-    let (mut time, at) = (bins.record.duration() / WARM_UPS[k], WARM_AT + k);
+    tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gain, ..)| *gain > WARM_UP)
+}
+
+/// The warm-up of the grid with its best time constant. The error of its amplitude includes that of the time constant: the
+/// derivative by the logarithm is a regressor.
+fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Drift, f64) {
+    let at = WARM_AT + k;
+    let mut time = bins.record.duration() / WARM_UPS[k];
     for step in REFINED {
         for other in [time * step.exp(), time / step.exp()] {
-            let bins_of_other = with_curve(bins, at, |t| (-t / other).exp());
-            let found = with_regressor(fit, &bins_of_other, at);
-            if gain_of(&found) > gain {
-                (gain, time, best, *bins) = (gain_of(&found), other, found, bins_of_other);
+            let bins_of_other = with_curve(bins, at, bins.record.modes_of_decay(other));
+            let next = fit.model.clone().fit(&bins_of_other);
+            let more = gain_of(fit, &next);
+            if more > 0.0 {
+                (time, gain, *fit, *bins) = (other, gain + more, next, bins_of_other);
             }
         }
     }
-    *fit = best;
-    Some(WarmUp { time, at, gain })
+    let curve = |factor: f64| bins.record.modes_of_decay(time * factor);
+    let slope = curve(1.0 + SLOPE).iter().zip(curve(1.0 - SLOPE)).map(|(a, b)| (a - b) / (2.0 * SLOPE)).collect();
+    let last = bins.regressors.len();
+    let error = drift(&with_regressor(fit, &with_curve(bins, last, slope), last), at).error;
+    (time, Drift { error, ..drift(fit, at) }, gain)
 }
 
-/// Amplitude at the start. Its error includes that of the time constant: the derivative by its logarithm is a regressor.
-fn size_of(found: &WarmUp, fit: &Fit, bins: &Bins) -> Drift {
-    let slope = bins.regressors.len();
-    let with_slope = with_curve(bins, slope, |t| t / found.time * (-t / found.time).exp());
-    let error = drift(&with_regressor(fit, &with_slope, slope), found.at).error;
-    Drift { error, ..drift(fit, found.at) }
-}
-
-/// The bins with a curve, a function of time, in the place of a regressor or behind all.
-fn with_curve<'a>(bins: &Bins<'a>, at: usize, curve: impl Fn(f64) -> f64) -> Bins<'a> {
-    let (record, mut all) = (bins.record, bins.regressors.to_vec());
-    let length = record.block_length();
-    let values: Vec<f64> = (0..record.blocks).map(|i| curve((i as f64 + 0.5) * length)).collect();
-    let new = Regressor { modes: record.modes_of(&values) };
+/// The bins with other modes in the place of a regressor, or behind all.
+fn with_curve<'a>(bins: &Bins<'a>, at: usize, modes: Vec<f64>) -> Bins<'a> {
+    let mut all = bins.regressors.to_vec();
     match all.get_mut(at) {
-        Some(old) => *old = new,
-        None => all.push(new),
+        Some(old) => old.modes = modes,
+        None => all.push(Regressor { modes }),
     }
     let mut bins = bins.clone();
     bins.regressors = Arc::new(all);
     bins
 }
 
-/// The rate ramp; it stays in the fit if it stands out even with the rate random walk at its upper limit.
-fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift, bool) {
+/// The rate ramp, whether it stands out even with the rate random walk at its upper limit, the fall of the deviance, and
+/// the fit.
+fn ramp_of(fit: &Fit, bins: &Bins, at: Thresholds) -> (Drift, bool, f64, Fit) {
     let found = with_regressor(fit, bins, RAMP_AT);
+    let gain = gain_of(fit, &found);
     let mut ramp = drift(&found, RAMP_AT);
-    if !wanted || ramp.value.abs() <= RAMP * ramp.error {
-        return (ramp, false);
+    if ramp.value.abs() <= RAMP * ramp.error {
+        return (ramp, false, gain, found);
     }
     if let Some(j) = found.model.index(Part::RateRandomWalk) {
         let high = of_part(&found, bins, j, at).high;
@@ -436,14 +451,18 @@ fn with_ramp(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> (Drift
         }
     }
     let observed = ramp.value.abs() > RAMP * ramp.error;
-    if observed {
-        *fit = found;
+    (ramp, observed, gain, found)
+}
+
+fn thresholds(level: f64) -> Thresholds {
+    Thresholds {
+        interval: chi2_quantile_above(1.0 - level, 1.0),
+        observed: chi2_quantile_above((2.0 * (1.0 - level)).min(0.9), 1.0),
     }
-    (ramp, observed)
 }
 
 /// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that
-/// can stand for each other the last stays. The interval without them is joined.
+/// can stand for each other the last stays in the model, but neither is observed. The interval without them is joined.
 fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
     let count = fit.model.parts.len();
     let is_term = |j: &usize| fit.model.parts[*j].is_term();
@@ -478,9 +497,10 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
         let full = bounds[j];
         bounds[j] = Bounds {
             value: if alone.observed { alone.value } else { full.value },
-            low: alone.low.min(full.low),
+            // Of the models in which the term is needed.
+            low: if alone.observed { full.low.min(alone.low) } else { full.low },
             high: alone.high.max(full.high),
-            observed: full.observed || alone.observed,
+            observed: full.observed,
             loss: full.loss,
         };
     }
@@ -511,7 +531,7 @@ fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
 fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
     for (j, part) in plain.model.parts.iter().enumerate() {
         let value = match reduced.model.index(*part) {
-            Some(k) if bounds[j].observed => reduced.model.theta[k],
+            Some(k) => reduced.model.theta[k],
             _ => plain.model.theta[j],
         };
         bounds[j].value = value;

@@ -53,11 +53,13 @@ pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
     let mut start = 0;
     while start < density.len() {
         let end = (start + RUNNING).min(density.len());
-        let around = &density[start.saturating_sub(RUNNING / 2)..(end + RUNNING / 2).min(density.len())];
-        centres.push(((start + end) as f64 / 2.0, median(around).max(1e-300).ln()));
+        let (from, to) = (start.saturating_sub(RUNNING / 2), (end + RUNNING / 2).min(density.len()));
+        let middle = (first as f64 + 0.5 * (from + to - 1) as f64).ln();
+        centres.push((middle, median(&density[from..to]).max(1e-300).ln()));
         start = end;
     }
-    let reference: Vec<f64> = (0..density.len()).map(|k| interpolated(&centres, k as f64).exp() / bias).collect();
+    let reference: Vec<f64> =
+        (first..last).map(|k| interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
     standing_out(record, mask, &reference, UNSURE)
 }
 
@@ -72,11 +74,12 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     standing_out(record, mask, &reference, 1.0)
 }
 
+/// Linear between points, and beyond the first and the last one.
 fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
-    let after = centres.partition_point(|c| c.0 < x);
-    if after == 0 || after == centres.len() {
-        return centres[after.min(centres.len() - 1)].1;
+    if centres.len() < 2 {
+        return centres[0].1;
     }
+    let after = centres.partition_point(|c| c.0 < x).clamp(1, centres.len() - 1);
     let ((x0, y0), (x1, y1)) = (centres[after - 1], centres[after]);
     y0 + (y1 - y0) * (x - x0) / (x1 - x0)
 }

@@ -9,19 +9,23 @@ use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Blocks of a record, at least, unless it is shorter: their cosine modes reach a sixteenth of the blocks' rate.
-const BLOCKS: usize = 16_384;
+/// Blocks of a record, at least, unless it is shorter. Their rate is far above the modes that are used: a block mean folds
+/// quantization noise, whose density is then that of a phase with one sample a block.
+const BLOCKS: usize = 131_072;
 
-/// Longest block: segments then have 2²⁰ samples, and the memory of a pass is bounded. [samples]
+/// The segments are as long as 1024 blocks would be if a record had so many.
+const COARSE_BLOCKS: usize = 16_384;
+
+/// Longest block, also of those: segments then have 2²⁰ samples, and the memory of a pass is bounded. [samples]
 const LONGEST_BLOCK: usize = 1024;
 
-/// Samples of a segment over those of a block.
+/// Samples of a segment over those of a coarse block.
 const SEGMENT: usize = 1024;
 
 /// Segments overlap by three quarters.
 const STEPS: usize = 4;
 
-/// Modes are used up to this share of the number of blocks.
+/// Modes are used up to this share of the number of coarse blocks.
 const MODES: usize = 8;
 
 /// Parts of the record whose spectra are kept apart, to see whether the noise level changes.
@@ -91,6 +95,35 @@ impl Summary {
         k as f64 / (self.segment as f64 * self.tau0)
     }
 
+    /// The cosine modes of a ramp of slope 1 at the centres of the blocks, scaled like those of the record.
+    #[must_use]
+    pub(crate) fn modes_of_ramp(&self) -> Vec<f64> {
+        self.closed(|k, theta| {
+            let odd = if k % 2 == 0 { 0.0 } else { 2.0 };
+            -odd * self.block_length() * (0.5 * theta).cos() / (4.0 * (0.5 * theta).sin().powi(2))
+        })
+    }
+
+    /// The same of exp(−t/time), from the first sample on.
+    #[must_use]
+    pub(crate) fn modes_of_decay(&self, time: f64) -> Vec<f64> {
+        let step = self.block_length() / time;
+        let (p, lost) = ((-step).exp(), -(-step).exp_m1());
+        let left = (-step * self.blocks as f64).exp();
+        self.closed(|k, theta| {
+            let end = if k % 2 == 0 { left } else { -left };
+            let sine = (0.5 * theta).sin();
+            p.sqrt() * (1.0 - end) * lost * (0.5 * theta).cos() / (lost * lost + 4.0 * p * sine * sine)
+        })
+    }
+
+    /// Modes from a closed sum of a curve times cos θ(i + ½).
+    fn closed(&self, sum: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+        let m = self.blocks as f64;
+        let scale = (2.0 / m * self.block_length()).sqrt();
+        (1..=self.modes.len()).map(|k| scale * sum(k, PI * k as f64 / m)).collect()
+    }
+
     /// The orthonormal cosine modes of a curve given at the centres of the blocks, scaled like those of the record.
     #[must_use]
     pub fn modes_of(&self, curve: &[f64]) -> Vec<f64> {
@@ -143,8 +176,8 @@ impl Pass {
             return Err(Error::Parameter { name: "tau0", value: tau0 });
         }
         let block = (samples / BLOCKS).clamp(1, LONGEST_BLOCK);
-        let wanted = smooth(SEGMENT * block);
-        let segment = if SEGMENT * block <= samples / 4 { wanted } else { samples / 4 };
+        let coarse = coarse_block(samples);
+        let segment = if SEGMENT * coarse <= samples / 4 { smooth(SEGMENT * coarse) } else { samples / 4 };
         let mut taper: Vec<f64> =
             (0..segment).map(|i| (PI * (i as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
         let norm = taper.iter().map(|h| h * h).sum::<f64>().sqrt();
@@ -301,7 +334,7 @@ impl Pass {
         let steps = (self.samples - 1) as f64;
         let (second, fourth) = (self.squares / steps, self.fourths / steps);
         let root = (self.block as f64 * self.tau0).sqrt();
-        let mut modes = cosine_modes(&self.sums, self.blocks / MODES);
+        let mut modes = cosine_modes(&self.sums, self.samples / coarse_block(self.samples) / MODES);
         modes.iter_mut().for_each(|x| *x *= root);
         Ok(Summary {
             samples: self.samples,
@@ -316,6 +349,10 @@ impl Pass {
             parts: self.parts,
         })
     }
+}
+
+fn coarse_block(samples: usize) -> usize {
+    (samples / COARSE_BLOCKS).clamp(1, LONGEST_BLOCK)
 }
 
 /// The orthonormal DCT-II of a series, modes 1 … `count`, by a transform of the even and odd elements (Makhoul 1980,
@@ -384,6 +421,18 @@ mod tests {
                 .sum();
             assert!((got - sum * (2.0_f64 / 61.0).sqrt()).abs() < 1e-11);
         }
+    }
+
+    #[test]
+    fn closed_modes_are_those_of_the_curves() {
+        let s = Summary::of(&wiggle(601), 0.5).unwrap();
+        let centres: Vec<f64> = (0..s.blocks).map(|i| (i as f64 + 0.5) * s.block_length()).collect();
+        let same = |closed: Vec<f64>, curve: Vec<f64>| {
+            let scale = closed.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            closed.iter().zip(s.modes_of(&curve)).all(|(a, b)| (a - b).abs() < 1e-10 * scale)
+        };
+        assert!(same(s.modes_of_ramp(), centres.clone()));
+        assert!(same(s.modes_of_decay(40.0), centres.iter().map(|t| (-t / 40.0).exp()).collect()));
     }
 
     #[test]

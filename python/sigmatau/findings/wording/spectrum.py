@@ -45,7 +45,7 @@ def _spectral_lines(finding: Finding, details: SpectralLines) -> Words:
     unit, factor = display_units("bias_instability", _QUANTITIES.get(finding.unit, "signal"), finding.unit)[-1]
     what = f"{len(details.lines)} spectral lines, largest" if len(details.lines) > 1 else "spectral line"
     message = f"{what} of {strongest.amplitude / factor:.3g} {unit} at {strongest.frequency:.4g} Hz{_mains(strongest)}"
-    return Words(message, "Nothing to do: lines are left out of the fit")
+    return Words(message, "Nothing to do: the coefficients are those without the lines")
 
 
 def _low_pass_filter(_: Finding, details: LowPassFilter) -> Words:

@@ -32,7 +32,7 @@ from sigmatau.quality import curve_checks
 from sigmatau.quality.angle_noise import angle_noise, undetermined
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits
 from sigmatau.quality.facts import facts_kept
-from sigmatau.quality.fit_findings import fit_findings
+from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.samples.resolution import too_coarse
 from sigmatau.quality.samples.spikes import mask_spikes
 from sigmatau.quality.selection.exclusion import from_the_start
@@ -302,7 +302,8 @@ def analyze(
                 findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
             if short_times := angle_noise(record, fits[channel], threads=threads):
                 findings.append(short_times)
-        findings += check_fits(record, fits, looked_at=looked_at, found=findings)
+        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)
+        findings = [*without_consequences(findings, fits), *of_fits]
         if window is not None:
             findings += bias_finding(whole, window, fits)
     maps: dict[str, DynamicAllan] = {}

@@ -18,7 +18,7 @@ from sigmatau.noise.terms import avar
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["TEMPERATURE", "FitMethod", "fit_channel"]
+__all__ = ["TEMPERATURE", "FitMethod", "fit_channel", "temperature_at"]
 
 FitMethod = Literal["likelihood", "gls"]
 
@@ -68,7 +68,7 @@ def fit_channel(
     stream = record.stream_of(channel)
     if method == "likelihood" and likelihood.usable(stream, channel):
         given = dict(regressors or {})
-        degrees = None if TEMPERATURE in given else _temperature(record, stream)
+        degrees = None if TEMPERATURE in given else temperature_at(record, stream)
         if degrees is not None:
             with_it = likelihood.fit_samples(
                 stream,
@@ -91,7 +91,7 @@ def _follows(fitted: NoiseFit) -> bool:
     return abs(found.value) > _LEAST_RATIO / _QUANTILE * (found.high - found.value)
 
 
-def _temperature(record: Record, stream: Stream) -> NDArray[np.float64] | None:
+def temperature_at(record: Record, stream: Stream) -> NDArray[np.float64] | None:
     """Temperature at the samples, from the thermometer of the log; None if there is none, or it says nothing."""
     thermometer = next((one for one in record.streams if one.quantity == "temperature"), None)
     if thermometer is None or thermometer is stream:

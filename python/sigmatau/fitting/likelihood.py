@@ -83,17 +83,22 @@ def fit_samples(
     summary = native.summarize(_pieces(stream, channel), samples=stream.grid.n, tau0=stream.grid.tau0)
     wanted = set(LINEAR) if terms is None else set(terms) & set(LINEAR)
     given = regressors or {}
-    times = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0
     found = summary.analyse(
         terms=wanted,
         processes=processes is None,
         resonances=processes is None,
         drifts=terms is None or "rate_ramp" in set(terms),
         times=processes or (),
-        regressors=[np.interp(summary.centres, times, np.asarray(curve, dtype=float)) for curve in given.values()],
+        regressors=[_at(summary.centres, curve, stream.grid.tau0) for curve in given.values()],
         level=level,
     )
     return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+
+
+def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
+    """A curve that is given at the samples, at other times."""
+    values = np.asarray(curve, dtype=float)
+    return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
 
 def _pieces(stream: Stream, channel: str) -> Iterator[Floats]:

@@ -282,10 +282,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         line = self.sinusoid[0] if self.sinusoid else None
         if process is not None:
             theta["gauss_markov"] = process.sigma.value**2
+        if not any(theta.values()):  # a line alone has no scatter
+            return None
         if line is not None:
             theta["sinusoid"] = line.amplitude.value**2
-        if not any(theta.values()):
-            return None
         grid = np.unique(sizes)
         if len(grid) > _MOST_EXACT:
             grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]

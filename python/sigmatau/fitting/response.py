@@ -20,7 +20,7 @@ Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"
 
 _GRID = 4096  # frequencies up to half the rate
 _HALF_POWER = -math.log(2)
-_LEAST_POWER = 0.05  # |H|² from which a shape is compared: below, other noise covers the filter
+_LEAST_POWER = 0.1  # |H|² from which a shape is compared: the fit uses no frequencies with less than 0.08
 _ALIKE = 0.2  # largest difference of ln |H|² of a shape with a name: 0.9 dB
 _MOST_ORDER, _LONGEST_MEAN = 4, 32
 _FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond

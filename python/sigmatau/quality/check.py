@@ -15,6 +15,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import non_stationary
+from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.lost_rows import lost_rows
 from sigmatau.quality.samples.resolution import quantization_mismatch
@@ -94,8 +95,8 @@ def check_fits(
 ) -> tuple[Finding, ...]:
     """Faults of a record that need a fit.
 
-    Noise that changes, and quantization noise that is larger than the resolution of the log explains. What a fit itself
-    shows is in `sigmatau.quality.fit_findings`.
+    Noise that changes, steps of the mean beside a drift, and quantization noise that is larger than the resolution of the
+    log explains. What a fit itself shows is in `sigmatau.quality.fit_findings`.
 
     Parameters
     ----------
@@ -124,7 +125,10 @@ def check_fits(
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
                 said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
-        still = undisturbed(stream) if disturbed else stream
+        flat = without_drifts(record, stream, of_stream)
+        if flat is not stream:
+            said += steps_beside_drifts(flat, of_stream)
+        still = undisturbed(flat) if disturbed else flat
         if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
             # Single bad samples are reported by another check: only channels that are uneven without them count.
             clean = without_spikes(without_runs(still))

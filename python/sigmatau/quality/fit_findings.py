@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.findings.kinds.drift import TemperatureDrift, WarmUp
 from sigmatau.findings.kinds.fit import BandsOff, NoAdequateModel, ShortTimesLeftOut, TooShort, Widened
 from sigmatau.findings.kinds.spectrum import (
     BandLeftOut,
+    CorrelatedAxes,
     GaussMarkovProcess,
     Line,
     LowPassFilter,
@@ -18,8 +21,12 @@ from sigmatau.findings.kinds.spectrum import (
 )
 from sigmatau.fitting.channel import TEMPERATURE
 from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
+from sigmatau.quality.drift.without_drifts import drifts
+from sigmatau.quality.samples.undisturbed import DISTURBANCES
 
-__all__ = ["fit_findings"]
+__all__ = ["by_channel", "fit_findings", "without_consequences"]
+
+_FAULTS = (*DISTURBANCES, "spikes")  # codes of findings whose spectrum is in the fit
 
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
@@ -37,23 +44,28 @@ def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Fin
     missing : float
         Share of missing samples.
     beside : sequence of Finding
-        Of the samples: held or interpolated samples have the spectrum of a filter, which is then not named.
+        Of the samples: held or interpolated samples have the spectrum of a filter, which is then not named. Where a
+        disturbance is a warning, filters, processes and resonances are not named, and a poor fit is not another warning.
     """
     channels = (fitted.channel,)
+    disturbed = any(
+        one.code in _FAULTS for one in beside if one.severity == "warning" and fitted.channel in one.channels
+    )
+    of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":
         size = missing if missing > _MANY_MISSING else None
         details = TooShort(reasons=fitted.reasons, missing=missing)
         return [Finding(details=details, severity="warning", channels=channels, size=size)]
     if fitted.verdict == "descriptive":
-        return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity="warning", channels=channels)]
+        return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
     found: list[Finding] = []
     if fitted.verdict == "widened":
-        found.append(_widened(fitted))
+        found.append(_widened(fitted, of_misfit))
     between = {
         c for one in beside if one.code in ("interpolated", "repeated_samples") for c in one.channels or channels
     }
     response = fitted.response
-    if response is not None and fitted.channel not in between:
+    if response is not None and fitted.channel not in between and not disturbed:
         details_ = LowPassFilter(
             shape=response.shape, order=response.order, corner=response.corner, low=response.low, high=response.high
         )
@@ -72,11 +84,11 @@ def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Fin
                 unit=fitted.rate_unit,
             )
         )
-    for process in fitted.gauss_markov:
+    for process in () if disturbed else fitted.gauss_markov:
         time = process.time
         kind = GaussMarkovProcess(quantity=fitted.quantity, time=time.value, low=time.low, high=time.high)
         found.append(_sized(kind, fitted, process.sigma.value))
-    for one in fitted.resonance:
+    for one in () if disturbed else fitted.resonance:
         resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
         found.append(_sized(resonance, fitted, one.sigma.value))
     found += _drifts(fitted)
@@ -141,7 +153,7 @@ def _sized(details: GaussMarkovProcess | Resonance, fitted: NoiseFit, sigma: flo
     return Finding(details=details, severity="info", channels=(fitted.channel,), size=sigma, unit=fitted.rate_unit)
 
 
-def _widened(fitted: NoiseFit) -> Finding:
+def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
     walk = fitted.terms.get("random_walk")
     worst = max(fitted.discrepancy, key=lambda one: one[1], default=(0.0, 0.0))
     band = next((reason for reason in fitted.reasons if isinstance(reason, BandsOff)), None)
@@ -153,7 +165,7 @@ def _widened(fitted: NoiseFit) -> Finding:
     size = None
     if walk is not None and walk.value and walk.low is not None and walk.high is not None:
         size = (walk.high - walk.low) / (2 * walk.value)
-    return Finding(details=details, severity="warning", channels=(fitted.channel,), size=size)
+    return Finding(details=details, severity=severity, channels=(fitted.channel,), size=size)
 
 
 def _drifts(fitted: NoiseFit) -> list[Finding]:
@@ -189,3 +201,22 @@ def _drifts(fitted: NoiseFit) -> list[Finding]:
 def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding]) -> list[Finding]:
     """The findings of all fits."""
     return [finding for fitted in fits.values() for finding in fit_findings(fitted, beside=beside)]
+
+
+def without_consequences(found: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
+    """Findings of the samples, without what the drifts of the fits explain.
+
+    Steps of the mean are left out: `sigmatau.quality.check.check_fits` looks for them beside the drift. Axes that share slow
+    noise alone are an info.
+    """
+    drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
+    kept = []
+    for finding in found:
+        details = finding.details
+        explained = bool(finding.channels) and drifting.issuperset(finding.channels)
+        if explained and isinstance(details, NotStatic) and details.steps and not details.bursts:
+            continue
+        if explained and isinstance(details, CorrelatedAxes) and details.only_slow:
+            finding = replace(finding, severity="info")
+        kept.append(finding)
+    return kept

@@ -20,7 +20,7 @@ from sigmatau.io.read.inspection import Inspection
 from sigmatau.quality import curve_checks
 from sigmatau.quality.check import Bandwidth, check, check_fits
 from sigmatau.quality.facts import facts_kept
-from sigmatau.quality.fit_findings import by_channel
+from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.record import memory
@@ -91,7 +91,7 @@ def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:
             with contextlib.suppress(DataError):  # too short, or too many samples are missing
                 fits[channel] = fit_channel(record, channel)
     beside = tuple(found)
-    return [*found, *by_channel(fits, beside), *check_fits(record, fits, found=beside)]
+    return [*without_consequences(found, fits), *by_channel(fits, beside), *check_fits(record, fits, found=beside)]
 
 
 def _varies(stream: Stream, channel: str) -> bool:

@@ -24,6 +24,12 @@ const WIDENED: f64 = 5.591 / 3.841;
 const WARM_UP: f64 = 16.0;
 const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
 
+/// Steps of the logarithm of the time constant by which the best one is refined.
+const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
+
+/// Step of the derivative by the logarithm of the time constant.
+const SLOPE: f64 = 1e-3;
+
 /// Fall of the deviance by which a warm-up has to be better than a ramp.
 const CURVATURE: f64 = 6.0;
 
@@ -163,10 +169,11 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
-    let Attempt { bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
+    let Attempt { mut bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
     let thresholds = thresholds(options.level);
-    let Drifts { ramp, ramp_observed, warm_up } = with_drifts(&mut fit, &bins, thresholds, options.drifts);
+    bins.regressors = regressors;
+    let Drifts { ramp, ramp_observed, warm_up } = with_drifts(&mut fit, &mut bins, thresholds, options.drifts);
     let test = adequacy(&fit, &bins);
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
@@ -261,6 +268,9 @@ fn best_attempt<'a>(
                 break;
             }
             let from = (highest * record.segment as f64 * record.tau0).ceil() as usize;
+            if !mask[from..].contains(&true) {
+                continue; // nothing of the noise is left there: it was not used before either
+            }
             mask[from..].fill(false);
         }
         let attempt = attempt(record, mask, regressors, options, highest);
@@ -302,7 +312,7 @@ fn attempt<'a>(
     let mut used = ENDS.to_vec();
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
     let mut start = Model::new(parts, used).fit(&bins);
-    with_drifts(&mut start, &bins, thresholds(options.level), options.drifts);
+    with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
     let mut fit = select(start, &bins, allowed);
     let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
@@ -312,7 +322,7 @@ fn attempt<'a>(
             break;
         }
         lines.extend(found);
-        bins = Bins::new(record, Arc::new(mask), regressors.clone());
+        bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
         fit = select(fit.model.clone().fit(&bins), &bins, allowed);
     }
     let p_value = adequacy(&fit, &bins).p_value;
@@ -344,8 +354,8 @@ struct Drifts {
 }
 
 /// The ramp and the warm-up of a fit, the larger one first, each if it stands out; whatever the fit had before. Without
-/// them a selection takes a drift for processes.
-fn with_drifts(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> Drifts {
+/// them a selection takes a drift for processes. The curve of the warm-up takes the place of the nearest one of the grid.
+fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted: bool) -> Drifts {
     if fit.model.regressors.iter().any(|k| (RAMP_AT..GIVEN_AT).contains(k)) {
         let mut model = fit.model.clone();
         model.regressors.retain(|k| !(RAMP_AT..GIVEN_AT).contains(k));
@@ -368,7 +378,7 @@ fn with_drifts(fit: &mut Fit, bins: &Bins, at: Thresholds, wanted: bool) -> Drif
         *fit = next;
         chosen = Some((k, gain));
     }
-    found.warm_up = chosen.map(|(k, gain)| (bins.record.duration() / WARM_UPS[k], drift(fit, WARM_AT + k), gain));
+    found.warm_up = chosen.map(|(k, gain)| refined(fit, bins, k, gain));
     if found.ramp_observed {
         found.ramp.value = drift(fit, RAMP_AT).value;
     }
@@ -387,6 +397,40 @@ fn best_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
         (gain_of(fit, &found), k, found)
     });
     tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gain, ..)| *gain > WARM_UP)
+}
+
+/// The warm-up of the grid with its best time constant. The error of its amplitude includes that of the time constant: the
+/// derivative by the logarithm is a regressor.
+fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Drift, f64) {
+    let at = WARM_AT + k;
+    let mut time = bins.record.duration() / WARM_UPS[k];
+    for step in REFINED {
+        for other in [time * step.exp(), time / step.exp()] {
+            let bins_of_other = with_curve(bins, at, bins.record.modes_of_decay(other));
+            let next = fit.model.clone().fit(&bins_of_other);
+            let more = gain_of(fit, &next);
+            if more > 0.0 {
+                (time, gain, *fit, *bins) = (other, gain + more, next, bins_of_other);
+            }
+        }
+    }
+    let curve = |factor: f64| bins.record.modes_of_decay(time * factor);
+    let slope = curve(1.0 + SLOPE).iter().zip(curve(1.0 - SLOPE)).map(|(a, b)| (a - b) / (2.0 * SLOPE)).collect();
+    let last = bins.regressors.len();
+    let error = drift(&with_regressor(fit, &with_curve(bins, last, slope), last), at).error;
+    (time, Drift { error, ..drift(fit, at) }, gain)
+}
+
+/// The bins with other modes in the place of a regressor, or behind all.
+fn with_curve<'a>(bins: &Bins<'a>, at: usize, modes: Vec<f64>) -> Bins<'a> {
+    let mut all = bins.regressors.to_vec();
+    match all.get_mut(at) {
+        Some(old) => old.modes = modes,
+        None => all.push(Regressor { modes }),
+    }
+    let mut bins = bins.clone();
+    bins.regressors = Arc::new(all);
+    bins
 }
 
 /// The rate ramp, whether it stands out even with the rate random walk at its upper limit, the fall of the deviance, and

@@ -8,7 +8,7 @@ use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use std::f64::consts::PI;
 
 /// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
-/// Gauss-Markov process, a resonance; and for the last two while the model is not adequate.
+/// Gauss-Markov process, a resonance; and for the last two, and more coefficients, while the model is not adequate.
 const QUANTIZATION: f64 = 4.0;
 const COEFFICIENT: f64 = 6.0;
 const FILTER: f64 = 4.0;
@@ -16,6 +16,7 @@ const PROCESS: f64 = 14.0;
 const RESONANCE: f64 = 20.0;
 const PROCESS_IF_MISFIT: f64 = 9.0;
 const RESONANCE_IF_MISFIT: f64 = 13.0;
+const COEFFICIENT_IF_MISFIT: f64 = 3.0;
 
 /// Price of a Gauss-Markov process that takes the place of a rate random walk which was surely there.
 const EXCHANGE: f64 = 7.0;
@@ -78,7 +79,7 @@ pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
             refused = Refused::default();
         }
     }
-    without_idle(fit, bins)
+    without_idle(without_filter(fit, bins, allowed), bins)
 }
 
 fn extra(model: &Model) -> usize {
@@ -177,9 +178,11 @@ fn best_addition(
     let misfit = adequacy(fit, bins).p_value < GOOD;
     let process = if misfit { PROCESS_IF_MISFIT } else { PROCESS };
     let resonance = if misfit { RESONANCE_IF_MISFIT } else { RESONANCE };
+    let beyond = |count: usize| (count - fit.model.filter.len()) as f64;
     let price = |addition: Addition| match addition {
         Addition::Quantization => QUANTIZATION,
-        Addition::Filter(count) => COEFFICIENT * (count - fit.model.filter.len()) as f64 + FILTER,
+        Addition::Filter(count) if misfit && !fit.model.filter.is_empty() => COEFFICIENT_IF_MISFIT * beyond(count),
+        Addition::Filter(count) => COEFFICIENT * beyond(count) + FILTER,
         Addition::Process(_) => process,
         Addition::Resonance(_) => resonance,
     };
@@ -260,6 +263,22 @@ fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
             (fit.deviance, fit.model.with(part, theta).refit(bins, 40, TOLERANCE, fit))
         }
     }
+}
+
+/// Backwards: the filter, where a process that was added later does the same.
+fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
+    if fit.model.filter.is_empty() || extra(&fit.model) == 0 {
+        return fit;
+    }
+    let mut model = fit.model.clone();
+    model.filter.clear();
+    if allowed.quantization && model.index(Part::Quantization).is_none() {
+        let theta = 0.1 * smallest_ratio(&fit, &bins.column(Part::Quantization).means());
+        model = model.with(Part::Quantization, theta);
+    }
+    let without = model.refit(bins, 40, TOLERANCE, &fit);
+    let price = COEFFICIENT * fit.model.filter.len() as f64 + FILTER;
+    if without.deviance - fit.deviance < price { without } else { fit }
 }
 
 /// Backwards: processes and resonances that are not worth their price any more.

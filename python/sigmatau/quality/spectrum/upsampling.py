@@ -117,12 +117,11 @@ def _resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
             second = np.diff(piece, n=2)
             nothing.append(float(np.mean(second * second < (_EXACT * _EXACT) * mean)))
         kind, rate = _source(swing[0], nothing[0], nothing[1], spectrum)
-        shape = "mean" if kind == "held" else "bartlett"
-        corner = filter_models.mean_corner(shape, 1 / rate)
+        shape: filter_models.Shape = "mean" if kind == "held" else "bartlett"
         if kind == "smooth":
             short = _short(spectrum, rate)
         else:
-            short = math.sqrt(float(filter_models.relative_avar(shape, corner, 1, 1.0)[0]))
+            short = math.sqrt(float(filter_models.relative_avar(shape, 1 / rate, 1, 1.0)[0]))
         if short >= 1:
             continue  # interpolation takes power from the short times: this is a vibration that comes and goes
         return Resampled(
@@ -130,7 +129,7 @@ def _resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
             rate=rate / tau0,
             log_rate=1 / tau0,
             sigma_one_sample=short,
-            right_from=filter_models.right_from(shape, corner, 1.0) * tau0,
+            right_from=filter_models.right_from(shape, 1 / rate, 1.0) * tau0,
             depth=swing[1],
         )
     return _empty(spectrum)

@@ -36,7 +36,9 @@ def run(*argv, capsys):
 
 class TestAnalyze:
     def test_the_fit_begins_where_it_is_told_to(self, log, capsys):
-        code, out, _ = run("analyze", log, "--rate", 100, "--method", "gls", "--tau-min", 0.05, "--json", "-", capsys=capsys)
+        code, out, _ = run(
+            "analyze", log, "--rate", 100, "--method", "gls", "--tau-min", 0.05, "--json", "-", capsys=capsys
+        )
         assert code == 0
         channels = json.loads(out)["channels"]
         assert {channel["fit"]["tau_min_s"] for channel in channels.values()} == {0.06}

@@ -66,7 +66,7 @@ class TestAnalyze:
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
         code, out, err = run("analyze", log, "--rate", 100, "--plot", figure, "--json", result, capsys=capsys)
         assert (code, err) == (0, "")
-        assert "gyro_x                      adequate, p = " in out
+        assert "gyro_x                      adequate: τ from 0.01 s to 1.28 s, p = " in out
         assert "  velocity random walk" in out
         assert "95 % interval" in out
         assert "eq. (26)" in out

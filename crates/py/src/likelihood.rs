@@ -59,7 +59,7 @@ impl LikelihoodSummary {
         (frequency.into_pyarray(py), self.0.density.clone().into_pyarray(py))
     }
 
-    #[allow(clippy::too_many_arguments)] // one for each option
+    #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // one for each option
     #[pyo3(signature = (terms, filter, processes, resonances, lines, drifts, times, regressors, level))]
     fn analyse<'py>(
         &self,

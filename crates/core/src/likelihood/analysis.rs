@@ -47,6 +47,7 @@ const LINE_SEARCHES: usize = 3;
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
 pub struct Options {
     /// Terms that may be present: quantization, random walk, bias instability, rate random walk.
     pub terms: [bool; 4],
@@ -169,11 +170,13 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
-    let Attempt { mut bins, mut fit, lines: more, highest, .. } = best_attempt(record, &mask, &regressors, options);
+    let Attempt { mut bins, mut fit, lines: more, highest, .. } =
+        best_attempt(record, &mask, &regressors, options);
     lines.extend(more);
     let thresholds = thresholds(options.level);
     bins.regressors = regressors;
-    let Drifts { ramp, ramp_observed, warm_up } = with_drifts(&mut fit, &mut bins, thresholds, options.drifts);
+    let Drifts { ramp, ramp_observed, warm_up } =
+        with_drifts(&mut fit, &mut bins, thresholds, options.drifts);
     let test = adequacy(&fit, &bins);
     let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
     let wide = test.p_value < LEAST;
@@ -222,7 +225,10 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         unsteadiness,
         kurtosis: record.kurtosis,
         parameters: reduced.model.parts.clone(),
-        covariance: (0..count).flat_map(|i| (0..count).map(move |j| (i, j))).map(|(i, j)| covariance.get(i, j)).collect(),
+        covariance: (0..count)
+            .flat_map(|i| (0..count).map(move |j| (i, j)))
+            .map(|(i, j)| covariance.get(i, j))
+            .collect(),
         bins: (0..bins.len())
             .map(|i| [bins.frequency[i], plain.powers[i], plain.spectrum[i], bins.freedom[i]])
             .collect(),
@@ -275,7 +281,8 @@ fn best_attempt<'a>(
         }
         let attempt = attempt(record, mask, regressors, options, highest);
         let model = &attempt.fit.model;
-        let high = |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
+        let high =
+            |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
         let many = model.filter.len() as f64 / 2.0 + model.parts.iter().filter(|p| high(p)).count() as f64;
         let wanted = if highest.is_none() && many == 0.0 { LEAST } else { GOOD };
         let done = attempt.p_value >= wanted && many <= MOST_HIGH_PARTS;
@@ -332,9 +339,7 @@ fn attempt<'a>(
 /// The coefficient of a regressor.
 fn drift(fit: &Fit, regressor: usize) -> Drift {
     match fit.model.regressors.iter().position(|&k| k == regressor) {
-        Some(k) => {
-            Drift { value: fit.beta[k], error: fit.beta_covariance.get(k, k).max(0.0).sqrt() }
-        }
+        Some(k) => Drift { value: fit.beta[k], error: fit.beta_covariance.get(k, k).max(0.0).sqrt() },
         None => Drift { value: f64::NAN, error: f64::NAN },
     }
 }
@@ -415,7 +420,8 @@ fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Dri
         }
     }
     let curve = |factor: f64| bins.record.modes_of_decay(time * factor);
-    let slope = curve(1.0 + SLOPE).iter().zip(curve(1.0 - SLOPE)).map(|(a, b)| (a - b) / (2.0 * SLOPE)).collect();
+    let slope =
+        curve(1.0 + SLOPE).iter().zip(curve(1.0 - SLOPE)).map(|(a, b)| (a - b) / (2.0 * SLOPE)).collect();
     let last = bins.regressors.len();
     let error = drift(&with_regressor(fit, &with_curve(bins, last, slope), last), at).error;
     (time, Drift { error, ..drift(fit, at) }, gain)
@@ -562,9 +568,12 @@ fn unsteadiness(fit: &Fit, bins: &Bins) -> (f64, f64) {
     let response = fit.model.response_means(bins);
     let low = bins.low;
     let share = |i: usize| fit.model.theta[j] * response[low + i] / fit.spectrum[low + i];
-    let mut weights: Vec<f64> = (0..bins.ranges.len()).map(|i| bins.weight(low + i) * share(i).powi(2)).collect();
+    let mut weights: Vec<f64> =
+        (0..bins.ranges.len()).map(|i| bins.weight(low + i) * share(i).powi(2)).collect();
     let sum: f64 = weights.iter().sum();
-    weights.iter_mut().for_each(|w| *w /= sum);
+    for w in &mut weights {
+        *w /= sum;
+    }
     let parts = PARTS as f64;
     let levels: Vec<f64> = bins
         .parts()

@@ -44,7 +44,7 @@ impl Dictionary {
 
 /// Geometric steps from `low` to `high`, so many in a decade.
 pub(crate) fn spaced(low: f64, high: f64, per_decade: f64) -> Vec<f64> {
-    if !(high > low) {
+    if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
         return Vec::new();
     }
     let decades = (high / low).log10();
@@ -81,8 +81,7 @@ impl Scores {
         let mut information = Symmetric::zero(slopes.len());
         for i in 0..slopes.len() {
             for j in 0..=i {
-                let sum: f64 =
-                    (0..bins.len()).map(|b| 0.5 * weights[b] * slopes[i][b] * slopes[j][b]).sum();
+                let sum: f64 = (0..bins.len()).map(|b| 0.5 * weights[b] * slopes[i][b] * slopes[j][b]).sum();
                 information.set(i, j, sum);
             }
         }
@@ -130,14 +129,12 @@ impl Scores {
         let n = columns.len();
         let mut information = Symmetric::zero(n);
         for i in 0..n {
-            let weighted: Vec<f64> =
-                columns[i].iter().zip(&self.weights).map(|(c, w)| 0.5 * w * c).collect();
-            for j in 0..=i {
-                information.set(i, j, dot(&weighted, &columns[j]));
+            let weighted: Vec<f64> = columns[i].iter().zip(&self.weights).map(|(c, w)| 0.5 * w * c).collect();
+            for (j, other) in columns.iter().enumerate().take(i + 1) {
+                information.set(i, j, dot(&weighted, other));
             }
         }
-        let pull: Vec<f64> =
-            self.weights.iter().zip(&self.excess).map(|(w, e)| 0.5 * w * e).collect();
+        let pull: Vec<f64> = self.weights.iter().zip(&self.excess).map(|(w, e)| 0.5 * w * e).collect();
         let gradient: Vec<f64> = columns.iter().map(|c| dot(c, &pull)).collect();
         dot(&gradient, &information.pseudo_inverse().times(&gradient)) - self.gain
     }

@@ -250,15 +250,15 @@ fn mode_variances(lags: &[f64], modes: usize) -> Vec<f64> {
     let contrast = |l: usize| lags[l] - lags[0];
     let mut input = transform.make_input_vec();
     let mut output = transform.make_output_vec();
-    for l in 1..m {
-        input[l] = contrast(l) * (1.0 - l as f64 / m as f64);
+    for (l, slot) in input[1..m].iter_mut().enumerate().map(|(i, slot)| (i + 1, slot)) {
+        *slot = contrast(l) * (1.0 - l as f64 / m as f64);
     }
     let done = transform.process(&mut input, &mut output);
     debug_assert!(done.is_ok());
     let even: Vec<f64> = output[1..=modes].iter().map(|z| 2.0 * z.re).collect();
     input.fill(0.0);
-    for l in 1..m {
-        input[l] = contrast(l);
+    for (l, slot) in input[1..m].iter_mut().enumerate().map(|(i, slot)| (i + 1, slot)) {
+        *slot = contrast(l);
     }
     let done = transform.process(&mut input, &mut output);
     debug_assert!(done.is_ok());
@@ -276,7 +276,10 @@ mod tests {
         let h: Vec<f64> = (0..m)
             .map(|t| (2.0 / m as f64).sqrt() * (PI * k as f64 * (t as f64 + 0.5) / m as f64).cos())
             .collect();
-        (0..m).flat_map(|s| (0..m).map(move |t| (s, t))).map(|(s, t)| h[s] * h[t] * covariance(s.abs_diff(t))).sum()
+        (0..m)
+            .flat_map(|s| (0..m).map(move |t| (s, t)))
+            .map(|(s, t)| h[s] * h[t] * covariance(s.abs_diff(t)))
+            .sum()
     }
 
     /// Covariance of block means from that of the samples.

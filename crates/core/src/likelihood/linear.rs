@@ -133,14 +133,18 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// The step d ≥ `least` (≤ 0) that minimises dᵀFd/2 − gᵀd; 0 for a parameter without information or with `held`.
 ///
 /// An active set: parameters at their bound leave it while that lowers the objective.
-pub(crate) fn bounded_step(information: &Symmetric, gradient: &[f64], least: &[f64], held: &[bool]) -> Vec<f64> {
+pub(crate) fn bounded_step(
+    information: &Symmetric,
+    gradient: &[f64],
+    least: &[f64],
+    held: &[bool],
+) -> Vec<f64> {
     let n = gradient.len();
     let scale = information.scales();
     let usable: Vec<bool> =
         (0..n).map(|i| !held[i] && information.get(i, i) > 0.0 && gradient[i].is_finite()).collect();
-    let f = |i: usize, j: usize| {
-        information.get(i, j) / (scale[i] * scale[j]) + if i == j { RIDGE } else { 0.0 }
-    };
+    let f =
+        |i: usize, j: usize| information.get(i, j) / (scale[i] * scale[j]) + if i == j { RIDGE } else { 0.0 };
     let g: Vec<f64> = (0..n).map(|i| gradient[i] / scale[i]).collect();
     let bound: Vec<f64> = (0..n).map(|i| least[i] * scale[i]).collect();
     let mut d = vec![0.0; n];
@@ -172,9 +176,7 @@ pub(crate) fn bounded_step(information: &Symmetric, gradient: &[f64], least: &[f
             continue;
         }
         // All within: is there one at its bound that wants to leave it?
-        let pull = |i: usize| {
-            g[i] - (0..n).filter(|&j| usable[j]).map(|j| f(i, j) * d[j]).sum::<f64>()
-        };
+        let pull = |i: usize| g[i] - (0..n).filter(|&j| usable[j]).map(|j| f(i, j) * d[j]).sum::<f64>();
         match fixed.iter().map(|&i| (pull(i), i)).max_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((value, i)) if value > 1e-9 => free[i] = true,
             _ => break,

@@ -119,7 +119,9 @@ impl Model {
             for (a, cosine) in self.filter.iter().zip(cosines) {
                 sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
             }
-            sum.iter_mut().for_each(|s| *s = s.exp());
+            for s in &mut sum {
+                *s = s.exp();
+            }
             sum
         };
         Some((of(&bins.cosines_low), of(&bins.cosines_high)))
@@ -155,12 +157,11 @@ impl Model {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut scratch = Column { low: vec![0.0; nl], high: vec![0.0; bins.fine_points.len()] };
         for (j, &part) in self.parts.iter().enumerate() {
-            let column = match bins.term(part) {
-                Some(column) => column,
-                None => {
-                    bins.fill(part, &mut scratch);
-                    &scratch
-                }
+            let column = if let Some(column) = bins.term(part) {
+                column
+            } else {
+                bins.fill(part, &mut scratch);
+                &scratch
             };
             let behind = part != Part::Quantization;
             let means = binned(column, response.as_ref().filter(|_| behind));
@@ -241,7 +242,13 @@ impl Model {
         self.fit_within(bins, steps, tolerance, products)
     }
 
-    fn fit_within(mut self, bins: &Bins, steps: usize, tolerance: f64, products: Option<Arc<Products>>) -> Fit {
+    fn fit_within(
+        mut self,
+        bins: &Bins,
+        steps: usize,
+        tolerance: f64,
+        products: Option<Arc<Products>>,
+    ) -> Fit {
         if self.theta.len() != self.parts.len() {
             self.start(bins);
         }
@@ -397,7 +404,7 @@ impl Fit {
     }
 }
 
-/// ½ JᵀνJ.
+/// Half of `JᵀνJ`.
 fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     let mut found = Symmetric::zero(slopes.len());
     for i in 0..slopes.len() {

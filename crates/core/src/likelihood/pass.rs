@@ -129,7 +129,9 @@ impl Summary {
     pub fn modes_of(&self, curve: &[f64]) -> Vec<f64> {
         let mut modes = cosine_modes(curve, self.modes.len());
         let root = self.block_length().sqrt();
-        modes.iter_mut().for_each(|x| *x *= root);
+        for x in &mut modes {
+            *x *= root;
+        }
         modes
     }
 }
@@ -181,7 +183,9 @@ impl Pass {
         let mut taper: Vec<f64> =
             (0..segment).map(|i| (PI * (i as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
         let norm = taper.iter().map(|h| h * h).sum::<f64>().sqrt();
-        taper.iter_mut().for_each(|h| *h /= norm);
+        for h in &mut taper {
+            *h /= norm;
+        }
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
         Ok(Self {
@@ -221,7 +225,9 @@ impl Pass {
         if self.pushed + samples.len() > self.samples {
             return Err(Error::Length { expected: self.samples, got: self.pushed + samples.len() });
         }
-        if let Some(index) = samples.iter().position(|x| !(x.abs() <= crate::phase::LARGEST_RATE)) {
+        if let Some(index) =
+            samples.iter().position(|x| !x.is_finite() || x.abs() > crate::phase::LARGEST_RATE)
+        {
             return Err(Error::NonFinite { index: self.pushed + index });
         }
         // In pieces, so that what is kept stays short.
@@ -281,7 +287,11 @@ impl Pass {
         }
         let keep = if self.next_segment < self.segments {
             let start = self.start_of(self.next_segment).saturating_sub(half);
-            if self.start_of(self.next_segment) < half { 0 } else { start.min(self.samples.saturating_sub(half)) }
+            if self.start_of(self.next_segment) < half {
+                0
+            } else {
+                start.min(self.samples.saturating_sub(half))
+            }
         } else {
             self.pushed
         };
@@ -302,8 +312,7 @@ impl Pass {
             *x = (*x - mean) * h;
         }
         // Lengths match by construction.
-        let done =
-            self.transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);
+        let done = self.transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);
         debug_assert!(done.is_ok());
         let part = self.next_segment * PARTS / self.segments;
         self.counts[part] += 1;
@@ -335,7 +344,9 @@ impl Pass {
         let (second, fourth) = (self.squares / steps, self.fourths / steps);
         let root = (self.block as f64 * self.tau0).sqrt();
         let mut modes = cosine_modes(&self.sums, self.samples / coarse_block(self.samples) / MODES);
-        modes.iter_mut().for_each(|x| *x *= root);
+        for x in &mut modes {
+            *x *= root;
+        }
         Ok(Summary {
             samples: self.samples,
             tau0: self.tau0,
@@ -416,9 +427,7 @@ mod tests {
     fn modes_are_those_of_the_definition() {
         let x = wiggle(61);
         for (k, got) in (1..).zip(cosine_modes(&x, 7)) {
-            let sum: f64 = (0..61)
-                .map(|t| x[t] * (PI * f64::from(k) * (t as f64 + 0.5) / 61.0).cos())
-                .sum();
+            let sum: f64 = (0..61).map(|t| x[t] * (PI * f64::from(k) * (t as f64 + 0.5) / 61.0).cos()).sum();
             assert!((got - sum * (2.0_f64 / 61.0).sqrt()).abs() < 1e-11);
         }
     }
@@ -438,7 +447,8 @@ mod tests {
     #[test]
     fn the_density_integrates_to_the_variance() {
         // Mirrored at the ends, no sample counts less than another.
-        let x: Vec<f64> = (0..20_000).map(|i| f64::from(u8::from(i < 300)) * (i as f64 * 2.1).sin()).collect();
+        let x: Vec<f64> =
+            (0..20_000).map(|i| f64::from(u8::from(i < 300)) * (f64::from(i) * 2.1).sin()).collect();
         let s = Summary::of(&x, 0.5).unwrap();
         let power = 2.0 * s.density.iter().sum::<f64>() / (s.segment as f64 * s.tau0);
         let variance = x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64;

@@ -174,7 +174,8 @@ impl Search<'_, '_> {
                 return self.between((inside, below), (outside, above), from);
             }
             (inside, below, from) = (outside, above, fit);
-            let next = value - (value - outside) * (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
+            let next =
+                value - (value - outside) * (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
             outside = next.max(0.3 * outside);
         }
         outside
@@ -196,7 +197,7 @@ impl Search<'_, '_> {
             if above > 0.0 {
                 return self.between((inside, below), (outside, above), from);
             }
-            if outside == limit {
+            if beyond(outside) {
                 return limit;
             }
             (inside, below, from) = (outside, above, fit);

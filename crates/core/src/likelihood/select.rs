@@ -37,6 +37,7 @@ const FILTER_TRIES: usize = 4;
 
 /// What may be added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
 pub(crate) struct Allowed {
     pub quantization: bool,
     pub filter: bool,
@@ -73,7 +74,9 @@ pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     let dictionary = Dictionary::new(bins);
     let mut refused = Refused::default();
     for _ in 0..MOST_STEPS {
-        let Some((next, addition)) = best_addition(&fit, bins, &dictionary, allowed, &mut refused) else { break };
+        let Some((next, addition)) = best_addition(&fit, bins, &dictionary, allowed, &mut refused) else {
+            break;
+        };
         fit = next;
         if !matches!(addition, Addition::Filter(_)) {
             refused = Refused::default();
@@ -181,7 +184,9 @@ fn best_addition(
     let beyond = |count: usize| (count - fit.model.filter.len()) as f64;
     let price = |addition: Addition| match addition {
         Addition::Quantization => QUANTIZATION,
-        Addition::Filter(count) if misfit && !fit.model.filter.is_empty() => COEFFICIENT_IF_MISFIT * beyond(count),
+        Addition::Filter(count) if misfit && !fit.model.filter.is_empty() => {
+            COEFFICIENT_IF_MISFIT * beyond(count)
+        }
         Addition::Filter(count) => COEFFICIENT * beyond(count) + FILTER,
         Addition::Process(_) => process,
         Addition::Resonance(_) => resonance,

@@ -12,11 +12,10 @@ import sigmatau
 from benches import text
 from benches.measure import Settings, turns
 from benches.text import Gate
+from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.quality.samples.check import check as check_samples
-from sigmatau.quality.spectrum.lines import lines
-from sigmatau.quality.spectrum.low_pass import low_passes
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.spectrum.estimate import psd
 
@@ -35,9 +34,8 @@ def measure(settings: Settings) -> dict[str, Any]:
     calls = {
         "samples": each(check_samples),
         "spectra": lambda: [spectrum.binned() for spectrum in psd(record).values()],
-        "filters, from given spectra": each(low_passes, spectra=spectra),
         "interpolation, from given spectra": each(upsampled, spectra=spectra),
-        "lines": each(lines),
+        "fits": lambda: [fit_samples(stream, channel) for stream in record.streams for channel in stream.channels],
         "all checks: `sigmatau.check`": lambda: sigmatau.check(record),
     }
     times = {

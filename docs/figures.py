@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
 
 from sigmatau import NoiseModel, Record, allan, analyze, predict, simulate, verify
+from sigmatau._native import kernels
 from sigmatau.estimators.stability import dynamic_allan
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, aliasing_inflation, avar
 from sigmatau.quality.selection.selection_bias import selection_bias
-from sigmatau.quality.spectrum.filter_models import relative_avar
 from sigmatau.spectrum.estimate import psd
 from sigmatau.statespace.flicker import flicker_poles
 from sigmatau.statespace.state_space import state_space
@@ -85,7 +85,7 @@ def bandwidth_figure() -> None:
         ax.loglog(curve.tau[shown], curve.adev[shown], "o", color=colour, markersize=3.5)
         m = np.unique(np.geomspace(1, 3 * rate, 120).astype(int))
         inflation = aliasing_inflation(rate=rate, bandwidth=BANDWIDTH)
-        exact = inflation * np.sqrt(relative_avar("first_order", BANDWIDTH, m, 1 / rate) / (m / rate))
+        exact = np.sqrt(kernels.band_limited_avar(1.0, "first_order", BANDWIDTH, m, 1 / rate))
         ax.loglog(m / rate, exact, color=colour, linewidth=1, label=f"{rate:g} Hz, N × {inflation:.3f}")
     ax.loglog([1e-3, 60], [1e-3**-0.5, 60**-0.5], color="black", linewidth=0.8, linestyle=":", label="N alone")
     ax.set_xlabel("averaging time τ [s]")

@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 CACHE = Path(".study")
+WORKERS = int(os.environ.get("STUDY_WORKERS", os.cpu_count() or 1))
+"""Processes; the environment variable STUDY_WORKERS leaves cores to others."""
 
 
 def seed_of(name: str) -> int:
@@ -41,7 +43,7 @@ def run(
     done: dict[str, Any] = json.loads(cache.read_text()) if cache.exists() else {}
     left = [name for name in cells if name not in done]
     started = time.monotonic()
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
+    with ProcessPoolExecutor(WORKERS) as pool:
         futures = {pool.submit(cells[name][0], seed_of(name), *cells[name][1]): name for name in left}
         for k, future in enumerate(as_completed(futures), 1):
             if future.exception() is not None:

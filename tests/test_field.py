@@ -9,7 +9,6 @@ import pytest
 
 from sigmatau import Record, allan, analyze, read
 from sigmatau.cli import main
-from sigmatau.findings.kinds.fit import Misfit
 
 
 @pytest.fixture(scope="module")
@@ -54,47 +53,33 @@ def test_adis_random_walk(adis_analysis):
 class TestAdisFitted:
     """Honest about a real unit: filtered gyros, accelerometers with a line at 0.53 … 0.57 Hz that is not quite steady."""
 
-    def test_gyros(self, adis_analysis):
+    @pytest.mark.parametrize("channel", ["gyro_x", "gyro_y", "gyro_z"])
+    def test_gyros(self, adis_analysis, channel):
         """Others fit N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h to such units; datasheet 2 deg/√h, 25 deg/h."""
-        adequate = 0
-        for channel in ("gyro_x", "gyro_y", "gyro_z"):
-            fitted = adis_analysis.fits[channel]
-            if fitted.verdict != "adequate":
-                # Then the reason names where, and the command line warns.
-                assert isinstance(fitted.reasons[0], Misfit)
-                assert any(f.code == "no_adequate_model" and f.channel == channel for f in adis_analysis.findings)
-                assert all(term.low is None for term in fitted.values())
-                continue
-            adequate += 1
-            assert 0.02 <= fitted.tau_min <= 2.6  # 1.28 s at most, and an octave on
-            assert 2.2 <= fitted["random_walk"].to("deg/sqrt(h)") <= 2.8
-            assert 20 <= fitted["bias_instability"].to("deg/h") <= 45
-            assert fitted["random_walk"].low < fitted["random_walk"].high
-        assert adequate >= 2
+        fitted = adis_analysis.fits[channel]
+        assert fitted.verdict == "adequate_with"
+        assert fitted.response is not None
+        walk = fitted["random_walk"]
+        assert 2.2 <= walk.to("deg/sqrt(h)") <= 2.8
+        assert walk.high / walk.low < 1.03
+        assert 20 <= fitted["bias_instability"].to("deg/h") <= 45
 
-    def test_accelerometers_are_not_adequate_without_their_line(self, adis_analysis):
-        for channel in ("accel_x", "accel_y", "accel_z"):
-            fitted = adis_analysis.fits[channel]
-            if fitted.verdict == "adequate":
-                (line,) = fitted.sinusoid
-                assert 0.5 <= line.frequency.value <= 0.6
-            else:
-                assert fitted.verdict == "descriptive"
-
-    def test_low_pass_is_said(self, adis_analysis):
-        left_out = {f.channel for f in adis_analysis.findings if f.code == "short_times_left_out"}
-        assert "gyro_y" in left_out
+    @pytest.mark.parametrize("channel", ["accel_x", "accel_y", "accel_z"])
+    def test_accelerometers_are_adequate_beside_their_lines(self, adis_analysis, channel):
+        fitted = adis_analysis.fits[channel]
+        assert fitted.verdict == "adequate_with"
+        assert any(0.5 <= line.frequency.value <= 0.6 for line in fitted.sinusoid)
+        assert fitted["random_walk"].high / fitted["random_walk"].low < 1.05
 
 
 def test_adis_checks(adis_analysis):
     """What the set is known for."""
     found = adis_analysis.findings
-    filters = {finding.channel: finding for finding in found if finding.code == "low_pass_filter"}
-    assert filters["gyro_z"].severity == "warning"
+    assert any(f.code == "low_pass_filter" and f.channel == "gyro_x" for f in found)
     lines = {finding.channel: finding for finding in found if finding.code == "spectral_line"}
     for channel in ("accel_x", "accel_y", "accel_z"):
         (line,) = (one for one in lines[channel].details.lines if 0.53 <= one.frequency <= 0.57)
-        assert any(one.frequency == pytest.approx(1.69, abs=0.005) for one in line.harmonics)
+        assert any(one.frequency == pytest.approx(1.69, abs=0.01) for one in line.harmonics)
     coarse = {finding.channel for finding in found if finding.code == "coarse_resolution"}
     assert coarse >= {"accel_x", "accel_y", "accel_z"}
 

@@ -9,6 +9,8 @@ __all__ = [
     "Accumulator",
     "Factor",
     "Generator",
+    "LikelihoodPass",
+    "LikelihoodSummary",
     "NonFinite",
     "TextError",
     "all_finite",
@@ -50,6 +52,33 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
+
+@final
+class LikelihoodPass:
+    def __new__(cls, samples: int, tau0: float) -> Self: ...
+    def push(self, rate: _Floats) -> None: ...
+    def finish(self) -> LikelihoodSummary: ...
+
+@final
+class LikelihoodSummary:
+    @property
+    def samples(self) -> int: ...
+    @property
+    def centres(self) -> _Floats: ...
+    @property
+    def periodogram(self) -> tuple[_Floats, _Floats]: ...
+    def analyse(
+        self,
+        terms: list[bool],
+        filter: bool,  # noqa: A002
+        processes: bool,
+        resonances: bool,
+        lines: bool,
+        drifts: bool,
+        times: list[float],
+        regressors: list[_Floats],
+        level: float,
+    ) -> dict[str, Any]: ...
 
 @final
 class Accumulator:

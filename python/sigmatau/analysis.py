@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import accumulate, strided_sizes
-from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, allan, channel_curve, refuse_missing
+from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, allan, refuse_missing
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.estimators.stability import DynamicAllan, dynamic_allan
 from sigmatau.exporting.choices import Choices
@@ -22,18 +22,17 @@ from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import CoarseValues, ConstantChannel, NoMap
 from sigmatau.findings.wording import words
+from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.tables import fit_table, read_off_table
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.noise.terms import avar
 from sigmatau.quality import curve_checks
 from sigmatau.quality.angle_noise import angle_noise, undetermined
-from sigmatau.quality.causes import one_cause
-from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits, with_fits
+from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits
 from sigmatau.quality.facts import facts_kept
-from sigmatau.quality.restated import past_filter
+from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.samples.resolution import too_coarse
 from sigmatau.quality.samples.spikes import mask_spikes
 from sigmatau.quality.selection.exclusion import from_the_start
@@ -50,18 +49,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Analysis", "Long", "Method", "Spikes", "analyze", "of_curves"]
 
-Method = Literal["gls", "read-off"]
+Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
 Spikes = Literal["keep", "mask"]
 
 SCHEMA = 1
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
-
-# Eighths of an octave are used if quantization noise dominates and at least one other term is observed.
-_QUANTIZATION_SIZE = 8  # cluster size at which its share is computed [samples]
-_QUANTIZATION_SHARE = 0.9  # smallest share of the Allan variance
-_LEAST_TERMS = 2
 
 _WITHOUT_CURVE = (
     "out_of_range",
@@ -179,7 +173,7 @@ def analyze(
     taus: TauGrid | ArrayLike = "half",
     overlap: Overlap = "full",
     counting: Counting = "standard",
-    method: Method = "gls",
+    method: Method = "likelihood",
     tau_min: float | None = None,
     long: Long = "auto",
     window: str | None = None,
@@ -197,12 +191,13 @@ def analyze(
         From `sigmatau.read` or `Record.from_arrays`.
     taus, overlap, counting, threads
         See `sigmatau.allan`.
-    method : {"gls", "read-off"}
-        Fit the coefficients (`sigmatau.fit`) and read them off, or read off only. A fit always uses overlapping clusters on
-        half octaves, for any grid of the curve, or on eighths of an octave if quantization noise dominates the short times:
-        the variance of the other terms is then smaller by up to a third.
+    method : {"likelihood", "gls", "read-off"}
+        How the coefficients are fitted, beside reading them off: by the likelihood of the spectrum, with all that it shows
+        in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not at all. Channels of which
+        more than a thousandth is missing, or that are very short, are fitted by least squares. A fit always uses overlapping
+        clusters on half octaves, for any grid of the curve.
     tau_min : float, optional
-        Shortest averaging time of the fits, for example beyond a filter. Default: found from the goodness of fit. [s]
+        Shortest averaging time of least squares. Default: found from the goodness of fit. [s]
     long : {"auto", "exact", "strided"}
         For clusters of more than 4096 samples: use every pair ("exact"), or in bounded memory those that begin at every 64th
         sample or less often ("strided"), see `sigmatau.Accumulator`. "auto" is exact if the memory suffices; otherwise it is
@@ -235,8 +230,8 @@ def analyze(
     A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
     clusters that are at least half complete; the fit and the coefficients read off account for that.
     """
-    if method not in ("gls", "read-off"):
-        raise OptionError(f"{{option}} must be 'gls' or 'read-off', not {method!r}", option="method")
+    if method not in get_args(Method):
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")
     if not isinstance(record, Record):
         hint = (
             "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
@@ -294,30 +289,23 @@ def analyze(
         reasons = (f"{', '.join(finding.channels)}: {words(finding).message}" for finding in lost)
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
-    if method == "gls":
+    if method != "read-off":
         doubtful = {finding.channel for finding in findings if too_coarse(finding)}
         for channel, curve in curves.items():
-
-            def again(least: float | None, curve: DeviationCurve = curve) -> NoiseFit:
-                on = fitted_on.get(curve.channel)
-                return _fit(record, curve, threads, tau_min=least) if on is None else fit(on, tau_min=least)
-
-            fits[channel] = again(tau_min)
-            if tau_min is None:
-                fits[channel] = past_filter(record.stream_of(channel), fits[channel], findings, again)
+            on = fitted_on.get(channel, curve)
+            fits[channel] = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             if channel in doubtful:  # has a finding already; the state of its fit is not another fault
                 fits[channel] = fits[channel].doubted(CoarseValues())
             else:
-                findings += curve_checks.fit_findings(fits[channel], missing=_lost(record, channel))
+                findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
             if short_times := angle_noise(record, fits[channel], threads=threads):
                 findings.append(short_times)
-        findings = with_fits(record, fits, findings, looked_at=looked_at)
-        findings += check_fits(record, fits, looked_at=looked_at, found=findings)
+        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)
+        findings = [*without_consequences(findings, fits), *of_fits]
         if window is not None:
             findings += bias_finding(whole, window, fits)
-    findings = one_cause(findings, list(curves), max(stream.grid.duration for stream in record.streams))
     maps: dict[str, DynamicAllan] = {}
     for channel in curves if stability else ():
         try:
@@ -360,10 +348,10 @@ def of_curves(
             found.append(Finding(details=constant, severity="error", channels=(channel,)))
             continue
         kept[channel] = curve
-        if method == "gls":
+        if method != "read-off":
             fits[channel] = fit(curve)
             kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            found += curve_checks.fit_findings(fits[channel])
+            found += fit_findings(fits[channel])
         found += filter(None, [undetermined(curve)])
     if kept:
         found += curve_checks.strided(kept)
@@ -423,20 +411,4 @@ def _refuse_time(tau_min: float, method: Method) -> None:
     if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
         raise OptionError(f"{{option}} must be a positive number of seconds, not {tau_min!r}", option="tau_min")
     if method != "gls":
-        raise OptionError("{option} is of a fit, which method 'read-off' does not make", option="tau_min")
-
-
-def _fit(record: Record, curve: DeviationCurve, threads: int | None, *, tau_min: float | None) -> NoiseFit:
-    """Fit on half octaves with overlap, or on eighths of an octave if quantization noise dominates."""
-    half = cluster_sizes("half", n=curve.n - (curve.counting == "paper"), tau0=curve.tau0)
-    if curve.overlap != "full" or not np.array_equal(half, curve.m):
-        curve = channel_curve(record, curve.channel, taus="half", counting=curve.counting, threads=threads)
-    fitted = fit(curve, tau_min=tau_min)
-    noise = fitted.observed.get("quantization")
-    if noise is None or len(fitted.observed) < _LEAST_TERMS:
-        return fitted
-    share = avar("quantization", noise, m=_QUANTIZATION_SIZE, tau0=curve.tau0) / fitted.avar(m=_QUANTIZATION_SIZE)
-    if float(share[0]) < _QUANTIZATION_SHARE:
-        return fitted
-    eighths = channel_curve(record, curve.channel, taus="eighth", counting=curve.counting, threads=threads)
-    return fit(eighths, tau_min=tau_min)
+        raise OptionError("{option} is for least squares: take --method gls with it", option="tau_min")

@@ -36,7 +36,9 @@ def run(*argv, capsys):
 
 class TestAnalyze:
     def test_the_fit_begins_where_it_is_told_to(self, log, capsys):
-        code, out, _ = run("analyze", log, "--rate", 100, "--tau-min", 0.05, "--json", "-", capsys=capsys)
+        code, out, _ = run(
+            "analyze", log, "--rate", 100, "--method", "gls", "--tau-min", 0.05, "--json", "-", capsys=capsys
+        )
         assert code == 0
         channels = json.loads(out)["channels"]
         assert {channel["fit"]["tau_min_s"] for channel in channels.values()} == {0.06}
@@ -48,13 +50,17 @@ class TestAnalyze:
             (["-1"], "--tau-min must be a positive number of seconds, not -1.0"),
             (["nan"], "--tau-min must be a positive number of seconds, not nan"),
             (["1"], "--tau-min may be at most 0.12 s here, not 1.0"),
-            (["1", "--method", "read-off"], "--tau-min is of a fit, which method 'read-off' does not make"),
         ],
     )
     def test_no_fit_begins_there(self, log, arguments, message, capsys):
-        code, out, err = run("analyze", log, "--rate", 100, "--tau-min", *arguments, capsys=capsys)
+        code, out, err = run("analyze", log, "--rate", 100, "--method", "gls", "--tau-min", *arguments, capsys=capsys)
         assert (code, out) == (2, "")
         assert message in err
+
+    def test_the_likelihood_has_no_first_averaging_time(self, log, capsys):
+        code, out, err = run("analyze", log, "--rate", 100, "--tau-min", 1, capsys=capsys)
+        assert (code, out) == (2, "")
+        assert "--tau-min is for least squares: take --method gls with it" in err
 
     def test_table_figure_and_json(self, log, tmp_path, capsys):
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
@@ -82,14 +88,14 @@ class TestAnalyze:
         assert channel["curve"]["interval"] == "eq. (26), one standard error"
 
     def test_every_kind_of_fit_has_the_published_form(self, tmp_path, capsys):
-        """Adequate with a ramp, with a sinusoid, descriptive, too short."""
+        """Adequate with a ramp, with a line, widened, too short."""
         schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
         t = np.arange(2**16) / 100
         white = np.random.default_rng(2).standard_normal(2**16)
         cases = {
             "ramp": (white + 1e-2 * t, "adequate"),
-            "line": (white + np.sin(2 * np.pi * 23.3 * t), "adequate"),
-            "lines": (white + np.sin(0.3 * t) + np.sin(2 * t), "descriptive"),
+            "line": (white + np.sin(2 * np.pi * 23.3 * t), "adequate_with"),
+            "lines": (white + np.sin(0.3 * t) + np.sin(2 * t), "widened"),
             "short": (white[:30], "too_short"),
         }
         for name, (y, verdict) in cases.items():
@@ -103,8 +109,8 @@ class TestAnalyze:
             fit = content["channels"]["gyro_x"]["fit"]
             assert fit["verdict"] == verdict, name
             assert bool(fit["terms"]["sinusoid"]) == (name == "line")
-            assert ("gyro_x: no" in err) == (verdict != "adequate")
-            assert ("no adequate model" in out) == (verdict == "descriptive")
+            assert ("gyro_x: not" in err) == (verdict == "too_short")
+            assert ("widened: " in out) == (verdict == "widened")
             assert ("no fit: " in out) == (verdict == "too_short")
 
     def test_json_has_the_published_form(self, log, capsys):

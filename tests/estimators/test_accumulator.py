@@ -149,7 +149,7 @@ class TestRefusals:
 
 
 class TestRecordsThatDoNotFit:
-    model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-3, "rate_random_walk": 1e-5}})
+    model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-3, "rate_random_walk": 5e-5}})
 
     def test_analyze_says_what_it_did(self, monkeypatch):
         record = simulate(self.model, duration=2000, rate=100, rng=1)

@@ -287,7 +287,8 @@ class TestAnalysis:
         y[1:, 1] = np.nan
         analysis = analyze(Record.from_arrays(rate=100, gyro=y))
         assert list(analysis.curves) == ["gyro_x", "gyro_z"]
-        assert [(f.code, f.severity, f.channel) for f in analysis.findings] == [("too_few_samples", "error", "gyro_y")]
+        faults = [(f.code, f.severity, f.channel) for f in analysis.findings if f.severity != "info"]
+        assert faults == [("too_few_samples", "error", "gyro_y")]
         assert "none (gyro_x), 1e+02 % (gyro_y)" in analysis.summary() or "100 % (gyro_y)" in analysis.summary()
 
     def test_a_constant_with_gaps(self):

@@ -290,7 +290,7 @@ class TestAnalyze:
             (["--export", "kalibr=a", "--export", "kalibr=b"], "given twice"),
             (["--export", "kalibr=a", "--export", "vins=a"], "both name a"),
             (["--export", "kalibr=a", "--axes", "each"], "worst or mean"),
-            (["--export", "kalibr=a", "--method", "read-off"], "needs the fit"),
+            (["--export", "kalibr=a", "--method", "read-off"], "needs a fit"),
             (["--export", "kalibr=a", "--rate-random-walk", "gyro=horizon"], "needs --horizon"),
             (["--export", "kalibr=a", "--export", "ros=b", "--step", "0.1"], "--step does not apply to kalibr"),
             (["--horizon", "10s"], "--horizon needs --export"),

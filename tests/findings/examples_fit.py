@@ -3,11 +3,12 @@
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import (
     AngleNoiseUndetermined,
+    BandLeftOut,
+    BandsOff,
     CheckedInPart,
     CheckedWithoutFit,
     CoarseValues,
     ConstantChannel,
-    FilterTakenForProcess,
     FlickerAngleNoise,
     IsolatedSamples,
     Misfit,
@@ -17,12 +18,12 @@ from sigmatau.findings.kinds.fit import (
     OutOfRange,
     ShortTimesDeviate,
     ShortTimesLeftOut,
-    SinusoidFitted,
     Strided,
     TooFewSamples,
     TooFewTimes,
     TooShort,
     WhiteAngleNoise,
+    Widened,
     ZeroVariance,
 )
 
@@ -32,7 +33,8 @@ def of_gyro(details, severity="warning", **more):
 
 
 FEW = TooFewTimes(times=7, needed=8, samples=60000)
-FILTER = FilterTakenForProcess(corner=1.79, correlation_time=0.089, tau_min=0.02)
+FILTER = BandLeftOut(highest=12.5)
+OFF = BandsOff(frequency=0.0033, ratio=1.34)
 
 EXAMPLES = [
     of_gyro(TooShort(reasons=(FEW,))),
@@ -59,7 +61,8 @@ EXAMPLES = [
             (FILTER,),
         )
     ),
-    of_gyro(SinusoidFitted(frequency=0.0213), "info", size=4.85e-4, unit="rad/s"),
+    of_gyro(Widened(frequency=0.0033, ratio=1.34, allowed=0.2), "warning", size=0.03),
+    of_gyro(NoAdequateModel(reasons=(OFF,)), "warning"),
     of_gyro(OutOfRange(largest=3.1e130, rate_unit="rad/s"), "error"),
     of_gyro(OutOfRange(largest=2e-83, rate_unit="rad/s"), "error"),
     of_gyro(ConstantChannel(samples=60000, value=3.0, rate_unit="rad/s"), "error"),

@@ -2,59 +2,34 @@
 
 from dataclasses import replace
 
-from sigmatau.findings.finding import Cause, Finding, FitEffect
+from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import (
     Aliasing,
     AxisPair,
+    BandLeftOut,
     CorrelatedAxes,
+    GaussMarkovProcess,
     Line,
     LowPassFilter,
     Mains,
     Resampled,
+    Resonance,
     SpectralLines,
 )
 
-FIT = FitEffect(
-    channel="gyro_x",
-    tau_min_s=0.08,
-    compared_from_s=0.08,
-    without=("spectral_line",),
-    verdict="adequate",
-    verdict_without="adequate",
-)
-STEADY = Line(frequency=23.30012, amplitude=1.234e-3, width=0.0, ratio=5000.0, low=23.2998, high=23.3005)
-BROAD = Line(frequency=0.55, amplitude=5e-3, width=0.0213, ratio=40.0, low=0.53, high=0.57)
+STEADY = Line(frequency=23.30012, amplitude=1.234e-3, low=23.2998, high=23.3005)
+BROAD = Line(frequency=0.55, amplitude=5e-3, low=0.53, high=0.57)
 FAN = replace(STEADY, harmonics=(replace(STEADY, frequency=46.6, low=46.6, high=46.6),))
 FOLDED = replace(STEADY, frequency=20.01, mains=Mains(frequency=60.0, multiple=2, folded=True))
 
-LINES = Finding(
-    details=SpectralLines(lines=(FAN,), factor=1.24, tau=0.02, clear_from=0.64, tau_min=0.64),
-    severity="warning",
-    channels=("gyro_x",),
-    size=STEADY.amplitude,
-    unit="rad/s",
-)
-FILTER = Finding(
-    details=LowPassFilter(
-        shape="digital4",
-        order=4,
-        corner=30.0,
-        error=0.21,
-        alike=("butterworth4",),
-        alike_corners=(29.4,),
-        misfit=1.1,
-        tau0=0.005,
-        sigma_one_sample=0.52,
-        right_from=0.12,
-        tau_min=0.24,
-    ),
-    severity="warning",
-    channels=("gyro_x",),
-    size=30.0,
-    unit="Hz",
-    factors=(("random_walk", 0.52),),
-)
-STATED = Aliasing(rate=100.0, bandwidth=30.0, order=None, stated=True, second_order=1.012, rate_needed=271.0)
+
+def found(details, size, unit="rad/s"):
+    return Finding(details=details, severity="info", channels=("gyro_x",), size=size, unit=unit)
+
+
+LINES = found(SpectralLines(lines=(FAN,)), STEADY.amplitude)
+FILTER = LowPassFilter(shape="butterworth", order=2, corner=30.0, low=29.8, high=30.2)
+STATED = Aliasing(rate=100.0, bandwidth=30.0, order=None, second_order=1.012, rate_needed=271.0)
 ALIASING = Finding(
     details=STATED,
     severity="warning",
@@ -80,28 +55,22 @@ CORRELATED = Finding(
     channels=("gyro_x", "gyro_y", "gyro_z"),
     size=0.42,
 )
-FACTORS = (("random_walk", 1.12), ("bias_instability", 2.31))
 EXAMPLES = [
     LINES,
-    replace(LINES, factors=FACTORS, fit_effect=FIT),
-    replace(LINES, details=replace(LINES.details, lines=(FOLDED, BROAD, STEADY), tau_min=0.0), severity="info"),
-    replace(LINES, details=replace(LINES.details, lines=(BROAD,), factor=1.0, tau=None, clear_from=None)),
-    replace(
-        LINES,
-        details=replace(LINES.details, lines=(BROAD,)),
-        severity="info",
-        cause=Cause(code="not_static", spans=((1440.0, 1443.0),)),
-    ),
-    FILTER,
-    replace(FILTER, factors=(), fit_effect=FIT),
-    replace(FILTER, factors=(), fit_effect=replace(FIT, hidden=("random_walk",), verdict="descriptive")),
-    replace(FILTER, factors=(("random_walk", 0.87),), fit_effect=FIT),
+    replace(LINES, details=SpectralLines(lines=(FOLDED, BROAD, STEADY))),
+    found(FILTER, 30.0, "Hz"),
+    found(replace(FILTER, order=1), 30.0, "Hz"),
+    found(replace(FILTER, shape="smoothing", order=None), 30.0, "Hz"),
+    found(replace(FILTER, shape="running_mean", order=4), 30.0, "Hz"),
+    found(replace(FILTER, shape="low_pass", order=None), 30.0, "Hz"),
+    found(replace(FILTER, shape="uneven", order=None, corner=None, low=None, high=None), None, "Hz"),
+    found(BandLeftOut(highest=12.5), 12.5, "Hz"),
+    found(GaussMarkovProcess(quantity="angular_rate", time=24.0, low=13.1, high=49.6), 9.7e-5),
+    found(Resonance(quantity="acceleration", frequency=10.18, width=0.42), 4.7e-3, "m/s^2"),
     ALIASING,
     replace(ALIASING, details=replace(STATED, order=2, second_order=None), severity="info"),
-    replace(ALIASING, details=replace(STATED, order=1, stated=False, error=0.3, second_order=None)),
     RESAMPLED,
-    replace(RESAMPLED, factors=(), fit_effect=FIT),
     CORRELATED,
     replace(CORRELATED, details=CorrelatedAxes(pairs=(replace(SLOW[0], mean_length=0.0),), only_slow=False)),
-    replace(CORRELATED, severity="info", cause=Cause(code="warm_up", spans=((0.0, 600.0),))),
+    replace(CORRELATED, severity="info"),
 ]

@@ -7,7 +7,6 @@ each kind, and ``SUBJECT.txt`` with their words. ``UPDATE_WORDS=1`` writes these
 import importlib
 import os
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -66,9 +65,3 @@ def test_options_leave_out_the_whole_of_a_fault():
     """Times have milliseconds: the ends of what is left out are rounded outwards, those of what is kept inwards."""
     assert leave_out_option([(720.0006, 722.0002)]) == "--leave-out 720s:722.001s"
     assert keep_option((600.0004, 7200.0016)) == "--window 600.001s:7200.001s"
-
-
-@pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_the_factor_farthest_from_1_is_named(factor):
-    lines = replace(examples("spectrum")[0], factors=(("random_walk", 1.1), ("bias_instability", factor)))
-    assert "bias instability" in lines.message

@@ -16,7 +16,7 @@ from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import Misfit, TooFewTimes
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.statement import half_octaves
+from sigmatau.fitting.outlook import half_octaves
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.units import to_si
 

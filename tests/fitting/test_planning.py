@@ -14,8 +14,8 @@ from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import skewed_tails
+from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
-from sigmatau.fitting.statement import half_octaves
 from sigmatau.fitting.tau_min import LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid

@@ -265,7 +265,8 @@ class TestTemperature:
         rng = np.random.default_rng(seed_of("temperature"))
         x = rng.normal(size=20_000)
         alone = Record.from_arrays(rate=100, gyro_x=x)
-        beside = Record.from_arrays(rate=100, gyro_x=x, temperature=20 + x, unit={"temperature": "degC"})
+        degrees = 20 + rng.normal(size=20_000)
+        beside = Record.from_arrays(rate=100, gyro_x=x, temperature=degrees, unit={"temperature": "degC"})
         assert beside.stream_of("temperature").quantity == "temperature"
         one, other = analyze(alone), analyze(beside)
         assert list(other.curves) == ["gyro_x"]

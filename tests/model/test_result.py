@@ -141,7 +141,7 @@ DAMAGES = {
     "a verdict of null": (lambda fit: fit.update(verdict=None), "verdict of its fit is None"),
     "an unknown verdict": (
         lambda fit: fit.update(verdict="Adequate"),
-        "verdict of its fit is 'Adequate'; .* adequate or descr",
+        "verdict of its fit is 'Adequate'; .* adequate.* or descr",
     ),
     "a verdict that is a list": (lambda fit: fit.update(verdict=["adequate"]), "verdict of its fit is"),
 }

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from known import seed_of
 from sigmatau import NoiseModel, simulate
 
 CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz")
@@ -47,3 +48,21 @@ def rounded(stream, rng):
         step = float(np.std(np.diff(x))) / math.sqrt(2) * math.exp(rng.uniform(math.log(1 / 30), math.log(3)))
         columns[channel] = np.round(x / step + rng.uniform()) * step
     return columns
+
+
+def pairs(name, count):
+    """Mixtures whose corner times lie anywhere, 10 to 400 Hz, 10 to 40 min; two channels a record."""
+    rng = np.random.default_rng(seed_of(name))
+    for _ in range(count):
+        rate = float(np.exp(rng.uniform(np.log(10), np.log(400))))
+        truth = {"random_walk": 1e-3}
+        for term, exponent in (("bias_instability", 0.5), ("rate_random_walk", 1.0), ("rate_ramp", 1.5)):
+            if rng.random() < 0.5:
+                truth[term] = 1e-3 / (10 ** rng.uniform(-1, 3)) ** exponent
+        if rng.random() < 0.5:
+            truth["quantization"] = 1e-3 * math.sqrt(10 ** rng.uniform(-2.5, 1))
+        if len(truth) > 2 and rng.random() < 0.3:
+            del truth["random_walk"]
+        model = NoiseModel(channels={"gyro_x": truth, "gyro_y": truth})
+        duration = min(600 * 4 ** rng.random(), max(2**17 / rate, 600))
+        yield simulate(model, duration=duration, rate=rate, rng=rng).streams[0]

@@ -128,29 +128,6 @@ def test_findings_of_several_axes_name_them():
         assert curve.adev[0] / long == pytest.approx(dict(finding.factors)["random_walk"], rel=0.3)
 
 
-def test_of_several_filters_the_slowest_says_from_when_on():
-    from sigmatau.quality.check import check as check_record
-
-    rng = np.random.default_rng(seed_of("filters"))
-
-    def filtered(hertz):
-        x, a = 1e-3 * rng.standard_normal(120_000), np.exp(-2 * np.pi * hertz / RATE)
-        from scipy.signal import lfilter
-
-        return lfilter([1 - a], [1, -a], x)
-
-    record = Record.from_arrays(
-        rate=RATE, gyro_x=filtered(12.0), gyro_y=filtered(3.0), gyro_z=filtered(8.0), signal=filtered(5.0)
-    )
-    found = [f for f in check_record(record) if f.code == "low_pass_filter"]
-    by_channel = {f.channel: f.details.right_from for f in found}
-    assert set(by_channel) == {"gyro_x", "gyro_y", "gyro_z", "signal"}
-    assert max(by_channel.values()) == by_channel["gyro_y"]
-    advised = {f.channel: f.details.tau_min for f in found}
-    assert {advised[f"gyro_{axis}"] for axis in "xyz"} == {by_channel["gyro_y"]}
-    assert advised["signal"] == by_channel["signal"]
-
-
 def test_accelerometers_have_an_acceleration_random_walk():
     model = NoiseModel(channels={c: {"random_walk": 1e-4} for c in ("gyro_x", "accel_x")})
     record = simulate(model, duration=600, rate=100, rng=seed_of("words"))

@@ -19,6 +19,7 @@ mod flicker;
 pub mod gaps;
 pub mod generate;
 mod kernel;
+pub mod likelihood;
 pub mod phase;
 mod points;
 pub mod pole_bank;

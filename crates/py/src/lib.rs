@@ -12,6 +12,7 @@ mod deviations;
 mod flight;
 mod gaps;
 mod generate;
+mod likelihood;
 mod pool;
 mod ros;
 mod sentences;
@@ -37,6 +38,8 @@ mod _core {
     use crate::gaps::{masked_covariance, masked_expectations, masked_variances, masked_white_slopes};
     #[pymodule_export]
     use crate::generate::{Generator, flicker_poles};
+    #[pymodule_export]
+    use crate::likelihood::{LikelihoodPass, LikelihoodSummary};
     #[pymodule_export]
     use crate::ros::{decode_messages, log_contents, log_messages, unpacked};
     #[pymodule_export]

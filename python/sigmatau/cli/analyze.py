@@ -39,7 +39,7 @@ from sigmatau.io.read.formats.split import files_of
 def analyze_command(
     *logs: Path,
     reading: Reading | None = None,
-    method: Literal["gls", "read-off"] = "gls",
+    method: Literal["likelihood", "gls", "read-off"] = "likelihood",
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
@@ -65,7 +65,8 @@ def analyze_command(
     logs
         One log; or several logs or folders of logs, which are analysed separately and summarised.
     method
-        Fit the coefficients with intervals (gls), or read them off the curve only, as in the paper (read-off).
+        Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or only read them off the curve,
+        as in the paper (read-off).
     taus
         Averaging times: octave, half, quarter, eighth (of an octave), all, or a list in seconds, 0.1,1,10.
     overlap

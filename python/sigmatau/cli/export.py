@@ -208,8 +208,8 @@ class Exports:
             if name in files:
                 raise OptionError(f"--export: {name} is given twice", option="export")
             files[name] = Path(path)
-        if files and method != "gls":
-            raise OptionError("--export needs the fit: --method gls", option="method")
+        if files and method == "read-off":
+            raise OptionError("--export needs a fit: --method likelihood", option="method")
         choices = choosing.choices(rate)
         with as_typed():
             for name, file in files.items():

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.fitting.planning import plan
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import value_in_si
@@ -103,7 +104,7 @@ def plan_command(
         duration = channel.duration if hours is None else 3600 * hours
         if sought is None and duration is None:
             raise OptionError(f"{name} has no {term}; give --hours or --value", option="hours")
-        if channel.verdict != "adequate":
+        if channel.verdict not in QUANTIFIED:
             say(f"warning: {name}: {source} has no adequate model of it, so the plan is uncertain", quiet=quiet)
         if channel.beside:
             say(f"warning: {name}: its {channel.beside} is ignored", quiet=quiet)

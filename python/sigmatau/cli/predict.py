@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import check_output, key_values, refuse_same, say, working
 from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.navigation.predict import predict
@@ -135,7 +136,7 @@ def _of_result(source: Path, *, quiet: bool) -> float:
         rates = [float(str(channel["sample_rate_hz"])) for channel in channels.values()]
         for name, channel in channels.items():
             fitted = channel.get("fit")
-            if isinstance(fitted, Mapping) and fitted["verdict"] != "adequate":
+            if isinstance(fitted, Mapping) and fitted["verdict"] not in QUANTIFIED:
                 say(
                     f"warning: {name}: {source} has no adequate model of it, so the prediction is uncertain",
                     quiet=quiet,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 if TYPE_CHECKING:
     from sigmatau.findings.wording import Words
 
-__all__ = ["Cause", "Details", "Finding", "FitEffect", "Severity", "Span", "by_severity", "damaged"]
+__all__ = ["Details", "Finding", "Severity", "Span", "by_severity", "damaged"]
 
 Severity = Literal["info", "warning", "error"]
 
@@ -34,60 +34,6 @@ class Details:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FitEffect:
-    """How the printed fit compares with a fit without the fault; by which factors is in `Finding.factors`.
-
-    Attributes
-    ----------
-    channel : str
-        Channel of the fit; of several channels the one that changes most.
-    tau_min_s : float
-        Shortest averaging time of the printed fit.
-    compared_from_s : float
-        Shortest averaging time of the fit without the fault.
-    without : tuple of str
-        Codes of the findings whose fault the other fit is without.
-    verdict, verdict_without : str
-        Verdicts of the printed fit and of the other one; the latter is empty if too little is left to fit.
-    hidden : tuple of str
-        Terms that the other fit observes and the printed fit does not, or limits to less.
-    at_least : tuple of str
-        Terms whose factor is a lower bound: the other fit does not observe them.
-    lower_bound : bool
-        Whether more of the fault stays undetected, so that all factors are lower bounds.
-    counted_in : str
-        Code of the finding with the factors, if several faults of a channel are counted together; else empty.
-    """
-
-    channel: str
-    tau_min_s: float
-    compared_from_s: float
-    without: tuple[str, ...]
-    verdict: str
-    verdict_without: str = ""
-    hidden: tuple[str, ...] = ()
-    at_least: tuple[str, ...] = ()
-    lower_bound: bool = False
-    counted_in: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cause:
-    """Another finding that may explain this one.
-
-    Attributes
-    ----------
-    code : str
-        Code of the other finding.
-    spans : tuple of (float, float)
-        Its spans. [s]
-    """
-
-    code: str
-    spans: tuple[Span, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """Something to know about the record before a number is trusted.
 
@@ -106,10 +52,6 @@ class Finding:
         Unit of the size; empty for a bare number.
     factors : tuple of (str, float)
         Coefficients, by term, and the factor by which each is larger than the sensor's own.
-    fit_effect : FitEffect or None
-        What the factors of a fit are compared with; None if the factors are those of a value read off.
-    cause : Cause or None
-        The finding that may explain this one.
     """
 
     details: Details
@@ -119,8 +61,6 @@ class Finding:
     size: float | None = None
     unit: str = ""
     factors: tuple[tuple[str, float], ...] = ()
-    fit_effect: FitEffect | None = None
-    cause: Cause | None = None
 
     @property
     def code(self) -> str:
@@ -157,8 +97,6 @@ class Finding:
             **({"spans_s": [list(span) for span in self.spans]} if self.spans else {}),
             **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
             **({"factors": plain(dict(self.factors))} if self.factors else {}),
-            **({} if self.fit_effect is None else {"fit_effect": plain(self.fit_effect)}),
-            **({} if self.cause is None else {"cause": plain(self.cause)}),
             "details": plain(self.details),
         }
 

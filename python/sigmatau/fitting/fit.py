@@ -15,7 +15,8 @@ from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.statement import descriptive, half_octaves, no_fit, stated
+from sigmatau.fitting.outlook import half_octaves
+from sigmatau.fitting.statement import descriptive, no_fit, stated
 from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
 from sigmatau.noise.terms import TERMS
 

@@ -12,17 +12,22 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import Reason
-from sigmatau.findings.wording.fit import reasons_text
+from sigmatau.findings.wording.fit import filter_text, reasons_text
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
+from sigmatau.fitting.response import FittedFilter
 from sigmatau.noise import terms
+from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import Printed, duration_text, interval_texts, plain, seconds, two_digits
 from sigmatau.units import find
 
+_MOST_LINES = 3  # that are printed one by one
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
-Verdict = Literal["adequate", "descriptive", "too_short"]
+Verdict = Literal["adequate", "adequate_with", "widened", "descriptive", "too_short"]
+QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
+"""Verdicts of fits whose coefficients have intervals."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +110,29 @@ class Sinusoid:
         return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resonance:
+    """Noise of a band: standard deviation, centre and half width."""
+
+    sigma: Interval
+    frequency: Interval
+    width: Interval
+
+    def to_dict(self) -> dict[str, Any]:
+        return plain(self, "sigma frequency width")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WarmUp:
+    """A drift of the mean that decays exponentially from the first sample on."""
+
+    amplitude: Interval
+    time: float  # time constant, the best of a grid [s]
+
+    def to_dict(self) -> dict[str, Any]:
+        return plain(self, "amplitude time_s=time")
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class NoiseFit(Mapping[str, FittedTerm], Printed):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
@@ -119,17 +147,34 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     terms : mapping of str to FittedTerm
     gauss_markov : tuple of GaussMarkov
     sinusoid : tuple of Sinusoid
+        Lines of the spectrum. A likelihood leaves them out of the fit; their frequencies are then the bands left out.
+    resonance : tuple of Resonance
+    response : FittedFilter or None
+        Filter on all noise but quantization.
+    warm_up : WarmUp or None
+    regressors : mapping of str to Interval
+        Coefficients of the curves that the mean was allowed to follow, by name.
+    highest : float or None
+        Frequency from which the spectrum was left out, because no model describes it there. [Hz]
+    alike_from : float or None
+        If a rate random walk was observed: a Gauss-Markov process of this or a longer correlation time explains the record
+        as well. [s]
+    discrepancy : tuple of (float, float)
+        What the intervals allow for where the model is not quite right: frequency in Hz, and standard deviation of the
+        logarithm of the density.
     model : mapping of str to float
         The coefficients that together describe the curve: the observed ones, and those of `unclear`. [SI]
-    verdict : {"adequate", "descriptive", "too_short"}
-        Whether the model fits the curve from tau_min to tau_max; if not, the values have no intervals.
+    verdict : {"adequate", "adequate_with", "widened", "descriptive", "too_short"}
+        "adequate": the terms describe the record. "adequate_with": with what else was found, see `found`. "widened": not
+        quite, and the intervals are wider for it. "descriptive": a least-squares fit that does not describe the curve from
+        tau_min to tau_max; its values have no intervals.
     reasons : tuple of Reason
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
         `sigmatau.findings.kinds.fit`. `reason` has them in words.
     unclear : tuple of str
         Terms that are not significant beside each other, although at least one of them is present.
     tau_min, tau_max : float or None
-        Averaging times used. [s]
+        Averaging times used; of a likelihood, those at which the terms and processes alone describe the curve. [s]
     p_value : float or None
         P-value of the goodness of fit.
     covariance : tuple of (tuple of str, ndarray)
@@ -149,6 +194,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     terms: Mapping[str, FittedTerm]
     gauss_markov: tuple[GaussMarkov, ...] = ()
     sinusoid: tuple[Sinusoid, ...] = ()
+    resonance: tuple[Resonance, ...] = ()
+    response: FittedFilter | None = None
+    warm_up: WarmUp | None = None
+    regressors: Mapping[str, Interval] = field(default_factory=dict)
+    highest: float | None = None
+    alike_from: float | None = None
+    discrepancy: tuple[tuple[float, float], ...] = ()
     model: Mapping[str, float]
     verdict: Verdict
     reasons: tuple[Reason, ...] = ()
@@ -194,9 +246,30 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             sigma, time = process.sigma.value, process.time.value
             ratio = 1.0 if self.gaps is None else self.gaps.gauss_markov_ratio(time / self.tau0, sizes)
             total += ratio * kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
+        for one in self.resonance:
+            total += resonance_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
+        if self.response is not None:
+            total = np.maximum(total - self.response.taken_off(self.filtered_psd, sizes), 1e-6 * total)
         for line in self.sinusoid:
             total += kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
         return total
+
+    def filtered_psd(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Two-sided density of all that the filter acts on, before the filter, at frequencies in Hz. [(rate unit)²/Hz]"""
+        total = np.zeros_like(f)
+        for name, value in self.model.items():
+            if name not in ("quantization", "rate_ramp"):
+                total += terms.psd(name, value, f, tau0=self.tau0)
+        for process in self.gauss_markov:
+            total += kernels.gauss_markov_psd(process.sigma.value, process.time.value, f, self.tau0)
+        for one in self.resonance:
+            total += resonance_psd(one.sigma.value, one.frequency.value, one.width.value, f)
+        return total
+
+    @property
+    def quantified(self) -> bool:
+        """Whether the coefficients have intervals."""
+        return self.verdict in QUANTIFIED
 
     def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
         """Degrees of freedom of overlapped Allan variances at cluster sizes `m` for the fitted model; None without noise.
@@ -209,10 +282,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         line = self.sinusoid[0] if self.sinusoid else None
         if process is not None:
             theta["gauss_markov"] = process.sigma.value**2
+        if not any(theta.values()):  # a line alone has no scatter
+            return None
         if line is not None:
             theta["sinusoid"] = line.amplitude.value**2
-        if not any(theta.values()):
-            return None
         grid = np.unique(sizes)
         if len(grid) > _MOST_EXACT:
             grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
@@ -246,7 +319,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         """Why a term was not observed, and how long a record would have to be to show it."""
         t = self[term]
         if t.p_value is None:
-            return "unknown: the short averaging times that would show it are left out"
+            hidden = "the filter hides the short times" if self.response is not None else "the short times"
+            return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
         text = f"not seen in {duration_text(self.n * self.tau0)}"
@@ -276,8 +350,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             terms=terms_,
             gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
             sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
-            verdict="descriptive" if self.verdict == "adequate" else self.verdict,
-            reasons=(reason,) if self.verdict == "adequate" else (*self.reasons, reason),
+            verdict="descriptive" if self.quantified else self.verdict,
+            reasons=(reason,) if self.quantified else (*self.reasons, reason),
             unclear=(),
             covariance=((), np.empty((0, 0))),
         )
@@ -288,8 +362,29 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":
             return "no adequate model: values without intervals"
+        if self.method == "likelihood":
+            verdict = "widened: the model is not quite right" if self.verdict == "widened" else "adequate"
+            return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"
+
+    def _with(self) -> str:
+        """What was found beside the terms, in a few words."""
+        named = []
+        if self.response is not None:
+            named.append("a filter")
+        if self.sinusoid:
+            named.append(f"{len(self.sinusoid)} lines" if len(self.sinusoid) > 1 else "a line")
+        if self.gauss_markov:
+            many = len(self.gauss_markov)
+            named.append(f"{many} Gauss-Markov processes" if many > 1 else "a Gauss-Markov process")
+        if self.resonance:
+            named.append(f"{len(self.resonance)} resonances" if len(self.resonance) > 1 else "a resonance")
+        if self.warm_up is not None:
+            named.append("a warm-up")
+        if not named:
+            return ""
+        return f" with {', '.join(named[:-1])}{' and ' if len(named) > 1 else ''}{named[-1]}"
 
     def notes(self) -> list[str]:
         """Gauss-Markov processes and sinusoids in words, and terms that the record does not distinguish."""
@@ -298,9 +393,24 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         for process in self.gauss_markov:
             sigma = _in_words(process.sigma, factor, unit)
             texts.append(f"Gauss-Markov process of {sigma}, correlation time {_in_words(process.time, 1.0, 's')}")
-        for line in self.sinusoid:
+        for one in self.resonance:
+            sigma, at = _in_words(one.sigma, factor, unit), _in_words(one.frequency, 1.0, "Hz")
+            texts.append(f"resonance of {sigma} at {at}, half width {_in_words(one.width, 1.0, 'Hz')}")
+        for line in self.sinusoid[:_MOST_LINES]:
             amplitude = _in_words(line.amplitude, factor, unit)
-            texts.append(f"sinusoid of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
+            texts.append(f"line of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
+        if len(self.sinusoid) > _MOST_LINES:
+            texts.append(f"{len(self.sinusoid) - _MOST_LINES} weaker lines")
+        if self.response is not None and self.response.corner is not None:
+            corner = Interval(value=self.response.corner, low=self.response.low, high=self.response.high, unit="Hz")
+            texts.append(f"{filter_text(self.response.shape, self.response.order)} at {_in_words(corner, 1.0, 'Hz')}")
+        if self.warm_up is not None:
+            amplitude = _in_words(self.warm_up.amplitude, factor, unit)
+            texts.append(f"warm-up of {amplitude}, time constant about {duration_text(self.warm_up.time)}")
+        if self.alike_from is not None:
+            texts.append(
+                f"a Gauss-Markov process of {duration_text(self.alike_from)} or more explains the walk as well"
+            )
         if len(self.unclear) == 1:
             label = TERMS[self.unclear[0]].label(self.quantity)
             texts.append(f"{label}: not significant, but the model does not fit without it")
@@ -318,6 +428,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             "sinusoid": self.sinusoid,
         }
         known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
+        if self.method == "likelihood":
+            terms["resonance"] = self.resonance
+            known += " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from discrepancy"
         return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
 
     def _term_to_dict(self, name: str) -> dict[str, Any]:
@@ -332,7 +445,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             value, interval, unit = self.texts(name)[0]
             if term.value is not None:
                 rows.append((label, value, interval, unit))
-            elif self.verdict == "adequate":
+            elif self.quantified:
                 limit = f"{value} {unit}: " if value else ""
                 rows.append((label, limit + self.why_not(name), "", ""))
         widths = [max((len(row[k]) for row in rows if row[3] or k == 0), default=0) for k in range(3)]

@@ -14,8 +14,9 @@ from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import detectable_theta
+from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.ramp import least_ramp
-from sigmatau.fitting.statement import coefficient, half_octaves
+from sigmatau.fitting.statement import coefficient
 from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +12,18 @@ from numpy.typing import NDArray
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.kinds.fit import Misfit, Reason
 from sigmatau.fitting import sixth_term
-from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
+from sigmatau.fitting.components import LINEAR, Components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
-from sigmatau.fitting.inference import Evidence, detectable_theta, evidence
+from sigmatau.fitting.inference import Evidence, evidence
 from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
-from sigmatau.fitting.tau_min import LEAST_P, LONGEST_SHARE, QUANTIZATION, Attempt, Data
+from sigmatau.fitting.outlook import Outlook
+from sigmatau.fitting.tau_min import LEAST_P, QUANTIZATION, Attempt, Data
 from sigmatau.noise.terms import coefficient_unit
 
 Floats = NDArray[np.float64]
 
 _WALK = LINEAR.index("rate_random_walk")
-_SHOWN_IN_SHARE = 0.9  # of the records: power of the recommended record length
 _EDGE = 0.2  # of the width of an interval: a value nearer to an end is checked without the terms that were not found
-_LONGER = 4  # times the record, for the second length from which the recommended length is extrapolated
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 _DESCRIPTIVE_ERROR = 0.1  # relative error of a variance in a descriptive fit: 5 % of a deviation
 
@@ -196,12 +195,6 @@ def coefficient(theta: float, name: str, tau0: float) -> float:
     return float(math.sqrt(max(theta, 0.0)) * tau0 ** (1 - power / 2))
 
 
-def half_octaves(smallest: int, largest: int) -> tuple[int, ...]:
-    """Those of the cluster sizes 1, 2, 3, 4, 6, 8, 12 … that lie between two sizes."""
-    sizes = {seed << j for seed in (1, 3) for j in range(largest.bit_length())}
-    return tuple(sorted(size for size in sizes if smallest <= size <= largest))
-
-
 def _evidence(gls: Gls, term: int, theta: Floats, level: float) -> Evidence:
     """The evidence of one term; if poorly determined other terms leave it without a limit, the limit of the term alone."""
     found = evidence(gls, term, theta, level=level)
@@ -244,54 +237,16 @@ def _term(
         level=level,
         p_value=e.p_value,
         upper_limit=high if math.isfinite(high) else None,
-        outlook=_Outlook(data, e, term, tuple(linear), scale, tau0),
+        outlook=Outlook(
+            n=data.n,
+            tau0=tau0,
+            first=data.m[0],
+            term=term,
+            linear=tuple(linear),
+            others=e.null[: len(LINEAR)] * scale,
+            high=e.high * scale,
+        ),
     )
-
-
-@dataclass(slots=True, eq=False)
-class _Outlook:
-    """Length in seconds of a record that shows half the limit of a term, and that half; computed at the first call."""
-
-    data: Data
-    evidence: Evidence
-    term: int
-    linear: tuple[int, ...]
-    scale: float
-    tau0: float
-    known: tuple[float | None, float | None] | None = None
-
-    def __call__(self) -> tuple[float | None, float | None]:
-        if self.known is None:
-            samples, theta = _would_show(self.data, self.evidence, self.term, self.linear)
-            value = None if theta is None else coefficient(theta * self.scale, LINEAR[self.term], self.tau0)
-            self.known = None if samples is None else samples * self.tau0, value
-        return self.known
-
-
-def _would_show(data: Data, e: Evidence, term: int, linear: Sequence[int]) -> tuple[float | None, float | None]:
-    """Samples of a record that would show half the limit, and θ of that half; None if there is no such record. The
-    smallest θ that is found falls as a power of the length, which is extrapolated from two lengths.
-    """
-    if not math.isfinite(e.high) or not e.null[: len(LINEAR)].any():
-        return None, None
-    wanted = math.log(e.high / 4)
-    others = e.null[: len(LINEAR)]
-    lengths, least = [], []
-    for times in (1, _LONGER):
-        n = data.n * times
-        parts = components(n, half_octaves(data.m[0], n // LONGEST_SHARE))
-        problem = Gls(parts, parts.design @ others, linear)
-        theta = detectable_theta(problem, term, others, level=0.95, power=_SHOWN_IN_SHARE)
-        lengths.append(math.log(n))
-        least.append(math.log(theta) if math.isfinite(theta) else math.inf)
-    if not all(map(math.isfinite, least)) or least[0] <= wanted:
-        return None, None
-    slope = (least[1] - least[0]) / (lengths[1] - lengths[0])
-    length = lengths[0] + (wanted - least[0]) / slope if slope < -1e-3 else math.inf
-    return (math.exp(length), math.exp(wanted)) if length < _LONGEST else (None, None)
-
-
-_LONGEST = math.log(1e15)  # samples
 
 
 def _covariance(gls: Gls, theta: Floats, used: list[int], scale: float, tau0: float) -> tuple[tuple[str, ...], Floats]:

@@ -18,10 +18,13 @@ _LEGEND = (
 
 _COLUMNS = 5
 
+_FITTED = {
+    "likelihood": "Fitted: maximum likelihood of the spectrum. [ ]: 95 % confidence interval;",
+    "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
+}
 _FIT_LEGEND = (
-    "Fitted: generalised least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
     '"below": 95 % upper limit of a term that is not observed; "would show": with a probability of 90 %, if the other terms',
-    "that are not observed are absent. p: p-value of the goodness of fit; a model with p < 0.002 is not adequate.",
+    "that are not observed are absent. p: p-value of the model; one with p < 0.002 is not adequate.",
     "Read off: lines of the term's slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line includes the other terms at",
     "its averaging times, and its ± is a rule of thumb: therefore the two columns differ.",
 )
@@ -46,7 +49,7 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
                 if term.look_alikes:
                     notes.setdefault(term.look_alikes, term.label(fitted.quantity))
                 plateau = plateau or name == "bias_instability"
-            elif fitted.verdict == "adequate":
+            elif fitted.quantified:
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
                 also = f"; read off {reading[0]}" if reading else ""
@@ -57,7 +60,8 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
     labels = max(len(row[0]) for row in rows if len(row) > 1)
     widths[0] = labels
     lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=False)).rstrip() for row in rows]
-    lines += ["", *_FIT_LEGEND]
+    methods = dict.fromkeys(fitted.method for fitted in fits.values())
+    lines += ["", *(_FITTED[method] for method in methods), *_FIT_LEGEND]
     if plateau:
         lines.append("Bias instability: the flat part of the curve, which most data sheets state, is 0.664 of it.")
     lines += [f"{term.capitalize()}: {others} have the same slope." for others, term in notes.items()]

@@ -14,7 +14,8 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid, real
 from sigmatau.noise.terms import TERMS
 
-_WITH_MODEL = ("adequate", "descriptive")  # Verdicts of a fit that has coefficients
+_QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
+_WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:
@@ -98,7 +99,7 @@ def channel_of_fit(
         tau_min=_number("tau_min_s", fit.get("tau_min_s")),
         duration=duration,
         rate=rate,
-        adequate=fit["verdict"] == "adequate",
+        adequate=fit["verdict"] in _QUANTIFIED,
     )
 
 

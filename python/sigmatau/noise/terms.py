@@ -332,7 +332,7 @@ def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> floa
     if order not in range(1, 9):
         raise ValueError(f"`order` must be 1 to 8, not {order!r}")
     x = math.pi * bandwidth / rate
-    # Half a sample interval times the poles, from the residues of |H|² (see `sigmatau.quality.spectrum.filter_models`).
+    # Half a sample interval times the poles, from the residues −p_j/(2n) of |H|².
     angles = np.pi * (2 * np.arange(order) + order + 1) / (2 * order)
     a = -x * np.exp(1j * angles)
     decay = np.exp(-2 * a)

@@ -83,7 +83,7 @@ class FitLike(Protocol):
     @property
     def tau_min(self) -> float | None: ...
     @property
-    def verdict(self) -> str: ...
+    def quantified(self) -> bool: ...
     def avar(self, *, m: NDArray[np.int64]) -> NDArray[np.float64]: ...
 
 
@@ -236,7 +236,7 @@ def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
     shown = _told_apart(curve.tau)
     tau, adev = curve.tau[shown], np.sqrt(fitted.avar(m=curve.m[shown])) / factor
     used = tau >= fitted.tau_min * (1 - 1e-9)
-    if fitted.verdict != "adequate":
+    if not fitted.quantified:
         used = np.zeros_like(used)
     # The two pieces share a point.
     before = ~used | (np.cumsum(used) == 1)

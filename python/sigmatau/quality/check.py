@@ -14,23 +14,21 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.quality.drift.drift import temperature, warm_up
 from sigmatau.quality.drift.stationarity import non_stationary
-from sigmatau.quality.restated import bad_samples_in_fits, filters_in_fits, without_faults
+from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.lost_rows import lost_rows
 from sigmatau.quality.samples.resolution import quantization_mismatch
 from sigmatau.quality.samples.spikes import without_spikes
 from sigmatau.quality.samples.stuck_samples import without_runs
-from sigmatau.quality.samples.undisturbed import DISTURBANCES, quiet, undisturbed
+from sigmatau.quality.samples.undisturbed import DISTURBANCES, undisturbed
+from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
-from sigmatau.quality.spectrum.lines import lines, lines_in_fits
-from sigmatau.quality.spectrum.low_pass import aliasing, low_pass, low_passes
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "with_fits"]
+__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits"]
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
@@ -97,8 +95,8 @@ def check_fits(
 ) -> tuple[Finding, ...]:
     """Faults of a record that need a fit.
 
-    Drifts with the time since the start and with temperature, noise that changes, and quantization noise that is larger than
-    the resolution of the log explains.
+    Noise that changes, steps of the mean beside a drift, and quantization noise that is larger than the resolution of the
+    log explains. What a fit itself shows is in `sigmatau.quality.fit_findings`.
 
     Parameters
     ----------
@@ -115,11 +113,9 @@ def check_fits(
     tuple of Finding
     """
     disturbed = found is None or any(finding.code in DISTURBANCES for finding in found)
-    faulty = disturbed or any(finding.code == "spikes" for finding in found or ())
     said: list[Finding] = []
-    thermometer = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
     for stream in record.streams:
-        if stream is thermometer or stream.grid.n < LEAST_SAMPLES:
+        if stream.quantity == "temperature" or stream.grid.n < LEAST_SAMPLES:
             continue
         of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
         if not of_stream:
@@ -129,51 +125,15 @@ def check_fits(
             term = fitted.get("quantization")
             if term is not None and term.observed and term.value is not None:
                 said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
-        # Samples at either end that are not the sensor's are not a drift.
-        calm = quiet(stream) if faulty else stream
-        of_calm = of_stream if calm is stream else {}
-        said += warm_up(calm, of_calm)
-        if thermometer is not None:
-            said += temperature(calm, thermometer, of_calm)
-        still = undisturbed(stream) if disturbed else stream
+        flat = without_drifts(record, stream, of_stream)
+        if flat is not stream:
+            said += steps_beside_drifts(flat, of_stream)
+        still = undisturbed(flat) if disturbed else flat
         if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
             # Single bad samples are reported by another check: only channels that are uneven without them count.
-            clean = without_faults(still)
+            clean = without_spikes(without_runs(still))
             said += [finding for finding in non_stationary(clean, of_stream) if finding.channel in uneven]
     return tuple(said)
-
-
-def with_fits(
-    record: Record, fits: Mapping[str, NoiseFit], found: Sequence[Finding], *, looked_at: int = LOOKED_AT
-) -> list[Finding]:
-    """Findings of `check` with the effects of bad samples, filters and lines on the fits.
-
-    Parameters
-    ----------
-    record : Record
-    fits : mapping of str to NoiseFit
-        By channel.
-    found : sequence of Finding
-        Of any kind; those without such an effect are returned unchanged.
-    looked_at : int
-        See `check`; findings of longer streams are returned unchanged.
-
-    Returns
-    -------
-    list of Finding
-    """
-    result = list(found)
-    for stream in record.streams:
-        if stream.quantity != "temperature" and LEAST_SAMPLES <= stream.grid.n <= looked_at:
-            of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
-            mine = [f for f in result if f.channel is None or f.channel in of_stream]
-            if any(finding.code == "spectral_line" for finding in mine):
-                bad = {
-                    f.channel for f in mine if f.code == "spikes"
-                }  # beside them the fit is not changed by lines alone
-                result = lines_in_fits(stream, {c: f for c, f in of_stream.items() if c not in bad}, result)
-            result = filters_in_fits(stream, of_stream, bad_samples_in_fits(stream, of_stream, result))
-    return result
 
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
@@ -187,15 +147,8 @@ def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once
         found += [finding for finding in upsampled(at_rest) if finding.channel not in told]
-    between = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
-    filters = {} if None in between else low_passes(at_rest)
-    filters = {channel: fitted for channel, fitted in filters.items() if channel not in between}
-    found += low_pass(at_rest, fits=filters)
-    if bandwidth is None:
-        found += aliasing(stream, fits=filters)
     for name, stated in (bandwidth or {}).items():
-        found += aliasing(stream if name == stream.name else replace(stream.only(name), name=name), bandwidth=stated)
-    found += lines(stream)
+        found += aliasing(stream if name == stream.name else replace(stream.only(name), name=name), stated)
     found += cross_axis(at_rest)
     return found
 

@@ -1,4 +1,4 @@
-"""Findings about a curve or its fit alone."""
+"""Findings about a curve alone."""
 
 from __future__ import annotations
 
@@ -11,15 +11,10 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import (
     ConstantChannel,
-    NoAdequateModel,
     OutOfRange,
-    ShortTimesLeftOut,
-    SinusoidFitted,
     Strided,
     TooFewSamples,
-    TooShort,
 )
-from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.record.streams import Stream
 
 __all__ = [
@@ -27,7 +22,6 @@ __all__ = [
     "LEAST",
     "constant_channel",
     "constant_channels",
-    "fit_findings",
     "out_of_range",
     "rounding",
     "strided",
@@ -35,33 +29,6 @@ __all__ = [
 ]
 
 LEAST, LARGEST = 1e-120, 1e120  # range of Allan variances that can be analysed: a fit squares them [rate_unit²]
-_MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
-_LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
-
-
-def fit_findings(fitted: NoiseFit, *, missing: float = 0.0) -> list[Finding]:
-    """Why a channel is not fitted, or not from its shortest averaging time on; `missing` is the share of missing samples."""
-    channels = (fitted.channel,)
-    if fitted.verdict == "too_short":
-        size = missing if missing > _MANY_MISSING else None
-        details = TooShort(reasons=fitted.reasons, missing=missing)
-        return [Finding(details=details, severity="warning", channels=channels, size=size)]
-    if fitted.verdict == "descriptive":
-        return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity="warning", channels=channels)]
-    found = [
-        Finding(
-            details=SinusoidFitted(frequency=line.frequency.value),
-            severity="info",
-            channels=channels,
-            size=line.amplitude.value,
-            unit=line.amplitude.unit,
-        )
-        for line in fitted.sinusoid[:1]
-    ]
-    if fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
-        left_out = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
-        found.append(Finding(details=left_out, severity="info", channels=channels))
-    return found
 
 
 def rounding(stream: Stream, channel: str) -> float:

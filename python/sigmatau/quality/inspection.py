@@ -8,27 +8,31 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from sigmatau.errors import DataError
-from sigmatau.estimators.allan import allan
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import CheckedWithoutFit
-from sigmatau.fitting.fit import fit
+from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.quality import curve_checks
-from sigmatau.quality.causes import one_cause
-from sigmatau.quality.check import Bandwidth, check, check_fits, with_fits
+from sigmatau.quality.check import Bandwidth, check, check_fits
 from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.record import memory
 from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
 
 __all__ = ["FITTED", "inspect"]
 
 FITTED = 8_000_000
 """Largest number of samples of all channels that are fitted for the checks, which takes some seconds on one core."""
+
+_LARGEST = 1e60
 
 
 @facts_kept()
@@ -82,11 +86,16 @@ def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:
     fits: dict[str, NoiseFit] = {}
     for stream in streams:
         for channel in stream.channels:
+            if not _varies(stream, channel):
+                continue
             with contextlib.suppress(DataError):  # too short, or too many samples are missing
-                curve = allan(Record(streams=(stream.only(channel),)))[channel]
-                if curve_checks.LEAST < curve.avar.max() < curve_checks.LARGEST and curve.adev.max() > (
-                    curve_checks.rounding(stream, channel)
-                ):
-                    fits[channel] = fit(curve)
-    found = [*with_fits(record, fits, found), *check_fits(record, fits, found=found)]
-    return one_cause(found, list(fits), max((stream.grid.duration for stream in streams), default=0.0))
+                fits[channel] = fit_channel(record, channel)
+    beside = tuple(found)
+    return [*without_consequences(found, fits), *by_channel(fits, beside), *check_fits(record, fits, found=beside)]
+
+
+def _varies(stream: Stream, channel: str) -> bool:
+    """Whether a channel changes by more than rounding, within the range that can be squared."""
+    x = stream.column(channel)
+    low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
+    return -_LARGEST < low < high < _LARGEST and high - low > max(curve_checks.rounding(stream, channel), 1 / _LARGEST)

@@ -8,50 +8,23 @@ from sigmatau.findings.finding import Details
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Drift(Details):
-    """Base of the drifts with a cause, and what is known of their effect beside the factors of the finding."""
+class WarmUp(Details, code="warm_up"):
+    """The signal settles exponentially from the first sample on, which the fit allows for; the size is by how much."""
 
-    quantity: str  # quantity of the channel, such as ``"angular_rate"``
-    # terms whose factor is a lower bound, because the fit without the drift does not show them
-    lower_bounds: tuple[str, ...] = ()
-    # terms that the fit states and that the fit without the drift does not show, although the values are below its
-    # limits: the drift may be all of them
-    undetermined: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WarmUp(Drift, code="warm_up"):
-    """The signal settles exponentially from the beginning of the record on; the size of the finding is by how much."""
-
-    error: float  # standard error of the size, in the unit of the finding
+    quantity: str
     time_constant: float  # [s]
-    settled: float  # time from the beginning after which 0.7 % of the drift is left; may exceed the record [s]
-    duration: float  # length of the record [s]
-    # whether the factors are those of the drift and of the steps of the level that were found beside it
-    with_steps: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LateDrift(Drift, code="late_drift"):
-    """The signal moves away exponentially towards the end of the record; the size of the finding is by how much."""
-
-    error: float  # standard error of the size, in the unit of the finding
-    time_constant: float  # [s]
-    duration: float  # length of the record [s]
-    # whether the factors are those of the drift and of the steps of the level that were found beside it
-    with_steps: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TemperatureDrift(Drift, code="temperature_drift"):
-    """The signal follows the temperature; the size of the finding is the coefficient per kelvin."""
-
-    rate_unit: str  # unit of the signal
-    low: float  # 95 % interval of the coefficient [rate_unit/K]
+    low: float  # interval of the size
     high: float
-    temperature_range: float  # largest less smallest temperature [K]
-    share: float  # share of the Allan variance at `tau` that the temperature explains
-    tau: float  # [s]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TemperatureDrift(Details, code="temperature_drift"):
+    """The signal follows the temperature, which the fit allows for; the size is the coefficient per kelvin."""
+
+    quantity: str
+    rate_unit: str  # unit of the signal
+    low: float  # interval of the coefficient [rate_unit/K]
+    high: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -67,13 +67,20 @@ class CoarseValues:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FilterTakenForProcess:
-    """A fit from shorter times on takes a low-pass filter for a Gauss-Markov process and shows no random walk."""
+class BandLeftOut:
+    """The spectrum from a frequency on has a shape that no model describes, and is left out."""
 
-    kind: str = field(default="filter_taken_for_process", init=False)
-    corner: float  # corner frequency of the filter [Hz]
-    correlation_time: float  # of the process [s]
-    tau_min: float  # shortest averaging time of that fit [s]
+    kind: str = field(default="band_left_out", init=False)
+    highest: float  # [Hz]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandsOff:
+    """Widened: the best model is off the spectrum in some bands."""
+
+    kind: str = field(default="bands_off", init=False)
+    frequency: float  # where it is worst [Hz]
+    ratio: float  # measured density over that of the model there
 
 
 Reason = (
@@ -84,7 +91,8 @@ Reason = (
     | ShortTimesDeviate
     | IsolatedSamples
     | CoarseValues
-    | FilterTakenForProcess
+    | BandLeftOut
+    | BandsOff
 )
 """Why there is no fit, why a fit is not adequate, or why its shortest averaging times are left out."""
 
@@ -105,18 +113,20 @@ class NoAdequateModel(Details, code="no_adequate_model"):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Widened(Details, code="widened"):
+    """The best model is off the spectrum, and the intervals allow for it; the size is the random walk's, relative."""
+
+    frequency: float  # where the model is worst [Hz]
+    ratio: float  # measured density over that of the model there
+    allowed: float  # largest standard deviation of the logarithm of the density that the intervals allow for
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ShortTimesLeftOut(Details, code="short_times_left_out"):
     """The fit begins beyond the shortest averaging time; the reasons are empty where that was asked for."""
 
     tau_min: float  # [s]
     reasons: tuple[Reason, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SinusoidFitted(Details, code="sinusoid_fitted"):
-    """A sinusoid was fitted beside the five terms; the size of the finding is its amplitude."""
-
-    frequency: float  # [Hz]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

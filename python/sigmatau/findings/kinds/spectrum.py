@@ -18,13 +18,11 @@ class Mains:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """A line in the spectrum of a channel."""
+    """A line in the spectrum of a channel, which the fit leaves out."""
 
     frequency: float  # [Hz]
-    amplitude: float  # of the sinusoid; of an unsteady line, of a steady one with the same power [unit of the finding]
-    width: float  # of the band that holds 80 % of its power; 0 if the line is steady, as narrow as the resolution [Hz]
-    ratio: float  # density over that of the noise beside it, at the width that shows the line best
-    low: float  # the band that was taken as the line [Hz]
+    amplitude: float  # of a sinusoid with the same power [unit of the finding]
+    low: float  # the band that was left out [Hz]
     high: float
     harmonics: tuple[Line, ...] = ()  # lines at multiples of its frequency, folded at half the sampling rate
     mains: Mains | None = None
@@ -32,39 +30,46 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpectralLines(Details, code="spectral_line"):
-    """Lines of a channel."""
+    """Lines of a channel; the size of the finding is the amplitude of the strongest."""
 
     lines: tuple[Line, ...]  # strongest first, each with its harmonics
-    factor: float  # by which all lines together make σ(τ) larger at most; 1 if that is not known
-    tau: float | None  # averaging time of that factor; None if it is not known [s]
-    # averaging time from which the lines change σ(τ) by 1 % at most; None if no fit can begin there [s]
-    clear_from: float | None
-    # the largest `clear_from` of the channels of the stream; 0 if all averaging times can be used [s]
-    tau_min: float = 0.0
-    stretches: int = 1  # stretches of the record that were searched: 1 is the whole record
-    between_motion: bool = False  # whether the times of motion were left out of the search
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LowPassFilter(Details, code="low_pass_filter"):
-    """A low-pass filter in front of the sampler."""
+    """A filter in front of the sampler, which is part of the fit; the size of the finding is its corner."""
 
-    shape: str  # the most likely of `sigmatau.quality.spectrum.filter_models.SHAPES`
-    order: int | None  # of a Butterworth filter
-    # frequency of -3 dB and its standard error, which includes half the distance to the corner of any other possible
-    # shape [Hz]
-    corner: float
-    error: float
-    alike: tuple[str, ...]  # other shapes that the spectrum does not exclude
-    alike_corners: tuple[float, ...]  # their corners [Hz]
-    misfit: float  # deviance of the fit over the number of its points: 1 by chance
-    tau0: float  # sample interval [s]
-    # σ at one sample over what the random walk makes there; above 1, quantization after the filter adds more than the
-    # filter removes
-    sigma_one_sample: float
-    # averaging time from which σ is within 1 % of what the random walk makes, but for quantization [s]
-    right_from: float
-    tau_min: float = 0.0  # the largest `right_from` of the channels of the stream [s]
+    shape: str  # "butterworth", "smoothing", "running_mean", "low_pass", or "uneven" if it has no corner
+    order: int | None  # of a Butterworth filter; samples of a running mean
+    corner: float | None  # frequency of half the power, with its interval [Hz]
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandLeftOut(Details, code="band_left_out"):
+    """The top of the spectrum has a shape that no model describes, and is left out of the fit."""
+
+    highest: float  # frequency from which on [Hz]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GaussMarkovProcess(Details, code="gauss_markov_process"):
+    """A first-order Gauss-Markov process is part of the fit; the size of the finding is its standard deviation."""
+
+    quantity: str
+    time: float  # correlation time with its interval [s]
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resonance(Details, code="resonance"):
+    """Noise of a band is part of the fit; the size of the finding is its standard deviation."""
+
+    quantity: str
+    frequency: float  # centre [Hz]
+    width: float  # half width [Hz]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,9 +79,6 @@ class Aliasing(Details, code="aliasing"):
     rate: float  # sampling rate [Hz]
     bandwidth: float  # of the sensor [Hz]
     order: int | None  # of its filter; None if it was not stated: then the size is that of the first order
-    # whether the bandwidth was stated by the user; else it was found in the spectrum, and the filter must be analog
-    stated: bool
-    error: float | None = None  # standard error of a bandwidth that was found in the spectrum [Hz]
     second_order: float | None = None  # factor behind a second-order filter, if the order was not stated
     rate_needed: float  # sampling rate at which the factor is 1.02 [Hz]
 

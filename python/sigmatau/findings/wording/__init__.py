@@ -10,8 +10,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.findings.wording.phrases import Words, axes_text, clock
-from sigmatau.noise.terms import TERMS
+from sigmatau.findings.wording.phrases import Words, axes_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,19 +21,6 @@ __all__ = ["SUBJECTS", "Words", "line", "sentence", "words"]
 
 SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting", "live")
 """Modules of this package, one per subject."""
-
-_CAUSES = {
-    "dropout": "dropout",
-    "interpolated": "interpolated samples",
-    "late_drift": "drift",
-    "not_static": "disturbance",
-    "saturation": "saturation",
-    "spikes": "spikes",
-    "start_transient": "start transient",
-    "stuck_samples": "stuck samples",
-    "temperature_drift": "temperature drift",
-    "warm_up": "warm-up",
-}
 
 
 @cache
@@ -57,14 +43,7 @@ def words(finding: Finding) -> Words:
     Words
         Message and action; the channels are not named in them unless one of several is meant.
     """
-    message, action = _table()[type(finding.details)](finding, finding.details)
-    if finding.fit_effect is not None and finding.fit_effect.hidden:
-        message += f"; {' and '.join(TERMS[term].label('') for term in finding.fit_effect.hidden)} hidden"
-    if finding.cause is not None:
-        what, spans = _CAUSES[finding.cause.code], finding.cause.spans
-        message += f"; may be due to the {what}" + (f" at {clock(spans[0][0])}" if spans and spans[0][0] else "")
-        action = f"Exclude the {what}, then run again"
-    return Words(message, action)
+    return _table()[type(finding.details)](finding, finding.details)
 
 
 def sentence(finding: Finding) -> str:

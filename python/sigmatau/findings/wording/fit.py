@@ -10,7 +10,7 @@ from sigmatau.findings.kinds import fit as kinds
 from sigmatau.findings.wording.phrases import Words, percent
 from sigmatau.results import duration_text, seconds, two_digits
 
-__all__ = ["WORDS", "reason_text", "reasons_text"]
+__all__ = ["WORDS", "filter_text", "reason_text", "reasons_text"]
 
 _SUMMED_NOISE = {"angular_rate": "angle noise", "acceleration": "velocity noise"}
 
@@ -29,10 +29,23 @@ _REASONS: dict[type, Callable[[Any], str]] = {
     ),
     kinds.IsolatedSamples: lambda r: "without consecutive samples the random walk includes quantization noise",
     kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, so the rounding error is unknown",
-    kinds.FilterTakenForProcess: lambda r: (
-        f"a fit from τ = {seconds(r.tau_min)} s mistakes the filter at {r.corner:.3g} Hz for a Gauss-Markov process"
-    ),
+    kinds.BandLeftOut: lambda r: f"the spectrum from {r.highest:.3g} Hz on fits no model and is left out",
+    kinds.BandsOff: lambda r: f"the density near {r.frequency:.2g} Hz is {_off(r.ratio)} the best model",
 }
+
+
+_ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth"}
+
+
+def filter_text(shape: str, order: int | None) -> str:
+    """A filter in words: ``"second-order Butterworth filter"``."""
+    if shape == "butterworth" and order is not None:
+        return "first-order filter" if order == 1 else f"{_ORDERS[order]}-order Butterworth filter"
+    return {
+        "smoothing": "exponential smoothing",
+        "running_mean": f"running mean of {order} samples",
+        "low_pass": "low-pass filter",
+    }.get(shape, "uneven spectrum")
 
 
 def reason_text(reason: kinds.Reason) -> str:
@@ -73,17 +86,16 @@ def _no_adequate_model(finding: Finding, details: kinds.NoAdequateModel) -> Word
     return Words(f"no adequate model: {reason_text(details.reasons[0])}", action)
 
 
+def _widened(finding: Finding, details: kinds.Widened) -> Words:
+    return Words(
+        f"the density near {details.frequency:.2g} Hz is {_off(details.ratio)} the best model; intervals are wider",
+        "Look for a cause near this frequency, or take the intervals as they are",
+    )
+
+
 def _short_times_left_out(finding: Finding, details: kinds.ShortTimesLeftOut) -> Words:
     why = f": {reason_text(details.reasons[0])}" if details.reasons else ""
     return Words(f"the fit starts at τ = {seconds(details.tau_min)} s{why}")
-
-
-def _sinusoid_fitted(finding: Finding, details: kinds.SinusoidFitted) -> Words:
-    return Words(
-        f"the five terms alone do not fit; a sinusoid of {finding.size:.3g} {finding.unit} at"
-        f" {details.frequency:.4g} Hz was added to the fit",
-        "Look for a cause at this frequency, such as temperature control or vibration",
-    )
 
 
 def _out_of_range(finding: Finding, details: kinds.OutOfRange) -> Words:
@@ -161,8 +173,8 @@ def _checked_without_fit(finding: Finding, details: kinds.CheckedWithoutFit) -> 
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.TooShort: _too_short,
     kinds.NoAdequateModel: _no_adequate_model,
+    kinds.Widened: _widened,
     kinds.ShortTimesLeftOut: _short_times_left_out,
-    kinds.SinusoidFitted: _sinusoid_fitted,
     kinds.OutOfRange: _out_of_range,
     kinds.ConstantChannel: _constant_channel,
     kinds.TooFewSamples: _too_few_samples,

@@ -206,8 +206,8 @@ def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
 
 
 def _means(stream: Stream, channel: str, block: int) -> Floats:
-    found = block_means(stream, channel, length=block, gaps=True)
-    return np.full(1, np.nan) if found is None else found.means
+    found = block_means(stream, channel, length=block)
+    return found if len(found) else np.full(1, np.nan)
 
 
 def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:

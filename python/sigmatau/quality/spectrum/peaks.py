@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints
-from sigmatau.findings.kinds.spectrum import Line
 from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
@@ -64,7 +63,19 @@ class Periodogram:
     dof: float
 
 
-def measured_lines(spectrum: Periodogram) -> list[Line]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Peak:
+    """A line of a spectrum."""
+
+    frequency: float  # [Hz]
+    amplitude: float  # of the sinusoid; of an unsteady line, of a steady one with the same power
+    width: float  # of the band that holds 80 % of its power; 0 if the line is as narrow as the resolution [Hz]
+    ratio: float  # density over that of the noise beside it, at the width that shows the line best
+    low: float  # the band that was taken as the line [Hz]
+    high: float
+
+
+def measured_lines(spectrum: Periodogram) -> list[Peak]:
     """All lines of a spectrum, harmonics not grouped."""
     return [_measured(spectrum, cluster) for cluster in _clusters(spectrum)]
 
@@ -301,7 +312,7 @@ def _refined(density: Floats, k: int) -> float:
     return k + side * min(max((2 * ratio - 1) / (ratio + 1), 0.0), 0.5)
 
 
-def _measured(spectrum: Periodogram, cluster: _Cluster) -> Line:
+def _measured(spectrum: Periodogram, cluster: _Cluster) -> Peak:
     """Power, frequency and width of a line; of a steady one in the bins over which Hann's taper spreads it."""
     first, last = max(cluster.first - 3, 1), min(cluster.last + 3, len(spectrum.density) - 1)
     excess = spectrum.density[first : last + 1] - cluster.noise
@@ -326,7 +337,7 @@ def _measured(spectrum: Periodogram, cluster: _Cluster) -> Line:
         shares = np.cumsum(above) / above.sum()
         low, high = np.searchsorted(shares, [0.1, 0.9])
         frequency, wide = float(above @ np.arange(first, last + 1)) / float(above.sum()), float(high - low)
-    return Line(
+    return Peak(
         frequency=frequency * spectrum.step,
         amplitude=math.sqrt(4 * max(whole, 0.0) * spectrum.step),  # half its square is the power, of both signs of f
         width=wide * spectrum.step,

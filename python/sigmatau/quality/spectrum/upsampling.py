@@ -17,7 +17,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Resampled
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.spectrum import filter_models
-from sigmatau.quality.spectrum.filter_fit import fit_low_pass
 from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
 from sigmatau.record.streams import Stream
 from sigmatau.spectrum.estimate import welch
@@ -41,7 +40,7 @@ _EXACT = 1e-6  # of the root mean square: differences below are none
 _SKIRT = 64.0  # bins: a transform without a taper spreads a line far
 _LEAST_NOTHING = 0.02
 _OUTLIER = 16.0
-_FITS = 3.0  # deviance a point: by chance 1 ± 0.15; an empty band has hundreds
+_SUDDEN = 10  # edge over its width, at least: a digital filter of fourth order is as steep, but not as sudden
 
 
 def upsampled(stream: Stream) -> list[Finding]:
@@ -118,12 +117,11 @@ def _resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
             second = np.diff(piece, n=2)
             nothing.append(float(np.mean(second * second < (_EXACT * _EXACT) * mean)))
         kind, rate = _source(swing[0], nothing[0], nothing[1], spectrum)
-        shape = "mean" if kind == "held" else "bartlett"
-        corner = filter_models.mean_corner(shape, 1 / rate)
+        shape: filter_models.Shape = "mean" if kind == "held" else "bartlett"
         if kind == "smooth":
             short = _short(spectrum, rate)
         else:
-            short = math.sqrt(float(filter_models.relative_avar(shape, corner, 1, 1.0)[0]))
+            short = math.sqrt(float(filter_models.relative_avar(shape, 1 / rate, 1, 1.0)[0]))
         if short >= 1:
             continue  # interpolation takes power from the short times: this is a vibration that comes and goes
         return Resampled(
@@ -131,7 +129,7 @@ def _resampled(y: Floats, spectrum: Spectrum) -> Resampled | None:
             rate=rate / tau0,
             log_rate=1 / tau0,
             sigma_one_sample=short,
-            right_from=filter_models.right_from(shape, corner, 1.0) * tau0,
+            right_from=filter_models.right_from(shape, 1 / rate, 1.0) * tau0,
             depth=swing[1],
         )
     return _empty(spectrum)
@@ -228,14 +226,11 @@ def _empty(spectrum: Spectrum) -> Resampled | None:
     if not len(full) or not len(gone):
         return None
     edge, end = int(full[-1]), int(gone[-1]) + 1
-    if end >= 0.9 * blocks or end - edge > max(3, edge // 3):
+    if end >= 0.9 * blocks or end - edge > max(3, edge // _SUDDEN):
         return None
     share = float(np.median(levels[end:]) / np.median(levels[max(edge - 8, 0) : edge + 1]))
     if share > EMPTY:
         return None
-    fitted = fit_low_pass(spectrum)
-    if fitted is not None and fitted.misfit < _FITS:
-        return None  # a digital filter of fourth order is as steep, but not as sudden
     band = 2 * float(centres[edge])
     brick = band * spectrum.tau0
     return Resampled(

@@ -1,18 +1,10 @@
 """One fault, one warning: single faults planted in 20 minutes of white noise and bias instability."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
-from sigmatau.findings.finding import Cause, Finding
-from sigmatau.findings.kinds.drift import NonStationary
-from sigmatau.findings.kinds.fit import NoAdequateModel
-from sigmatau.findings.kinds.spectrum import Line, SpectralLines
-from sigmatau.findings.kinds.values import Saturation
-from sigmatau.quality.causes import one_cause
 
 N, RATE = 1e-3, 100.0
 SD = N * RATE**0.5
@@ -72,27 +64,6 @@ def test_one_fault_is_one_warning(code, fault):
     fault(x)
     findings = analyze(Record.from_arrays(rate=RATE, gyro=x)).findings
     assert [f.code for f in findings if f.severity != "info"] == [code]
-    for finding in findings:
-        if finding.code in ("no_adequate_model", "spectral_line"):
-            assert finding.cause.code == code
-
-
-def test_what_is_elsewhere_stays_a_warning():
-    def of(kind, channel, *spans):
-        # one_cause looks at the kind, not at the fields of it.
-        return Finding(details=object.__new__(kind), severity="warning", channels=(channel,), spans=spans)
-
-    fault = of(Saturation, "a", (1440.0, 1440.0))
-    near, far = of(NonStationary, "a", (1350.0, 1350.0)), of(NonStationary, "a", (450.0, 450.0))
-    other = of(NoAdequateModel, "b")
-    steady = Line(frequency=7.0, amplitude=1.0, width=0.0, ratio=100.0, low=6.9, high=7.1)
-    lines = SpectralLines(lines=(replace(steady, width=0.4),), factor=2.0, tau=1.0, clear_from=4.0)
-    broad = Finding(details=lines, severity="warning", channels=("a",))
-    sharp = replace(broad, details=replace(lines, lines=(*lines.lines, steady)))
-    said = one_cause([fault, near, far, other, broad, sharp], ["a", "b"], 3600.0)
-    assert [f.severity for f in said] == ["warning", "info", "warning", "warning", "info", "warning"]
-    cause = Cause(code="saturation", spans=((1440.0, 1440.0),))
-    assert [f.cause for f in said] == [None, cause, None, None, cause, None]
 
 
 @pytest.mark.parametrize("share", [0.998, 0.999])

@@ -1,0 +1,24 @@
+//! One likelihood for a channel: some 200 means of powers with gamma laws, and a model of the density that explains them.
+//!
+//! [`Pass`] goes over the samples once. [`analyse`] selects the model: the terms, and what else the record shows (a filter,
+//! lines, Gauss-Markov processes, resonances, drifts), tests it, and profiles the likelihood for intervals.
+
+mod adequacy;
+mod analysis;
+mod bins;
+mod candidates;
+mod discrepancy;
+mod expected;
+mod laws;
+mod linear;
+mod lines;
+mod model;
+mod pass;
+mod profile;
+mod select;
+
+pub use analysis::{Drift, Options, Outcome, Process, analyse};
+pub use expected::Part;
+pub use lines::Line;
+pub use pass::{LEAST_SAMPLES, Pass, Summary};
+pub use profile::Bounds;

@@ -1,0 +1,110 @@
+//! Whether a fitted model describes the record: three tests, each sensitive to another kind of misfit.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::laws::{chi2_above, chi2_below, digamma, normal_quantile_above, trigamma};
+use crate::likelihood::model::Fit;
+
+/// Bands of the second test in a decade, and least degrees of freedom of one.
+const BANDS: f64 = 4.0;
+const LEAST_FREEDOM: f64 = 8.0;
+
+/// Share of the parameters that the bands of the second test pay for.
+const PAID: f64 = 0.7;
+
+/// Numbers of the lowest modes that are tested together, and the price of looking at all of them.
+const LOWEST: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0];
+const LOWEST_PRICE: f64 = 4.0;
+
+/// Result of the tests.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adequacy {
+    /// P-value of all three together.
+    pub p_value: f64,
+    /// Bands of a quarter decade: mean frequency [Hz] and normal deviate, positive if the record has more than the model.
+    pub bands: Vec<(f64, f64)>,
+}
+
+/// Tests a fit.
+pub(crate) fn adequacy(fit: &Fit, bins: &Bins) -> Adequacy {
+    let ratio: Vec<f64> = fit.powers.iter().zip(&fit.spectrum).map(|(i, s)| i / s).collect();
+    let parameters = fit.model.parameters() as f64;
+    let deviances = gamma_deviances(&ratio, bins, parameters);
+    let (of_bands, bands) = bands(&ratio, bins, parameters);
+    let lowest = lowest_modes(&ratio, bins);
+    Adequacy { p_value: (3.0 * deviances.min(of_bands).min(lowest)).min(1.0), bands }
+}
+
+/// The sum of gamma deviances 2x(r − 1 − ln r), x half the degrees of freedom, with its exact mean and variance.
+fn gamma_deviances(ratio: &[f64], bins: &Bins, parameters: f64) -> f64 {
+    let (mut sum, mut mean, mut variance) = (0.0, 0.0, 0.0);
+    for (i, &r) in ratio.iter().enumerate() {
+        let x = 0.5 / (1.0 / bins.freedom_alone[i] + 1.0 / bins.cap[i]);
+        sum += 2.0 * x * (r - 1.0 - r.max(1e-300).ln());
+        mean += 2.0 * x * log_bias(x);
+        variance += 4.0 * x * x * (trigamma(x) - 1.0 / x);
+    }
+    let scale = variance / (2.0 * mean);
+    chi2_above(sum / scale, (mean / scale - parameters).max(1.0))
+}
+
+/// ln x − ψ(x), without cancellation for large x.
+fn log_bias(x: f64) -> f64 {
+    if x > 1e4 { 0.5 / x + 1.0 / (12.0 * x * x) } else { x.ln() - digamma(x) }
+}
+
+/// Bands of a quarter decade: a misfit of many neighbouring bins that none shows alone.
+fn bands(ratio: &[f64], bins: &Bins, parameters: f64) -> (f64, Vec<(f64, f64)>) {
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut start = 0;
+    while start < ratio.len() {
+        let band = band_of(bins, start, BANDS);
+        let mut end = start;
+        let (mut freedom, mut sum, mut log, mut count) = (0.0, 0.0, 0.0, 0.0);
+        while end < ratio.len() && band_of(bins, end, BANDS) == band {
+            let weight = bins.weight(end);
+            freedom += weight;
+            sum += weight * ratio[end];
+            log += bins.frequency[end].ln();
+            count += 1.0;
+            end += 1;
+        }
+        if freedom >= LEAST_FREEDOM {
+            let above = chi2_above(sum, freedom);
+            let deviate = if above > 0.5 {
+                -normal_quantile_above(chi2_below(sum, freedom).max(1e-300))
+            } else {
+                normal_quantile_above(above.max(1e-300))
+            };
+            found.push(((log / count).exp(), deviate));
+        }
+        start = end;
+    }
+    if found.len() <= 3 {
+        return (1.0, found);
+    }
+    let n = found.len() as f64;
+    let freedom = (n - PAID * parameters.min(n - 2.0)).max(2.0);
+    (chi2_above(found.iter().map(|(_, z)| z * z).sum(), freedom), found)
+}
+
+/// Number of the band of a bin.
+pub(crate) fn band_of(bins: &Bins, bin: usize, per_decade: f64) -> i64 {
+    (per_decade * (bins.frequency[bin] / bins.frequency[0]).log10() + 1e-9).floor() as i64
+}
+
+/// The lowest modes together, in both directions: a model that is far too high there is invisible to the other tests.
+fn lowest_modes(ratio: &[f64], bins: &Bins) -> f64 {
+    let mut least: f64 = 1.0;
+    for wanted in LOWEST {
+        let (mut freedom, mut sum) = (0.0, 0.0);
+        for (i, r) in ratio.iter().enumerate() {
+            freedom += bins.freedom[i];
+            sum += bins.freedom[i] * r;
+            if freedom >= wanted - 0.5 {
+                break;
+            }
+        }
+        least = least.min(2.0 * chi2_above(sum, freedom).min(chi2_below(sum, freedom)));
+    }
+    (LOWEST_PRICE * least).min(1.0)
+}

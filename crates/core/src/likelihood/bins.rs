@@ -1,0 +1,394 @@
+//! The numbers that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
+
+use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, flicker_modes};
+use crate::likelihood::pass::Summary;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Modes that are bins by themselves.
+const SINGLE: usize = 48;
+
+/// Bins in a decade beyond them.
+const PER_DECADE: f64 = 32.0;
+
+/// No bin of the periodogram is wider than this part of it.
+const WIDEST: f64 = 64.0;
+
+/// Frequencies at which the model is evaluated in a bin of the periodogram, and of the modes.
+pub(crate) const POINTS: usize = 8;
+const MODE_POINTS: usize = 4;
+
+/// Least share of unmasked densities in a bin.
+const LEAST_SHARE: f64 = 0.15;
+
+/// Half a bin of width more, for every stretch of a bin: the law of the mean of overlapping, tapered densities.
+const EDGE: f64 = 0.5;
+
+/// Regressors: curves that the mean of the record may follow.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Regressor {
+    /// Cosine modes.
+    pub modes: Vec<f64>,
+}
+
+/// Sums over the modes of each bin of products of regressors and of the record, for one set of regressors.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Products {
+    pub count: usize,
+    /// `count`² a bin.
+    pub squares: Vec<f64>,
+    /// `count` a bin.
+    pub with_record: Vec<f64>,
+}
+
+/// Densities of one part of the model of unit amplitude: means over the bins of the modes, and at the points of the bins
+/// of the periodogram, `POINTS` a bin.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Column {
+    pub low: Vec<f64>,
+    pub high: Vec<f64>,
+}
+
+impl Column {
+    /// Means over all bins, without a filter.
+    pub(crate) fn means(&self) -> Vec<f64> {
+        let high = self.high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
+        self.low.iter().copied().chain(high).collect()
+    }
+}
+
+/// The binned record, for one mask of the periodogram.
+#[derive(Debug, Clone)]
+pub(crate) struct Bins<'a> {
+    pub record: &'a Summary,
+    /// Densities of the periodogram that count.
+    pub mask: Arc<Vec<bool>>,
+    /// Numbers of low bins.
+    pub low: usize,
+    /// First mode (from 1) of each low bin, and one past the last.
+    edges: Vec<usize>,
+    /// Mean squares of the modes without regressors.
+    low_power: Vec<f64>,
+    /// Mean densities of the bins of the periodogram.
+    pub high_power: Vec<f64>,
+    /// Range of densities of each bin of the periodogram.
+    pub ranges: Vec<(usize, usize)>,
+    /// Mean frequency of all bins. [Hz]
+    pub frequency: Vec<f64>,
+    /// Degrees of freedom: information, and law of a single mean.
+    pub freedom: Vec<f64>,
+    pub freedom_alone: Vec<f64>,
+    /// Degrees of freedom that a discrepancy leaves at most.
+    pub cap: Vec<f64>,
+    /// Median density of the periodogram's bins.
+    pub scale: f64,
+    mode_points: Vec<ModePoint>,
+    /// First of its points, for each low bin and one past the last.
+    mode_starts: Vec<usize>,
+    pub fine_points: Vec<FinePoint>,
+    /// Columns of the four terms, in the order of [`TERMS`].
+    terms: Arc<Vec<Column>>,
+    /// cos 2πk f τ₀ − 1, k = 1 … 6: of the low bins, of the points.
+    pub cosines_low: Arc<Vec<Vec<f64>>>,
+    pub cosines_high: Arc<Vec<Vec<f64>>>,
+    pub regressors: Arc<Vec<Regressor>>,
+}
+
+/// The four terms, in their order in a model.
+pub(crate) const TERMS: [Part; 4] =
+    [Part::Quantization, Part::RandomWalk, Part::BiasInstability, Part::RateRandomWalk];
+
+/// Coefficients of a filter, at most.
+pub(crate) const MOST_FILTER: usize = 6;
+
+/// First density of the periodogram that is used: above the highest mode.
+pub(crate) fn first_density(record: &Summary) -> usize {
+    let highest = record.mode_frequency(record.modes.len()) * (1.0 + 1e-9);
+    (highest * record.segment as f64 * record.tau0).ceil() as usize
+}
+
+/// The mask without lines: the densities above the modes, up to the frequency where nothing of the noise is left (a zero
+/// of a digital filter, the floor of rounding).
+pub(crate) fn usable(record: &Summary) -> Vec<bool> {
+    const PIECES: usize = 64;
+    const FEWEST: usize = 16;
+    const EMPTY: f64 = 0.08; // of the usual density
+    let last = record.density.len() - 1;
+    let first = first_density(record);
+    let mut mask = vec![false; last + 1];
+    if first >= last {
+        return mask;
+    }
+    mask[first..last].fill(true);
+    let edge = |i: usize| first + (last + 1 - first) * i / PIECES;
+    let medians: Vec<f64> = (0..PIECES).map(|i| median(&record.density[edge(i)..edge(i + 1)])).collect();
+    let usual = median(&medians[1..PIECES / 2]);
+    let mut end = PIECES;
+    while end > FEWEST && medians[end - 1] < EMPTY * usual {
+        end -= 1;
+    }
+    if end < PIECES {
+        mask[edge(end)..].fill(false);
+    }
+    mask
+}
+
+impl<'a> Bins<'a> {
+    pub(crate) fn new(record: &'a Summary, mask: Arc<Vec<bool>>, regressors: Arc<Vec<Regressor>>) -> Self {
+        let blocks = Blocks { samples: record.block, count: record.blocks, tau0: record.tau0 };
+        let edges = low_edges(record.modes.len());
+        let low = edges.len() - 1;
+        let mut mode_points = Vec::new();
+        let mut mode_starts = vec![0];
+        for pair in edges.windows(2) {
+            let count = pair[1] - pair[0];
+            let points = count.min(MODE_POINTS);
+            for i in 0..points {
+                mode_points
+                    .push(blocks.point(pair[0] + ((i as f64 + 0.5) * count as f64 / points as f64) as usize));
+            }
+            mode_starts.push(mode_points.len());
+        }
+        let low_power: Vec<f64> = edges
+            .windows(2)
+            .map(|p| {
+                record.modes[p[0] - 1..p[1] - 1].iter().map(|x| x * x).sum::<f64>() / (p[1] - p[0]) as f64
+            })
+            .collect();
+        let mut frequency: Vec<f64> =
+            edges.windows(2).map(|p| record.mode_frequency(1) * (p[0] + p[1] - 1) as f64 / 2.0).collect();
+        let mut freedom: Vec<f64> = edges.windows(2).map(|p| (p[1] - p[0]) as f64).collect();
+        let mut freedom_alone = freedom.clone();
+        let (mut high_power, mut ranges, mut fine_points) = (Vec::new(), Vec::new(), Vec::new());
+        let share = record.samples as f64 / record.segment as f64;
+        for (start, stop) in high_edges(record) {
+            let there: Vec<usize> = (start..stop).filter(|&k| mask[k]).collect();
+            let count = there.len();
+            if (count as f64) < (LEAST_SHARE * (stop - start) as f64).max(2.0) {
+                continue;
+            }
+            let stretches = 1 + there.windows(2).filter(|p| p[1] > p[0] + 1).count();
+            high_power.push(there.iter().map(|&k| record.density[k]).sum::<f64>() / count as f64);
+            frequency.push(there.iter().map(|&k| record.frequency(k)).sum::<f64>() / count as f64);
+            freedom.push(2.0 * count as f64 * share);
+            freedom_alone.push(2.0 * (count as f64 + EDGE * stretches as f64) * share);
+            ranges.push((start, stop));
+            for i in 0..POINTS {
+                let at = ((i as f64 + 0.5) / POINTS as f64 * count as f64) as usize;
+                let k = there[at.min(count - 1)];
+                fine_points.push(FinePoint::new(record.frequency(k), record.tau0, record.segment));
+            }
+        }
+        let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
+        let cosines = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * record.tau0).sin().powi(2);
+        let each = |at: &[f64]| -> Vec<Vec<f64>> {
+            (1..=MOST_FILTER).map(|k| at.iter().map(|&f| cosines(f, k)).collect()).collect()
+        };
+        let at_points: Vec<f64> = fine_points.iter().map(|p| p.frequency).collect();
+        let mut bins = Self {
+            record,
+            mask,
+            low,
+            cosines_low: Arc::new(each(&frequency[..low])),
+            cosines_high: Arc::new(each(&at_points)),
+            cap: vec![f64::INFINITY; frequency.len()],
+            edges,
+            low_power,
+            high_power,
+            ranges,
+            frequency,
+            freedom,
+            freedom_alone,
+            scale,
+            mode_points,
+            mode_starts,
+            fine_points,
+            terms: Arc::new(Vec::new()),
+            regressors,
+        };
+        bins.terms = Arc::new(TERMS.map(|part| bins.column(part)).to_vec());
+        bins
+    }
+
+    /// Number of bins.
+    pub(crate) fn len(&self) -> usize {
+        self.frequency.len()
+    }
+
+    pub(crate) fn blocks(&self) -> Blocks {
+        Blocks { samples: self.record.block, count: self.record.blocks, tau0: self.record.tau0 }
+    }
+
+    /// The densities of a part of unit amplitude.
+    pub(crate) fn column(&self, part: Part) -> Column {
+        if part.is_term() && !self.terms.is_empty() {
+            return self.terms[TERMS.iter().position(|&t| t == part).unwrap_or(0)].clone();
+        }
+        let mut column = Column { low: vec![0.0; self.low], high: vec![0.0; self.fine_points.len()] };
+        self.fill(part, &mut column);
+        column
+    }
+
+    /// The column of a term, which is kept.
+    pub(crate) fn term(&self, part: Part) -> Option<&Column> {
+        TERMS.iter().position(|&t| t == part).map(|k| &self.terms[k])
+    }
+
+    /// The same into a column that is there.
+    pub(crate) fn fill(&self, part: Part, column: &mut Column) {
+        let blocks = self.blocks();
+        if part == Part::BiasInstability {
+            let all = flicker_modes(blocks, self.record.modes.len());
+            let length = self.record.block_length();
+            for (slot, pair) in column.low.iter_mut().zip(self.edges.windows(2)) {
+                let inside = &all[pair[0] - 1..pair[1] - 1];
+                *slot = length * inside.iter().sum::<f64>() / inside.len() as f64;
+            }
+        } else {
+            for (slot, pair) in column.low.iter_mut().zip(self.mode_starts.windows(2)) {
+                let points = &self.mode_points[pair[0]..pair[1]];
+                *slot = points.iter().map(|p| blocks.density(part, p)).sum::<f64>() / points.len() as f64;
+            }
+        }
+        for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
+            *slot = point.density(part, self.record.tau0);
+        }
+    }
+
+    /// Degrees of freedom that count in the fit.
+    pub(crate) fn weight(&self, bin: usize) -> f64 {
+        1.0 / (1.0 / self.freedom[bin] + 1.0 / self.cap[bin])
+    }
+
+    /// The sums that a model with these regressors needs.
+    pub(crate) fn products(&self, used: &[usize]) -> Products {
+        let count = used.len();
+        let mut squares = Vec::with_capacity(self.low * count * count);
+        let mut with_record = Vec::with_capacity(self.low * count);
+        for pair in self.edges.windows(2) {
+            let modes = pair[0] - 1..pair[1] - 1;
+            for &i in used {
+                let own = &self.regressors[i].modes[modes.clone()];
+                for &j in used {
+                    let other = &self.regressors[j].modes[modes.clone()];
+                    squares.push(own.iter().zip(other).map(|(a, b)| a * b).sum());
+                }
+                let record = &self.record.modes[modes.clone()];
+                with_record.push(own.iter().zip(record).map(|(a, b)| a * b).sum());
+            }
+        }
+        Products { count, squares, with_record }
+    }
+
+    /// Mean squares of the modes without what the regressors explain.
+    pub(crate) fn residual_power(&self, products: &Products, beta: &[f64]) -> Vec<f64> {
+        let n = products.count;
+        let mut power = self.low_power.clone();
+        if n == 0 {
+            return power;
+        }
+        for (bin, slot) in power.iter_mut().enumerate() {
+            let modes = (self.edges[bin + 1] - self.edges[bin]) as f64;
+            let mut change = 0.0;
+            for i in 0..n {
+                change -= 2.0 * beta[i] * products.with_record[bin * n + i];
+                for j in 0..n {
+                    change += beta[i] * beta[j] * products.squares[(bin * n + i) * n + j];
+                }
+            }
+            *slot = (*slot + change / modes).max(1e-14 * *slot);
+        }
+        power
+    }
+
+    /// Measured powers of all bins.
+    pub(crate) fn powers(&self, low: &[f64]) -> Vec<f64> {
+        low.iter().chain(&self.high_power).copied().collect()
+    }
+
+    /// The mean powers of the periodogram's bins in each eighth of the record.
+    pub(crate) fn parts(&self) -> Vec<Vec<f64>> {
+        let mean = |part: &Vec<f64>, &(start, stop): &(usize, usize)| {
+            let there = (start..stop).filter(|&k| self.mask[k]);
+            let count = there.clone().count() as f64;
+            there.map(|k| part[k]).sum::<f64>() / count
+        };
+        self.record
+            .parts
+            .iter()
+            .map(|part| self.ranges.iter().map(|range| mean(part, range)).collect())
+            .collect()
+    }
+}
+
+/// Modes singly, then logarithmically.
+fn low_edges(modes: usize) -> Vec<usize> {
+    let mut edges: Vec<usize> = (1..=SINGLE.min(modes) + 1).collect();
+    let mut at = SINGLE as f64;
+    let step = 10_f64.powf(1.0 / PER_DECADE);
+    while edges[edges.len() - 1] <= modes {
+        let done = edges[edges.len() - 1] - 1;
+        at = (at * step).max((done + 1) as f64);
+        edges.push((at.round() as usize).min(modes) + 1);
+    }
+    edges
+}
+
+fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
+    const FEWEST: f64 = 4.0;
+    let (first, last) = (first_density(record), record.segment / 2);
+    let widest = (last as f64 / WIDEST).max(1.0);
+    let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
+    let mut edges = vec![first];
+    let mut at = first as f64;
+    while edges[edges.len() - 1] < last {
+        at += (at * step).max(FEWEST).min(widest);
+        edges.push((at.round() as usize).min(last));
+    }
+    let n = edges.len();
+    if n > 2 && ((edges[n - 1] - edges[n - 2]) as f64) < 0.5 * (edges[n - 2] - edges[n - 3]) as f64 {
+        edges.remove(n - 2);
+    }
+    edges.windows(2).map(|p| (p[0], p[1])).filter(|(a, b)| b > a).collect()
+}
+
+pub(crate) fn median(x: &[f64]) -> f64 {
+    if x.is_empty() {
+        return f64::NAN;
+    }
+    let mut sorted = x.to_vec();
+    let middle = sorted.len() / 2;
+    let (below, &mut at, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    if x.len() % 2 == 1 {
+        return at;
+    }
+    let before = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    0.5 * (at + before)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_cover_every_mode_and_density_once() {
+        for samples in [256, 1000, 4096, 40_000] {
+            let x: Vec<f64> = (0..samples).map(|i| f64::from((i * 7919) % 1013)).collect();
+            let record = Summary::of(&x, 0.01).unwrap();
+            let edges = low_edges(record.modes.len());
+            assert_eq!((edges[0], edges[edges.len() - 1]), (1, record.modes.len() + 1));
+            assert!(edges.windows(2).all(|p| p[1] > p[0]));
+            let high = high_edges(&record);
+            assert!(high.windows(2).all(|p| p[0].1 == p[1].0));
+            assert_eq!(high[high.len() - 1].1, record.segment / 2);
+        }
+    }
+
+    #[test]
+    fn medians() {
+        assert_eq!(
+            [median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0])].map(f64::to_bits),
+            [2.0, 2.5].map(f64::to_bits)
+        );
+    }
+}

@@ -1,0 +1,141 @@
+//! What could be added to a model, and how much each would lower the deviance, by a step from the present fit.
+
+use crate::likelihood::bins::{Bins, MOST_FILTER, POINTS};
+use crate::likelihood::expected::Part;
+use crate::likelihood::linear::{Symmetric, dot};
+use crate::likelihood::model::Fit;
+
+/// Correlation times and resonances of the dictionary in a decade.
+const TIMES: f64 = 6.0;
+const CENTRES: f64 = 20.0;
+
+/// Half widths of resonances over their frequencies.
+const WIDTHS: [f64; 3] = [0.02, 0.06, 0.2];
+
+/// Information of a candidate that the other parameters leave, at least: less is rounding.
+const LEAST_LEFT: f64 = 1e-6;
+
+/// Parts with unit amplitude, and their mean densities by bin.
+pub(crate) struct Dictionary {
+    pub processes: Vec<(Part, Vec<f64>)>,
+    pub resonances: Vec<(Part, Vec<f64>)>,
+}
+
+impl Dictionary {
+    pub(crate) fn new(bins: &Bins) -> Self {
+        let (tau0, duration) = (bins.record.tau0, bins.record.duration());
+        let column = |part: Part| (part, bins.column(part).means());
+        let times = spaced(40.0 * tau0, duration / 6.0, TIMES);
+        let processes = times.into_iter().map(|time| column(Part::GaussMarkov { time })).collect();
+        let highest_mode = bins.record.mode_frequency(bins.record.modes.len());
+        let spacing = bins.record.frequency(1);
+        let mut resonances = Vec::new();
+        for frequency in spaced(4.0 / duration, 0.47 / tau0, CENTRES) {
+            for share in WIDTHS {
+                let width = share * frequency;
+                if width > 1.5 / duration && (frequency < highest_mode || width > spacing) {
+                    resonances.push(column(Part::Resonance { frequency, width }));
+                }
+            }
+        }
+        Self { processes, resonances }
+    }
+}
+
+/// Geometric steps from `low` to `high`, so many in a decade.
+pub(crate) fn spaced(low: f64, high: f64, per_decade: f64) -> Vec<f64> {
+    if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
+        return Vec::new();
+    }
+    let decades = (high / low).log10();
+    let count = ((per_decade * decades) as usize + 1).max(2);
+    (0..count).map(|i| low * 10_f64.powf(decades * i as f64 / (count - 1) as f64)).collect()
+}
+
+/// The linearised problem at a fit.
+pub(crate) struct Scores {
+    slopes: Vec<Vec<f64>>,
+    weights: Vec<f64>,
+    excess: Vec<f64>,
+    inverse: Symmetric,
+    /// Step of the present parameters.
+    step: Vec<f64>,
+    response: Vec<f64>,
+    spectrum: Vec<f64>,
+    gain: f64,
+}
+
+impl Scores {
+    pub(crate) fn at(fit: &Fit, bins: &Bins) -> Self {
+        let (_, all) = fit.information(bins);
+        // A part at 0 has no step downwards.
+        let parts = fit.model.parts.len();
+        let slopes: Vec<Vec<f64>> = all
+            .into_iter()
+            .enumerate()
+            .filter(|(j, _)| *j >= parts || fit.model.theta[*j] > 0.0)
+            .map(|(_, column)| column)
+            .collect();
+        let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
+        let excess = fit.excess();
+        let mut information = Symmetric::zero(slopes.len());
+        for i in 0..slopes.len() {
+            for j in 0..=i {
+                let sum: f64 = (0..bins.len()).map(|b| 0.5 * weights[b] * slopes[i][b] * slopes[j][b]).sum();
+                information.set(i, j, sum);
+            }
+        }
+        let inverse = information.pseudo_inverse();
+        let pull: Vec<f64> = weights.iter().zip(&excess).map(|(w, e)| 0.5 * w * e).collect();
+        let gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        let step = inverse.times(&gradient);
+        let gain = dot(&gradient, &step);
+        let response = fit.model.response_means(bins);
+        Self { slopes, weights, excess, inverse, step, response, spectrum: fit.spectrum.clone(), gain }
+    }
+
+    /// Fall of the deviance by a candidate with a mean density by bin; `behind` the filter or not.
+    pub(crate) fn gain_of(&self, column: &[f64], behind: bool) -> f64 {
+        let relative: Vec<f64> = (0..column.len())
+            .map(|b| column[b] * if behind { self.response[b] } else { 1.0 } / self.spectrum[b])
+            .collect();
+        let weighted: Vec<f64> = relative.iter().zip(&self.weights).map(|(u, w)| 0.5 * w * u).collect();
+        let own = dot(&relative, &weighted);
+        let shared: Vec<f64> = self.slopes.iter().map(|c| dot(c, &weighted)).collect();
+        let pull = dot(&weighted, &self.excess) - dot(&shared, &self.step);
+        let left = (own - dot(&shared, &self.inverse.times(&shared))).max(LEAST_LEFT * own);
+        if pull > 0.0 { pull * pull / left } else { 0.0 }
+    }
+
+    /// The candidate with the largest gain.
+    pub(crate) fn best(&self, among: &[(Part, Vec<f64>)]) -> Option<(f64, Part)> {
+        among
+            .iter()
+            .map(|(part, column)| (self.gain_of(column, true), *part))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Fall of the deviance by more coefficients of the filter, from `present` to `wanted`.
+    pub(crate) fn gain_of_filter(&self, fit: &Fit, bins: &Bins, wanted: usize) -> f64 {
+        let present = fit.model.filter.len();
+        debug_assert!(present < wanted && wanted <= MOST_FILTER);
+        let mut columns = self.slopes.clone();
+        // Relative to the whole density: quantization noise is not filtered, but this is a first look.
+        for k in present..wanted {
+            let high = bins.cosines_high[k].chunks_exact(POINTS);
+            let means = high.map(|c| c.iter().sum::<f64>() / POINTS as f64);
+            columns.push(bins.cosines_low[k].iter().copied().chain(means).collect());
+        }
+        let n = columns.len();
+        let mut information = Symmetric::zero(n);
+        for i in 0..n {
+            let weighted: Vec<f64> = columns[i].iter().zip(&self.weights).map(|(c, w)| 0.5 * w * c).collect();
+            for (j, other) in columns.iter().enumerate().take(i + 1) {
+                information.set(i, j, dot(&weighted, other));
+            }
+        }
+        let pull: Vec<f64> = self.weights.iter().zip(&self.excess).map(|(w, e)| 0.5 * w * e).collect();
+        let gradient: Vec<f64> = columns.iter().map(|c| dot(c, &pull)).collect();
+        dot(&gradient, &information.pseudo_inverse().times(&gradient)) - self.gain
+    }
+}

@@ -1,0 +1,103 @@
+//! What is left of a model's authority where it does not quite agree: a log-normal wiggle, constant in a quarter decade,
+//! whose size is estimated from the record and limits what each band may say.
+
+use crate::likelihood::adequacy::band_of;
+use crate::likelihood::bins::Bins;
+use crate::likelihood::linear::dot;
+use crate::likelihood::model::Fit;
+
+const ROUNDS: usize = 4;
+const BANDS: f64 = 4.0;
+const LEAST_FREEDOM: f64 = 4.0;
+
+/// Bands over which the size of the wiggle is smoothed.
+const SMOOTH: f64 = 2.0;
+
+/// Largest leverage of a band: parameters that follow it hide its misfit.
+const MOST_LEVERAGE: f64 = 0.8;
+
+/// A band's own misfit counts beyond this many variances of chance, and by this share.
+const BEYOND: f64 = 4.0;
+const OWN_SHARE: f64 = 0.5;
+
+struct Band {
+    number: i64,
+    first: usize,
+    end: usize,
+    freedom: f64,
+    log_ratio: f64,
+    leverage: f64,
+}
+
+/// The fit with limited weights, the bins that have them, and the size of the wiggle: frequency [Hz], standard deviation of
+/// the logarithm of the density.
+pub(crate) fn widened<'a>(fit: &Fit, bins: &Bins<'a>) -> (Fit, Bins<'a>, Vec<(f64, f64)>) {
+    let mut bins = bins.clone();
+    let mut fit = fit.clone();
+    let mut sizes = Vec::new();
+    for _ in 0..ROUNDS {
+        let bands = bands(&fit, &bins);
+        let variances = wiggle(&bands);
+        bins.cap.fill(f64::INFINITY);
+        for (band, variance) in bands.iter().zip(&variances) {
+            let share = 1.0 / (1.0 + band.freedom * variance / 2.0);
+            if share < 0.999 {
+                for i in band.first..band.end {
+                    bins.cap[i] = bins.freedom[i] * share / (1.0 - share);
+                }
+            }
+        }
+        let first = bins.frequency[0];
+        sizes = bands
+            .iter()
+            .zip(&variances)
+            .map(|(b, v)| (first * 10_f64.powf((b.number as f64 + 0.5) / BANDS), v.sqrt()))
+            .collect();
+        fit = fit.model.clone().fit(&bins);
+    }
+    (fit, bins, sizes)
+}
+
+fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
+    let (information, slopes) = fit.information(bins);
+    let inverse = information.pseudo_inverse();
+    let excess = fit.excess();
+    let mut found = Vec::new();
+    let mut first = 0;
+    while first < bins.len() {
+        let number = band_of(bins, first, BANDS);
+        let mut end = first;
+        let (mut freedom, mut sum, mut leverage) = (0.0, 0.0, 0.0);
+        while end < bins.len() && band_of(bins, end, BANDS) == number {
+            let row: Vec<f64> = slopes.iter().map(|c| c[end]).collect();
+            leverage += 0.5 * bins.weight(end) * dot(&row, &inverse.times(&row));
+            freedom += bins.freedom[end];
+            sum += bins.freedom[end] * excess[end];
+            end += 1;
+        }
+        if freedom >= LEAST_FREEDOM {
+            let log_ratio = (1.0 + sum / freedom).max(0.05).ln();
+            let leverage = leverage.min(MOST_LEVERAGE);
+            found.push(Band { number, first, end, freedom, log_ratio, leverage });
+        }
+        first = end;
+    }
+    found
+}
+
+/// Variance of the wiggle in each band: E (ln r)² = (1 − h)(s² + 2/ν), smoothed over bands, h the leverage.
+fn wiggle(bands: &[Band]) -> Vec<f64> {
+    bands
+        .iter()
+        .map(|here| {
+            let (mut above, mut below) = (0.0, 0.0);
+            for b in bands {
+                let weight = (-0.5 * ((here.number - b.number) as f64 / SMOOTH).powi(2)).exp();
+                above += weight * (b.log_ratio.powi(2) - (1.0 - b.leverage) * 2.0 / b.freedom);
+                below += weight * (1.0 - b.leverage);
+            }
+            let own = OWN_SHARE * (here.log_ratio.powi(2) - BEYOND * 2.0 / here.freedom);
+            (above / below).max(own).max(0.0)
+        })
+        .collect()
+}

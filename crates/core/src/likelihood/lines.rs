@@ -1,0 +1,135 @@
+//! Narrow lines: densities of the periodogram that stand out, which the fit leaves out.
+
+use crate::likelihood::bins::{Bins, first_density, median};
+use crate::likelihood::laws::chi2_quantile_above;
+use crate::likelihood::model::Model;
+use crate::likelihood::pass::Summary;
+
+/// Probability of a false line in a record.
+const FALSE_ALARM: f64 = 1e-4;
+
+/// The foot of a line ends where two densities in a row are no larger than chance leaves one of fifty.
+const FOOT: f64 = 0.02;
+
+/// Densities left out on either side of the foot.
+const MARGIN: usize = 3;
+
+/// Degrees of freedom of a density, over the number of independent segments (Hann, 75 % overlap).
+const FREEDOM: f64 = 4.16;
+
+/// Twice the number of neighbouring densities that share their noise (Hann).
+const SHARED: f64 = 4.16;
+
+/// Densities of a running median, and how much larger a line must then be: a median is not a model.
+const RUNNING: usize = 32;
+const UNSURE: f64 = 1.1;
+
+/// A line of the spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Ends of what was left out. [Hz]
+    pub from: f64,
+    /// The other end. [Hz]
+    pub to: f64,
+    /// Highest density. [Hz]
+    pub frequency: f64,
+    /// Amplitude of a sinusoid of the same power, and its standard error if the line is noise of a narrow band; a steady
+    /// sinusoid has a smaller one. [rate unit]
+    pub amplitude: f64,
+    /// See `amplitude`.
+    pub error: f64,
+}
+
+/// Lines above running medians of the density, which are taken out of the mask.
+pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
+    let (first, last) = (first_density(record), record.density.len() - 1);
+    if first + RUNNING > last {
+        return Vec::new();
+    }
+    let density = &record.density[first..last];
+    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let bias = chi2_quantile_above(0.5, freedom) / freedom;
+    let mut centres = Vec::new();
+    let mut start = 0;
+    while start < density.len() {
+        let end = (start + RUNNING).min(density.len());
+        let (from, to) = (start.saturating_sub(RUNNING / 2), (end + RUNNING / 2).min(density.len()));
+        let middle = (first as f64 + 0.5 * (from + to - 1) as f64).ln();
+        centres.push((middle, median(&density[from..to]).max(1e-300).ln()));
+        start = end;
+    }
+    let reference: Vec<f64> =
+        (first..last).map(|k| interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
+    standing_out(record, mask, &reference, UNSURE)
+}
+
+/// Lines above a fitted model.
+pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<Line> {
+    let record = bins.record;
+    let (first, last) = (first_density(record), record.density.len() - 1);
+    if first >= last {
+        return Vec::new();
+    }
+    let reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
+    standing_out(record, mask, &reference, 1.0)
+}
+
+/// Linear between points, and beyond the first and the last one.
+fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
+    if centres.len() < 2 {
+        return centres[0].1;
+    }
+    let after = centres.partition_point(|c| c.0 < x).clamp(1, centres.len() - 1);
+    let ((x0, y0), (x1, y1)) = (centres[after - 1], centres[after]);
+    y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+}
+
+fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: f64) -> Vec<Line> {
+    let first = first_density(record);
+    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let count = reference.len();
+    let ratio: Vec<f64> = reference.iter().zip(&record.density[first..]).map(|(s, p)| p / s).collect();
+    let threshold = chi2_quantile_above(FALSE_ALARM / count as f64, freedom) / freedom * factor;
+    let foot = chi2_quantile_above(FOOT, freedom) / freedom;
+    let high = |range: std::ops::Range<usize>| range.into_iter().any(|k| ratio[k] > foot);
+    let mut inside = vec![false; count];
+    for i in 0..count {
+        if !(ratio[i] > threshold && mask[first + i]) || inside[i] {
+            continue;
+        }
+        let (mut a, mut b) = (i, i);
+        while a > 0 && high(a.saturating_sub(2)..a) {
+            a -= 1;
+        }
+        while b + 1 < count && high(b + 1..(b + 3).min(count)) {
+            b += 1;
+        }
+        inside[a.saturating_sub(MARGIN)..=(b + MARGIN).min(count - 1)].fill(true);
+    }
+    let mut found = Vec::new();
+    let mut k = 0;
+    let spacing = record.frequency(1);
+    while k < count {
+        if !inside[k] {
+            k += 1;
+            continue;
+        }
+        let start = k;
+        while k < count && inside[k] {
+            mask[first + k] = false;
+            k += 1;
+        }
+        let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
+        let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
+        let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
+        let amplitude = (4.0 * power * spacing).max(0.0).sqrt();
+        found.push(Line {
+            amplitude,
+            error: if amplitude > 0.0 { 2.0 * spacing * variance.sqrt() / amplitude } else { 0.0 },
+            from: record.frequency(first + start),
+            to: record.frequency(first + k - 1),
+            frequency: record.frequency(first + peak),
+        });
+    }
+    found
+}

@@ -1,0 +1,451 @@
+//! A model of the density of a channel, and its fit: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
+
+use crate::likelihood::bins::{Bins, Column, MOST_FILTER, POINTS, Products};
+use crate::likelihood::expected::Part;
+use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use std::sync::Arc;
+
+const STEPS: usize = 40;
+const HALVINGS: usize = 12;
+const SHORTER: f64 = 0.4;
+
+/// Fall of the deviance at which a fit ends.
+pub(crate) const TOLERANCE: f64 = 1e-4;
+
+/// Largest step of the logarithm of a shape, and of a coefficient of the filter.
+const SHAPE_STEP: f64 = 0.7;
+const FILTER_STEP: f64 = 1.5;
+
+/// Share of the median density that is added, so that a model of nothing has a likelihood.
+const FLOOR: f64 = 1e-9;
+
+/// Relative change of a shape for its derivative.
+const DIFFERENCE: f64 = 0.02;
+
+/// Which number of a part that is not a term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shape {
+    Time,
+    Frequency,
+    Width,
+}
+
+/// Parts with their parameters, and a filter that acts on all but quantization noise.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Model {
+    pub parts: Vec<Part>,
+    /// Squared coefficients, σ² or variances.
+    pub theta: Vec<f64>,
+    /// ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1).
+    pub filter: Vec<f64>,
+    /// Indices of the regressors.
+    pub regressors: Vec<usize>,
+    /// Parameter that is not fitted.
+    pub held: Option<usize>,
+    pub held_shape: Option<(usize, Shape)>,
+}
+
+/// A fitted model.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub model: Model,
+    /// Expected densities by bin.
+    pub spectrum: Vec<f64>,
+    /// Measured densities by bin, without the regressors.
+    pub powers: Vec<f64>,
+    pub deviance: f64,
+    /// Part of the deviance that the regressors cause (restricted likelihood).
+    pub restricted: f64,
+    pub beta: Vec<f64>,
+    pub beta_covariance: Symmetric,
+    /// Of this set of regressors; shared by the fits that follow.
+    products: Arc<Products>,
+}
+
+impl Model {
+    pub(crate) fn new(parts: Vec<Part>, regressors: Vec<usize>) -> Self {
+        Self { theta: Vec::new(), filter: Vec::new(), held: None, held_shape: None, parts, regressors }
+    }
+
+    pub(crate) fn index(&self, part: Part) -> Option<usize> {
+        self.parts.iter().position(|&p| p == part)
+    }
+
+    /// The model without a part. Regressors stay: both likelihoods are of the same data.
+    pub(crate) fn without(&self, part: usize) -> Self {
+        let mut model = self.clone();
+        model.parts.remove(part);
+        model.theta.remove(part);
+        (model.held, model.held_shape) = (None, None);
+        model
+    }
+
+    pub(crate) fn with(&self, part: Part, theta: f64) -> Self {
+        let mut model = self.clone();
+        model.parts.push(part);
+        model.theta.push(theta);
+        model
+    }
+
+    /// Parts that are not terms.
+    pub(crate) fn processes(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.parts.len()).filter(|&j| !self.parts[j].is_term())
+    }
+
+    fn shapes(&self) -> Vec<(usize, Shape)> {
+        let mut found = Vec::new();
+        for (j, part) in self.parts.iter().enumerate() {
+            match part {
+                Part::GaussMarkov { .. } => found.push((j, Shape::Time)),
+                Part::Resonance { .. } => found.extend([(j, Shape::Frequency), (j, Shape::Width)]),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// Numbers that are fitted.
+    pub(crate) fn parameters(&self) -> usize {
+        self.parts.len() + self.filter.len() + self.shapes().len() + self.regressors.len()
+    }
+
+    /// |H|² at the low bins and at the points of the others; None without a filter.
+    fn response(&self, bins: &Bins) -> Option<(Vec<f64>, Vec<f64>)> {
+        if self.filter.is_empty() {
+            return None;
+        }
+        let of = |cosines: &[Vec<f64>]| {
+            let mut sum = vec![0.0; cosines[0].len()];
+            for (a, cosine) in self.filter.iter().zip(cosines) {
+                sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
+            }
+            for s in &mut sum {
+                *s = s.exp();
+            }
+            sum
+        };
+        Some((of(&bins.cosines_low), of(&bins.cosines_high)))
+    }
+
+    /// |H|² as means over all bins.
+    pub(crate) fn response_means(&self, bins: &Bins) -> Vec<f64> {
+        match self.response(bins) {
+            None => vec![1.0; bins.len()],
+            Some((low, high)) => Column { low, high }.means(),
+        }
+    }
+
+    /// |H|² at a frequency. [Hz]
+    pub(crate) fn response_at(&self, f: f64, tau0: f64) -> f64 {
+        let angle = 2.0 * std::f64::consts::PI * f * tau0;
+        let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
+        sum.exp()
+    }
+
+    /// Expected densities by bin.
+    pub(crate) fn spectrum(&self, bins: &Bins) -> Vec<f64> {
+        self.evaluate(bins, false).0
+    }
+
+    /// Expected densities, and (if asked for) their logarithmic derivatives by theta, filter and shapes.
+    pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let response = self.response(bins);
+        let nl = bins.low;
+        let mut total = vec![FLOOR * bins.scale; bins.len()];
+        let mut filtered_low = vec![0.0; nl];
+        let mut filtered = vec![0.0; if response.is_some() { bins.fine_points.len() } else { 0 }];
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut scratch = Column { low: vec![0.0; nl], high: vec![0.0; bins.fine_points.len()] };
+        for (j, &part) in self.parts.iter().enumerate() {
+            let column = if let Some(column) = bins.term(part) {
+                column
+            } else {
+                bins.fill(part, &mut scratch);
+                &scratch
+            };
+            let behind = part != Part::Quantization;
+            let means = binned(column, response.as_ref().filter(|_| behind));
+            let theta = self.theta[j];
+            total.iter_mut().zip(&means).for_each(|(t, m)| *t += theta * m);
+            if derivatives {
+                if let Some((low, high)) = response.as_ref().filter(|_| behind) {
+                    for i in 0..nl {
+                        filtered_low[i] += theta * column.low[i] * low[i];
+                    }
+                    for (sum, (c, h)) in filtered.iter_mut().zip(column.high.iter().zip(high)) {
+                        *sum += theta * c * h;
+                    }
+                }
+                columns.push(means);
+            }
+        }
+        if !derivatives {
+            return (total, columns);
+        }
+        for k in 0..self.filter.len() {
+            let mut column: Vec<f64> =
+                filtered_low.iter().zip(&bins.cosines_low[k]).map(|(s, c)| s * c).collect();
+            let at = filtered.chunks_exact(POINTS).zip(bins.cosines_high[k].chunks_exact(POINTS));
+            column.extend(at.map(|(s, c)| dot(s, c) / POINTS as f64));
+            columns.push(column);
+        }
+        for (j, shape) in self.shapes() {
+            let (up, down, step) = neighbours(self.parts[j], shape);
+            bins.fill(up, &mut scratch);
+            let mut column = binned(&scratch, response.as_ref());
+            bins.fill(down, &mut scratch);
+            let other = binned(&scratch, response.as_ref());
+            let factor = self.theta[j] / step;
+            column.iter_mut().zip(&other).for_each(|(a, b)| *a = (*a - b) * factor);
+            columns.push(column);
+        }
+        for column in &mut columns {
+            column.iter_mut().zip(&total).for_each(|(c, s)| *c /= s);
+        }
+        (total, columns)
+    }
+
+    /// Parameters that start a fit, by non-negative least squares with weights that no bin dominates.
+    fn start(&mut self, bins: &Bins) {
+        const HEAVIEST: f64 = 10.0;
+        const LEAST: f64 = 0.05; // of the usual density: what a bin weighs at most
+        let n = self.parts.len();
+        let powers = bins.powers(&bins.residual_power(&bins.products(&[]), &[]));
+        let usual = bins.scale;
+        let columns: Vec<Vec<f64>> = self.parts.iter().map(|&part| bins.column(part).means()).collect();
+        let weights: Vec<f64> = (0..bins.len())
+            .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + LEAST * usual))
+            .collect();
+        let mut squares = Symmetric::zero(n);
+        let weighted: Vec<Vec<f64>> =
+            columns.iter().map(|c| c.iter().zip(&weights).map(|(c, w)| c * w).collect()).collect();
+        let target: Vec<f64> = powers.iter().zip(&weights).map(|(p, w)| p * w).collect();
+        for i in 0..n {
+            for j in 0..=i {
+                squares.set(i, j, dot(&weighted[i], &weighted[j]));
+            }
+        }
+        let right: Vec<f64> = weighted.iter().map(|c| dot(c, &target)).collect();
+        let found = bounded_step(&squares, &right, &vec![0.0; n], &vec![false; n]);
+        let scale = squares.scales();
+        self.theta = found.iter().zip(&scale).map(|(x, s)| x.max(1e-12 / s)).collect();
+    }
+
+    /// The fit.
+    pub(crate) fn fit(self, bins: &Bins) -> Fit {
+        self.fit_within(bins, STEPS, TOLERANCE, None)
+    }
+
+    /// The fit from a neighbour with the same regressors.
+    pub(crate) fn refit(self, bins: &Bins, steps: usize, tolerance: f64, from: &Fit) -> Fit {
+        let products = (from.model.regressors == self.regressors).then(|| from.products.clone());
+        self.fit_within(bins, steps, tolerance, products)
+    }
+
+    fn fit_within(
+        mut self,
+        bins: &Bins,
+        steps: usize,
+        tolerance: f64,
+        products: Option<Arc<Products>>,
+    ) -> Fit {
+        if self.theta.len() != self.parts.len() {
+            self.start(bins);
+        }
+        let products = products.unwrap_or_else(|| Arc::new(bins.products(&self.regressors)));
+        let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
+        let (spectrum, mut slopes) = self.evaluate(bins, true);
+        let mut fit = Fit::of(self, spectrum, bins, products, &weights);
+        for _ in 0..steps {
+            let step = fit.step(&slopes, &weights, bins);
+            let mut length = 1.0;
+            let mut better = None;
+            for _ in 0..HALVINGS {
+                let model = fit.model.moved(&step, length, bins);
+                let spectrum = model.spectrum(bins);
+                let next = Fit::of(model, spectrum, bins, fit.products.clone(), &weights);
+                if next.deviance <= fit.deviance + 1e-9 {
+                    better = Some(next);
+                    break;
+                }
+                length *= SHORTER;
+            }
+            let Some(next) = better else { break };
+            let gain = fit.deviance - next.deviance;
+            fit = next;
+            if gain < tolerance {
+                break;
+            }
+            slopes = fit.model.evaluate(bins, true).1;
+        }
+        fit
+    }
+
+    /// The model after a share of a step, within the limits of shapes.
+    fn moved(&self, step: &[f64], length: f64, bins: &Bins) -> Self {
+        let mut model = self.clone();
+        let n = self.parts.len();
+        for (theta, d) in model.theta.iter_mut().zip(step) {
+            *theta = (*theta + length * d).max(0.0);
+        }
+        for (a, d) in model.filter.iter_mut().zip(&step[n..]) {
+            *a += length * d;
+        }
+        let (duration, tau0) = (bins.record.duration(), bins.record.tau0);
+        for ((j, shape), d) in self.shapes().into_iter().zip(&step[n + self.filter.len()..]) {
+            let x = length * d;
+            model.parts[j] = match (model.parts[j], shape) {
+                (Part::GaussMarkov { time }, _) => {
+                    let (shortest, longest) = time_limits(bins);
+                    Part::GaussMarkov { time: (time * x.exp()).clamp(shortest, longest) }
+                }
+                (Part::Resonance { frequency, width }, Shape::Frequency) => Part::Resonance {
+                    frequency: (frequency + x * width).clamp(2.0 / duration, 0.6 / tau0),
+                    width,
+                },
+                (Part::Resonance { frequency, width }, _) => Part::Resonance {
+                    frequency,
+                    width: (width * x.exp()).clamp(0.5 / duration, (0.25 * frequency).max(0.5 / duration)),
+                },
+                (part, _) => part,
+            };
+        }
+        model
+    }
+}
+
+/// Limits of correlation times: shorter ones are a filter's, longer ones a rate random walk. [s]
+pub(crate) fn time_limits(bins: &Bins) -> (f64, f64) {
+    let shortest = 20.0 * bins.record.tau0;
+    (shortest, (0.25 * bins.record.duration()).max(shortest))
+}
+
+/// A part with a shape a little larger and a little smaller, and the difference in the parameter that is fitted.
+fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
+    const SHIFT: f64 = 0.05; // of the width
+    let up = 1.0 + DIFFERENCE;
+    let log = 2.0 * up.ln();
+    match (part, shape) {
+        (Part::GaussMarkov { time }, _) => {
+            (Part::GaussMarkov { time: time * up }, Part::GaussMarkov { time: time / up }, log)
+        }
+        (Part::Resonance { frequency: f, width }, Shape::Frequency) => (
+            Part::Resonance { frequency: f + SHIFT * width, width },
+            Part::Resonance { frequency: f - SHIFT * width, width },
+            2.0 * SHIFT,
+        ),
+        (Part::Resonance { frequency, width }, _) => (
+            Part::Resonance { frequency, width: width * up },
+            Part::Resonance { frequency, width: width / up },
+            log,
+        ),
+        (part, _) => (part, part, 1.0),
+    }
+}
+
+fn binned(column: &Column, response: Option<&(Vec<f64>, Vec<f64>)>) -> Vec<f64> {
+    let Some((low, high)) = response else { return column.means() };
+    let below = column.low.iter().zip(low).map(|(c, h)| c * h);
+    let above = column.high.chunks_exact(POINTS).zip(high.chunks_exact(POINTS));
+    below.chain(above.map(|(c, h)| dot(c, h) / POINTS as f64)).collect()
+}
+
+impl Fit {
+    fn of(model: Model, spectrum: Vec<f64>, bins: &Bins, products: Arc<Products>, weights: &[f64]) -> Self {
+        let (beta, beta_covariance, restricted) = regress(&products, &spectrum);
+        let powers = bins.powers(&bins.residual_power(&products, &beta));
+        let mut deviance = restricted;
+        for ((s, i), nu) in spectrum.iter().zip(&powers).zip(weights) {
+            deviance += nu * (s.ln() + i / s);
+        }
+        Self { model, spectrum, powers, deviance, restricted, beta, beta_covariance, products }
+    }
+
+    /// Measured over expected densities, minus 1.
+    pub(crate) fn excess(&self) -> Vec<f64> {
+        self.powers.iter().zip(&self.spectrum).map(|(i, s)| i / s - 1.0).collect()
+    }
+
+    fn step(&self, slopes: &[Vec<f64>], weights: &[f64], bins: &Bins) -> Vec<f64> {
+        let information = information(slopes, weights);
+        let excess = self.excess();
+        let pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
+        let gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        let (n, q) = (self.model.parts.len(), self.model.filter.len());
+        let shapes = self.model.shapes();
+        let mut least: Vec<f64> = self.model.theta.iter().map(|t| -t).collect();
+        least.extend(vec![-FILTER_STEP; q]);
+        least.extend(vec![-SHAPE_STEP; shapes.len()]);
+        let mut held = vec![false; least.len()];
+        if let Some(j) = self.model.held {
+            held[j] = true;
+        }
+        for (k, &shape) in shapes.iter().enumerate() {
+            held[n + q + k] = self.model.held_shape == Some(shape) || self.model.theta[shape.0] <= 0.0;
+        }
+        debug_assert!(q <= MOST_FILTER && bins.len() == excess.len());
+        let mut step = bounded_step(&information, &gradient, &least, &held);
+        step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-FILTER_STEP, FILTER_STEP));
+        step[n + q..].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
+        step
+    }
+
+    /// Fisher information of theta, filter and shapes, and the slopes it is made of.
+    pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
+        let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
+        let slopes = self.model.evaluate(bins, true).1;
+        (information(&slopes, &weights), slopes)
+    }
+
+    /// The deviance without one part, and that fit.
+    pub(crate) fn loss_of(&self, part: usize, bins: &Bins) -> (f64, Fit) {
+        let fit = self.model.without(part).refit(bins, STEPS, TOLERANCE, self);
+        (fit.deviance - self.deviance, fit)
+    }
+}
+
+/// Half of `JᵀνJ`.
+fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
+    let mut found = Symmetric::zero(slopes.len());
+    for i in 0..slopes.len() {
+        let weighted: Vec<f64> = slopes[i].iter().zip(weights).map(|(c, nu)| 0.5 * nu * c).collect();
+        for (j, other) in slopes.iter().enumerate().take(i + 1) {
+            found.set(i, j, dot(&weighted, other));
+        }
+    }
+    found
+}
+
+/// Weighted least squares for the regressors, given the density: coefficients, covariance, ln det ZᵀS⁻¹Z. The density is
+/// that of the bin, constant in it.
+fn regress(products: &Products, spectrum: &[f64]) -> (Vec<f64>, Symmetric, f64) {
+    let n = products.count;
+    let mut squares = Symmetric::zero(n);
+    if n == 0 {
+        return (Vec::new(), squares, 0.0);
+    }
+    let mut right = vec![0.0; n];
+    for (bin, (record, own)) in
+        products.with_record.chunks_exact(n).zip(products.squares.chunks_exact(n * n)).enumerate()
+    {
+        let weight = 1.0 / spectrum[bin];
+        right.iter_mut().zip(record).for_each(|(r, x)| *r += weight * x);
+        squares.at.iter_mut().zip(own).for_each(|(s, x)| *s += weight * x);
+    }
+    let covariance = squares.pseudo_inverse();
+    let beta = covariance.times(&right);
+    (beta, covariance, squares.log_determinant())
+}
+
+impl Model {
+    /// Density at a frequency of the periodogram. [Hz]
+    pub(crate) fn density(&self, f: f64, record: &crate::likelihood::pass::Summary) -> f64 {
+        let point = crate::likelihood::expected::FinePoint::new(f, record.tau0, record.segment);
+        let response = if self.filter.is_empty() { 1.0 } else { self.response_at(f, record.tau0) };
+        let of = |(&part, &theta): (&Part, &f64)| {
+            let density = theta * point.density(part, record.tau0);
+            if part == Part::Quantization { density } else { density * response }
+        };
+        self.parts.iter().zip(&self.theta).map(of).sum()
+    }
+}

@@ -1,0 +1,457 @@
+//! One pass over the samples: everything that the likelihood needs of a record, in bounded memory.
+//!
+//! Below, the cosine modes (DCT-II) of block means; above, Welch's periodogram with Hann's taper. The record is mirrored by
+//! half a segment at both ends, so that its ends count like the rest.
+
+use crate::error::Error;
+use realfft::num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Blocks of a record, at least, unless it is shorter. Their rate is far above the modes that are used: a block mean folds
+/// quantization noise, whose density is then that of a phase with one sample a block.
+const BLOCKS: usize = 131_072;
+
+/// The segments are as long as 1024 blocks would be if a record had so many.
+const COARSE_BLOCKS: usize = 16_384;
+
+/// Longest block, also of those: segments then have 2²⁰ samples, and the memory of a pass is bounded. [samples]
+const LONGEST_BLOCK: usize = 1024;
+
+/// Samples of a segment over those of a coarse block.
+const SEGMENT: usize = 1024;
+
+/// Segments overlap by three quarters.
+const STEPS: usize = 4;
+
+/// Modes are used up to this share of the number of coarse blocks.
+const MODES: usize = 8;
+
+/// Parts of the record whose spectra are kept apart, to see whether the noise level changes.
+pub(crate) const PARTS: usize = 8;
+
+/// Fewest samples of a record that can be summarised.
+pub const LEAST_SAMPLES: usize = 256;
+
+/// What the likelihood keeps of a record. Densities are two-sided, in the unit of the rate squared per hertz.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Samples of the record.
+    pub samples: usize,
+    /// Sample interval. [s]
+    pub tau0: f64,
+    /// Samples of a block.
+    pub block: usize,
+    /// Blocks.
+    pub blocks: usize,
+    /// Samples of a segment.
+    pub segment: usize,
+    /// Mean of the blocks.
+    pub mean: f64,
+    /// Excess kurtosis of the samples, from their differences, of which it is twice.
+    pub kurtosis: f64,
+    /// Cosine modes 1, 2 … of the block means, times the root of the block's length: their squares are densities.
+    pub modes: Vec<f64>,
+    /// Mean density of all segments at k / (segment · tau0).
+    pub density: Vec<f64>,
+    /// The same of each eighth of the segments, one after the other.
+    pub parts: Vec<Vec<f64>>,
+}
+
+impl Summary {
+    /// The summary of a whole record.
+    ///
+    /// # Errors
+    ///
+    /// See [`Pass::new`] and [`Pass::push`].
+    pub fn of(samples: &[f64], tau0: f64) -> Result<Self, Error> {
+        let mut pass = Pass::new(samples.len(), tau0)?;
+        pass.push(samples)?;
+        pass.finish()
+    }
+
+    /// Length of a block. [s]
+    #[must_use]
+    pub fn block_length(&self) -> f64 {
+        self.block as f64 * self.tau0
+    }
+
+    /// Length of the record. [s]
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.samples as f64 * self.tau0
+    }
+
+    /// Frequency of the mode k = 1, 2 … [Hz]
+    #[must_use]
+    pub fn mode_frequency(&self, k: usize) -> f64 {
+        k as f64 / (2.0 * self.blocks as f64 * self.block_length())
+    }
+
+    /// Frequency of the density k. [Hz]
+    #[must_use]
+    pub fn frequency(&self, k: usize) -> f64 {
+        k as f64 / (self.segment as f64 * self.tau0)
+    }
+
+    /// The cosine modes of a ramp of slope 1 at the centres of the blocks, scaled like those of the record.
+    #[must_use]
+    pub(crate) fn modes_of_ramp(&self) -> Vec<f64> {
+        self.closed(|k, theta| {
+            let odd = if k % 2 == 0 { 0.0 } else { 2.0 };
+            -odd * self.block_length() * (0.5 * theta).cos() / (4.0 * (0.5 * theta).sin().powi(2))
+        })
+    }
+
+    /// The same of exp(−t/time), from the first sample on.
+    #[must_use]
+    pub(crate) fn modes_of_decay(&self, time: f64) -> Vec<f64> {
+        let step = self.block_length() / time;
+        let (p, lost) = ((-step).exp(), -(-step).exp_m1());
+        let left = (-step * self.blocks as f64).exp();
+        self.closed(|k, theta| {
+            let end = if k % 2 == 0 { left } else { -left };
+            let sine = (0.5 * theta).sin();
+            p.sqrt() * (1.0 - end) * lost * (0.5 * theta).cos() / (lost * lost + 4.0 * p * sine * sine)
+        })
+    }
+
+    /// Modes from a closed sum of a curve times cos θ(i + ½).
+    fn closed(&self, sum: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+        let m = self.blocks as f64;
+        let scale = (2.0 / m * self.block_length()).sqrt();
+        (1..=self.modes.len()).map(|k| scale * sum(k, PI * k as f64 / m)).collect()
+    }
+
+    /// The orthonormal cosine modes of a curve given at the centres of the blocks, scaled like those of the record.
+    #[must_use]
+    pub fn modes_of(&self, curve: &[f64]) -> Vec<f64> {
+        let mut modes = cosine_modes(curve, self.modes.len());
+        let root = self.block_length().sqrt();
+        for x in &mut modes {
+            *x *= root;
+        }
+        modes
+    }
+}
+
+/// The pass itself: samples are pushed in pieces of any length.
+pub struct Pass {
+    samples: usize,
+    tau0: f64,
+    block: usize,
+    blocks: usize,
+    segment: usize,
+    segments: usize,
+    taper: Vec<f64>,
+    transform: Arc<dyn RealToComplex<f64>>,
+    /// Samples from `oldest` on that later segments need.
+    kept: Vec<f64>,
+    oldest: usize,
+    pushed: usize,
+    next_segment: usize,
+    sums: Vec<f64>,
+    filling: f64,
+    first: f64,
+    last: f64,
+    squares: f64,
+    fourths: f64,
+    parts: Vec<Vec<f64>>,
+    counts: [usize; PARTS],
+    buffer: Vec<f64>,
+    output: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+}
+
+impl Pass {
+    /// A pass over a record of so many samples.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooShort`] below [`LEAST_SAMPLES`], [`Error::Parameter`] for an interval that is not positive.
+    pub fn new(samples: usize, tau0: f64) -> Result<Self, Error> {
+        if samples < LEAST_SAMPLES {
+            return Err(Error::TooShort { need: LEAST_SAMPLES, got: samples });
+        }
+        if !(tau0 > 0.0 && tau0.is_finite()) {
+            return Err(Error::Parameter { name: "tau0", value: tau0 });
+        }
+        let block = (samples / BLOCKS).clamp(1, LONGEST_BLOCK);
+        let coarse = coarse_block(samples);
+        let segment = if SEGMENT * coarse <= samples / 4 { smooth(SEGMENT * coarse) } else { samples / 4 };
+        let mut taper: Vec<f64> =
+            (0..segment).map(|i| (PI * (i as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
+        let norm = taper.iter().map(|h| h * h).sum::<f64>().sqrt();
+        for h in &mut taper {
+            *h /= norm;
+        }
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
+        let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
+        Ok(Self {
+            samples,
+            tau0,
+            block,
+            blocks: samples / block,
+            segment,
+            segments: (STEPS * samples).div_ceil(segment),
+            taper,
+            kept: Vec::new(),
+            oldest: 0,
+            pushed: 0,
+            next_segment: 0,
+            sums: Vec::with_capacity(samples / block),
+            filling: 0.0,
+            first: 0.0,
+            last: 0.0,
+            squares: 0.0,
+            fourths: 0.0,
+            parts: vec![vec![0.0; output.len()]; PARTS],
+            counts: [0; PARTS],
+            buffer: vec![0.0; segment],
+            output,
+            scratch,
+            transform,
+        })
+    }
+
+    /// Takes the next samples.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NonFinite`] for a sample that is not finite or too large to be squared, [`Error::Length`] for more
+    /// samples than were announced.
+    pub fn push(&mut self, samples: &[f64]) -> Result<(), Error> {
+        if self.pushed + samples.len() > self.samples {
+            return Err(Error::Length { expected: self.samples, got: self.pushed + samples.len() });
+        }
+        if let Some(index) =
+            samples.iter().position(|x| !x.is_finite() || x.abs() > crate::phase::LARGEST_RATE)
+        {
+            return Err(Error::NonFinite { index: self.pushed + index });
+        }
+        // In pieces, so that what is kept stays short.
+        for piece in samples.chunks(self.segment) {
+            self.moments(piece);
+            self.kept.extend_from_slice(piece);
+            self.pushed += piece.len();
+            self.take_segments();
+        }
+        Ok(())
+    }
+
+    fn moments(&mut self, piece: &[f64]) {
+        let Some(&first) = piece.first() else { return };
+        if self.pushed == 0 {
+            (self.first, self.last) = (first, first);
+        }
+        let mut inside = self.pushed % self.block;
+        for &x in piece {
+            let step = (x - self.last).powi(2);
+            self.squares += step;
+            self.fourths += step * step;
+            self.last = x;
+            self.filling += x - self.first;
+            inside += 1;
+            if inside == self.block {
+                self.sums.push(self.filling / self.block as f64);
+                self.filling = 0.0;
+                inside = 0;
+            }
+        }
+    }
+
+    /// Transforms every segment whose samples are there, and forgets what no later one needs.
+    fn take_segments(&mut self) {
+        let half = self.segment / 2;
+        while self.next_segment < self.segments {
+            let padded = self.start_of(self.next_segment);
+            // In the padded record, sample t is at t + half.
+            let needed = (padded + self.segment).saturating_sub(half).max(half.saturating_sub(padded));
+            if needed.min(self.samples) > self.pushed {
+                break;
+            }
+            for (i, slot) in self.buffer.iter_mut().enumerate() {
+                let at = padded + i;
+                let t = if at < half {
+                    half - 1 - at
+                } else if at - half < self.samples {
+                    at - half
+                } else {
+                    2 * self.samples - 1 - (at - half)
+                };
+                *slot = self.kept[t - self.oldest];
+            }
+            self.transform_segment();
+            self.next_segment += 1;
+        }
+        let keep = if self.next_segment < self.segments {
+            let start = self.start_of(self.next_segment).saturating_sub(half);
+            if self.start_of(self.next_segment) < half {
+                0
+            } else {
+                start.min(self.samples.saturating_sub(half))
+            }
+        } else {
+            self.pushed
+        };
+        if keep > self.oldest + self.segment || self.next_segment == self.segments {
+            let gone = keep.min(self.pushed) - self.oldest;
+            self.kept.drain(..gone);
+            self.oldest += gone;
+        }
+    }
+
+    fn start_of(&self, segment: usize) -> usize {
+        ((segment as f64 + 0.5) * self.samples as f64 / self.segments as f64) as usize
+    }
+
+    fn transform_segment(&mut self) {
+        let mean = self.buffer.iter().sum::<f64>() / self.segment as f64;
+        for (x, h) in self.buffer.iter_mut().zip(&self.taper) {
+            *x = (*x - mean) * h;
+        }
+        // Lengths match by construction.
+        let done = self.transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);
+        debug_assert!(done.is_ok());
+        let part = self.next_segment * PARTS / self.segments;
+        self.counts[part] += 1;
+        for (sum, z) in self.parts[part].iter_mut().zip(&self.output) {
+            *sum += z.norm_sqr();
+        }
+    }
+
+    /// The summary, after all samples.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] if there were fewer samples than announced.
+    pub fn finish(mut self) -> Result<Summary, Error> {
+        if self.pushed != self.samples {
+            return Err(Error::Length { expected: self.samples, got: self.pushed });
+        }
+        self.take_segments();
+        let mut density = vec![0.0; self.output.len()];
+        for (part, &count) in self.parts.iter_mut().zip(&self.counts) {
+            for (sum, x) in density.iter_mut().zip(part.iter_mut()) {
+                *sum += *x * self.tau0 / self.segments as f64;
+                *x *= self.tau0 / count.max(1) as f64;
+            }
+        }
+        let mean = self.sums.iter().sum::<f64>() / self.blocks as f64;
+        self.sums.iter_mut().for_each(|b| *b -= mean);
+        let steps = (self.samples - 1) as f64;
+        let (second, fourth) = (self.squares / steps, self.fourths / steps);
+        let root = (self.block as f64 * self.tau0).sqrt();
+        let mut modes = cosine_modes(&self.sums, self.samples / coarse_block(self.samples) / MODES);
+        for x in &mut modes {
+            *x *= root;
+        }
+        Ok(Summary {
+            samples: self.samples,
+            tau0: self.tau0,
+            block: self.block,
+            blocks: self.blocks,
+            segment: self.segment,
+            mean: mean + self.first,
+            kurtosis: if second > 0.0 { 2.0 * (fourth / (second * second) - 3.0) } else { 0.0 },
+            modes,
+            density,
+            parts: self.parts,
+        })
+    }
+}
+
+fn coarse_block(samples: usize) -> usize {
+    (samples / COARSE_BLOCKS).clamp(1, LONGEST_BLOCK)
+}
+
+/// The orthonormal DCT-II of a series, modes 1 … `count`, by a transform of the even and odd elements (Makhoul 1980,
+/// doi 10.1109/TASSP.1980.1163351).
+fn cosine_modes(series: &[f64], count: usize) -> Vec<f64> {
+    let m = series.len();
+    let mut folded: Vec<f64> = series.iter().step_by(2).copied().collect();
+    folded.extend(series[1..].iter().step_by(2).rev());
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(m);
+    let mut output = transform.make_output_vec();
+    let done = transform.process(&mut folded, &mut output);
+    debug_assert!(done.is_ok());
+    let scale = (2.0 / m as f64).sqrt();
+    (1..=count)
+        .map(|k| {
+            let (sin, cos) = (PI * k as f64 / (2.0 * m as f64)).sin_cos();
+            scale * (output[k].re * cos + output[k].im * sin)
+        })
+        .collect()
+}
+
+/// The smallest length ≥ `least` without a prime factor above 5, and even.
+fn smooth(least: usize) -> usize {
+    let mut n = least + least % 2;
+    loop {
+        let mut rest = n;
+        for prime in [2, 3, 5] {
+            while rest % prime == 0 {
+                rest /= prime;
+            }
+        }
+        if rest == 1 {
+            return n;
+        }
+        n += 2;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wiggle(n: usize) -> Vec<f64> {
+        (0..n).map(|i| (0.37 * i as f64).sin() + 0.1 * ((i * i % 97) as f64) + 9.8).collect()
+    }
+
+    #[test]
+    fn chunks_do_not_change_a_bit() {
+        for n in [256, 1000, 5000, 70_001] {
+            let x = wiggle(n);
+            let whole = Summary::of(&x, 0.01).unwrap();
+            for size in [1, 77, 4096] {
+                let mut pass = Pass::new(n, 0.01).unwrap();
+                x.chunks(size).for_each(|piece| pass.push(piece).unwrap());
+                assert!(pass.finish().unwrap() == whole, "{n} samples by {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn modes_are_those_of_the_definition() {
+        let x = wiggle(61);
+        for (k, got) in (1..).zip(cosine_modes(&x, 7)) {
+            let sum: f64 = (0..61).map(|t| x[t] * (PI * f64::from(k) * (t as f64 + 0.5) / 61.0).cos()).sum();
+            assert!((got - sum * (2.0_f64 / 61.0).sqrt()).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn closed_modes_are_those_of_the_curves() {
+        let s = Summary::of(&wiggle(601), 0.5).unwrap();
+        let centres: Vec<f64> = (0..s.blocks).map(|i| (i as f64 + 0.5) * s.block_length()).collect();
+        let same = |closed: Vec<f64>, curve: Vec<f64>| {
+            let scale = closed.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            closed.iter().zip(s.modes_of(&curve)).all(|(a, b)| (a - b).abs() < 1e-10 * scale)
+        };
+        assert!(same(s.modes_of_ramp(), centres.clone()));
+        assert!(same(s.modes_of_decay(40.0), centres.iter().map(|t| (-t / 40.0).exp()).collect()));
+    }
+
+    #[test]
+    fn the_density_integrates_to_the_variance() {
+        // Mirrored at the ends, no sample counts less than another.
+        let x: Vec<f64> =
+            (0..20_000).map(|i| f64::from(u8::from(i < 300)) * (f64::from(i) * 2.1).sin()).collect();
+        let s = Summary::of(&x, 0.5).unwrap();
+        let power = 2.0 * s.density.iter().sum::<f64>() / (s.segment as f64 * s.tau0);
+        let variance = x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64;
+        assert!((power / variance - 1.0).abs() < 0.1, "{power} instead of {variance}");
+    }
+}

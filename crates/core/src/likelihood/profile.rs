@@ -1,0 +1,231 @@
+//! Intervals by the profile of the likelihood: a parameter is held, all others are fitted again.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::expected::Part;
+use crate::likelihood::model::{Fit, Model, Shape, time_limits};
+
+/// A term is surely there, without a fit that lacks it, if it is so many standard errors from 0.
+const BEYOND_DOUBT: f64 = 8.0;
+
+const STEPS: usize = 25;
+const TOLERANCE: f64 = 1e-3;
+const TRIES: usize = 12;
+
+/// Error of the root of the deviance at an end of an interval: a hundredth of its width.
+const PRECISION: f64 = 0.02;
+
+/// Rises of the deviance: at the ends of an interval, and from which a term counts as observed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Thresholds {
+    pub interval: f64,
+    pub observed: f64,
+}
+
+impl Thresholds {
+    pub(crate) fn scaled(self, by: f64) -> Self {
+        Self { interval: self.interval * by, observed: self.observed * by }
+    }
+}
+
+/// A parameter with its interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Maximum of the likelihood.
+    pub value: f64,
+    /// Lower end; 0 if the record does not show the part.
+    pub low: f64,
+    /// Upper end or limit; infinite if there is none.
+    pub high: f64,
+    /// Whether the record shows the part.
+    pub observed: bool,
+    /// Rise of the deviance without it.
+    pub loss: f64,
+}
+
+/// The interval of the parameter of a part.
+pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bounds {
+    let value = fit.model.theta[part];
+    let (information, _) = fit.information(bins);
+    let error = information.pseudo_inverse().get(part, part).max(1e-300).sqrt();
+    let loss = if value > BEYOND_DOUBT * error {
+        f64::INFINITY
+    } else if value > 0.0 {
+        fit.loss_of(part, bins).0.max(0.0)
+    } else {
+        0.0
+    };
+    let observed = value > 0.0 && loss > at.observed;
+    let hold = |model: &mut Model, x: f64| {
+        model.theta[part] = x;
+        model.held = Some(part);
+    };
+    let target = at.interval.sqrt();
+    let step = error * target;
+    let search = Search { fit, bins, target, nearness: None, hold: &hold };
+    let high = if information.get(part, part) > 0.0 { search.up(value, step) } else { f64::INFINITY };
+    let search = Search { nearness: Some((error, at.observed.sqrt())), ..search };
+    let low = if observed { search.down(value, step, loss) } else { 0.0 };
+    Bounds { value, low, high, observed, loss }
+}
+
+/// The interval of the correlation time of a Gauss-Markov process, within the limits of such times.
+pub(crate) fn of_time(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<Bounds> {
+    let Part::GaussMarkov { time } = fit.model.parts[part] else { return None };
+    let (shortest, longest) = time_limits(bins);
+    let hold = |model: &mut Model, x: f64| {
+        model.parts[part] = Part::GaussMarkov { time: x.exp() };
+        model.held_shape = Some((part, Shape::Time));
+    };
+    let target = at.interval.sqrt();
+    let search = Search { fit, bins, target, nearness: None, hold: &hold };
+    let step = 0.2;
+    let high = search.until(time.ln(), step, longest.ln()).exp();
+    let low = search.until(time.ln(), -step, shortest.ln()).exp();
+    Some(Bounds { value: time, low, high, observed: true, loss: f64::NAN })
+}
+
+/// The interval of the centre and of the half width of a resonance.
+pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<[Bounds; 2]> {
+    let Part::Resonance { frequency, width } = fit.model.parts[part] else { return None };
+    let target = at.interval.sqrt();
+    let centre = |model: &mut Model, x: f64| {
+        if let Part::Resonance { width, .. } = model.parts[part] {
+            model.parts[part] = Part::Resonance { frequency: x.exp(), width };
+        }
+        model.held_shape = Some((part, Shape::Frequency));
+    };
+    let half = |model: &mut Model, x: f64| {
+        if let Part::Resonance { frequency, .. } = model.parts[part] {
+            model.parts[part] = Part::Resonance { frequency, width: x.exp() };
+        }
+        model.held_shape = Some((part, Shape::Width));
+    };
+    let bounds = |hold: &dyn Fn(&mut Model, f64), value: f64, step: f64| {
+        let search = Search { fit, bins, target, nearness: None, hold };
+        let ends = [-step, step].map(|s| search.until(value.ln(), s, value.ln() + s.signum() * 5.0).exp());
+        Bounds { value, low: ends[0], high: ends[1], observed: true, loss: f64::NAN }
+    };
+    Some([bounds(&centre, frequency, 0.2 * width / frequency), bounds(&half, width, 0.3)])
+}
+
+struct Search<'a, 'b> {
+    fit: &'a Fit,
+    bins: &'a Bins<'b>,
+    target: f64,
+    /// Standard error, and the root of the rise that ends the interval at 0: the test of a term is one-sided, so that an
+    /// interval excludes 0 exactly if the term is observed.
+    nearness: Option<(f64, f64)>,
+    hold: &'a dyn Fn(&mut Model, f64),
+}
+
+impl Search<'_, '_> {
+    /// Root of the rise of the deviance, minus the target, with the parameter held at x.
+    fn rise(&self, x: f64, from: &Fit) -> (f64, Fit) {
+        let mut model = from.model.clone();
+        (model.held, model.held_shape) = (None, None);
+        (self.hold)(&mut model, x);
+        let fit = model.refit(self.bins, STEPS, TOLERANCE, self.fit);
+        ((fit.deviance - self.fit.deviance).max(0.0).sqrt() - self.target_at(x), fit)
+    }
+
+    /// Root of the rise that ends the interval at x: between that of a one-sided test at 0 and the two-sided one from two
+    /// standard errors on (Feldman and Cousins 1998, doi 10.1103/PhysRevD.57.3873, to 1 %).
+    fn target_at(&self, x: f64) -> f64 {
+        match self.nearness {
+            Some((error, at_zero)) => at_zero + (self.target - at_zero) * (x / (2.0 * error)).clamp(0.0, 1.0),
+            None => self.target,
+        }
+    }
+
+    fn up(&self, value: f64, step: f64) -> f64 {
+        let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
+        let mut outside = value + step;
+        for _ in 0..TRIES {
+            let (above, fit) = self.rise(outside, &from);
+            if above.abs() < PRECISION {
+                return outside;
+            }
+            if above > 0.0 {
+                return self.between((inside, below), (outside, above), from);
+            }
+            (inside, below, from) = (outside, above, fit);
+            let stretch = (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
+            outside = value + (outside - value) * stretch;
+        }
+        outside
+    }
+
+    fn down(&self, value: f64, step: f64, loss: f64) -> f64 {
+        let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
+        let mut outside = value - step;
+        if loss.is_finite() {
+            if outside < 0.05 * value {
+                return self.between((value, below), (0.0, loss.sqrt() - self.target_at(0.0)), from);
+            }
+        } else {
+            outside = outside.max(0.2 * value);
+        }
+        for _ in 0..TRIES {
+            let (above, fit) = self.rise(outside, &from);
+            if above.abs() < PRECISION {
+                return outside;
+            }
+            if above > 0.0 {
+                return self.between((inside, below), (outside, above), from);
+            }
+            (inside, below, from) = (outside, above, fit);
+            let next =
+                value - (value - outside) * (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
+            outside = next.max(0.3 * outside);
+        }
+        outside
+    }
+
+    /// The end in one direction, no further than a limit.
+    fn until(&self, value: f64, step: f64, limit: f64) -> f64 {
+        let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
+        let beyond = |x: f64| if step > 0.0 { x >= limit } else { x <= limit };
+        let mut outside = value + step;
+        for _ in 0..TRIES {
+            if beyond(outside) {
+                outside = limit;
+            }
+            let (above, fit) = self.rise(outside, &from);
+            if above.abs() < PRECISION {
+                return outside;
+            }
+            if above > 0.0 {
+                return self.between((inside, below), (outside, above), from);
+            }
+            if beyond(outside) {
+                return limit;
+            }
+            (inside, below, from) = (outside, above, fit);
+            let stretch = (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
+            outside = value + (outside - value) * stretch;
+        }
+        outside
+    }
+
+    /// The crossing between two points, by the Illinois rule.
+    fn between(&self, inside: (f64, f64), outside: (f64, f64), mut from: Fit) -> f64 {
+        let ((mut a, mut fa), (mut b, mut fb)) = (inside, outside);
+        let mut x = b;
+        for _ in 0..TRIES {
+            x = (a * fb - b * fa) / (fb - fa);
+            let (fx, fit) = self.rise(x, &from);
+            if fx.abs() < PRECISION {
+                return x;
+            }
+            from = fit;
+            if fx > 0.0 {
+                (b, fb) = (x, fx);
+                fa *= 0.5;
+            } else {
+                (a, fa) = (x, fx);
+                fb *= 0.5;
+            }
+        }
+        x
+    }
+}

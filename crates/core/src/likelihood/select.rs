@@ -1,0 +1,306 @@
+//! Which parts a model needs: each has a price in deviance.
+
+use crate::likelihood::adequacy::adequacy;
+use crate::likelihood::bins::{Bins, MOST_FILTER};
+use crate::likelihood::candidates::{Dictionary, Scores, spaced};
+use crate::likelihood::expected::Part;
+use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use std::f64::consts::PI;
+
+/// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
+/// Gauss-Markov process, a resonance; and for the last two, and more coefficients, while the model is not adequate.
+const QUANTIZATION: f64 = 4.0;
+const COEFFICIENT: f64 = 6.0;
+const FILTER: f64 = 4.0;
+const PROCESS: f64 = 14.0;
+const RESONANCE: f64 = 20.0;
+const PROCESS_IF_MISFIT: f64 = 9.0;
+const RESONANCE_IF_MISFIT: f64 = 13.0;
+const COEFFICIENT_IF_MISFIT: f64 = 3.0;
+
+/// Price of a Gauss-Markov process that takes the place of a rate random walk which was surely there.
+const EXCHANGE: f64 = 7.0;
+const SURELY: f64 = 6.6;
+
+/// P-value below which a model is not good enough to stop at.
+pub(crate) const GOOD: f64 = 0.02;
+
+/// Processes and resonances, and steps of the selection, at most.
+const MOST_EXTRA: usize = 4;
+const MOST_STEPS: usize = 14;
+
+/// Share of quantization noise in the density at a twentieth of the rate, above which it stays beside a filter.
+const BESIDE_FILTER: f64 = 0.2;
+
+/// Coefficients that are tried at once.
+const FILTER_TRIES: usize = 4;
+
+/// What may be added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
+pub(crate) struct Allowed {
+    pub quantization: bool,
+    pub filter: bool,
+    pub processes: bool,
+    pub resonances: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Addition {
+    Quantization,
+    Filter(usize),
+    Process(Part),
+    Resonance(Part),
+}
+
+/// What was refused since the model last changed.
+#[derive(Debug, Default)]
+struct Refused {
+    quantization: bool,
+    filters: Vec<usize>,
+    processes: bool,
+    resonances: bool,
+}
+
+/// The selected model, from a fit with the terms.
+pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
+    let mut fit = start;
+    if allowed.filter && fit.model.filter.is_empty() && extra(&fit.model) == 0 {
+        fit = with_filter(fit, bins);
+    }
+    if allowed.processes && extra(&fit.model) == 0 {
+        fit = with_process(fit, bins);
+    }
+    let dictionary = Dictionary::new(bins);
+    let mut refused = Refused::default();
+    for _ in 0..MOST_STEPS {
+        let Some((next, addition)) = best_addition(&fit, bins, &dictionary, allowed, &mut refused) else {
+            break;
+        };
+        fit = next;
+        if !matches!(addition, Addition::Filter(_)) {
+            refused = Refused::default();
+        }
+    }
+    without_idle(without_filter(fit, bins, allowed), bins)
+}
+
+fn extra(model: &Model) -> usize {
+    model.processes().count()
+}
+
+/// The filter by full fits: a score says little so far from the truth.
+fn with_filter(fit: Fit, bins: &Bins) -> Fit {
+    let mut best: Option<(f64, Fit)> = None;
+    let mut last: Option<Fit> = None;
+    for count in 1..=FILTER_TRIES {
+        let mut model = beside_filter(&fit, bins);
+        model.filter = last.as_ref().map_or_else(Vec::new, |fit: &Fit| fit.model.filter.clone());
+        model.filter.push(0.0);
+        let tried = model.fit(bins);
+        let gain = fit.deviance - tried.deviance - COEFFICIENT * count as f64 - FILTER;
+        if gain > best.as_ref().map_or(0.0, |b| b.0) {
+            best = Some((gain, tried.clone()));
+        }
+        last = Some(tried);
+    }
+    best.map_or(fit, |(_, found)| found)
+}
+
+/// The model to which a filter is added: quantization noise whose share is small makes room for it.
+fn beside_filter(fit: &Fit, bins: &Bins) -> Model {
+    match fit.model.index(Part::Quantization) {
+        Some(j) if quantization_share(fit, bins, j) < BESIDE_FILTER => fit.model.without(j),
+        _ => fit.model.clone(),
+    }
+}
+
+fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
+    const AT: f64 = 0.05; // of the sampling rate
+    let wanted = AT / bins.record.tau0;
+    let high = bins.low..bins.len();
+    let distance = |i: usize| (bins.frequency[i] - wanted).abs();
+    let Some(bin) = high.min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
+    fit.model.theta[part] * bins.column(Part::Quantization).means()[bin] / fit.spectrum[bin]
+}
+
+/// A Gauss-Markov process in place of the rate random walk, by full fits: against a random walk that is far too high at
+/// the lowest modes, the score of a process is nothing.
+fn with_process(fit: Fit, bins: &Bins) -> Fit {
+    let (tau0, duration) = (bins.record.tau0, bins.record.duration());
+    let walk = fit.model.index(Part::RateRandomWalk);
+    let bare = walk.map_or_else(|| fit.model.clone(), |j| fit.model.without(j));
+    let mut best: Option<Fit> = None;
+    for time in spaced(40.0 * tau0, duration / 12.0, 2.0) {
+        let part = Part::GaussMarkov { time };
+        let unit = bins.column(part).means();
+        let below: Vec<f64> = (0..bins.low)
+            .filter(|&i| bins.frequency[i] < 1.0 / (2.0 * PI * time))
+            .map(|i| fit.powers[i] / unit[i])
+            .collect();
+        let theta = if below.len() > 2 {
+            below.iter().sum::<f64>() / below.len() as f64
+        } else {
+            0.3 * smallest_ratio(&fit, &unit)
+        };
+        let tried = bare.with(part, theta.max(1e-300)).refit(bins, 40, TOLERANCE, &fit);
+        if best.as_ref().is_none_or(|b| tried.deviance < b.deviance) {
+            best = Some(tried);
+        }
+    }
+    let Some(mut found) = best else { return fit };
+    let mut gain = fit.deviance - found.deviance;
+    let mut price = PROCESS;
+    if let Some(j) = walk {
+        if gain > -8.0 {
+            let mut model = found.model.clone();
+            model.parts.insert(0, Part::RateRandomWalk);
+            model.theta.insert(0, 0.05 * fit.model.theta[j]);
+            found = model.refit(bins, 40, TOLERANCE, &fit);
+            gain = fit.deviance - found.deviance;
+        }
+        if gain > EXCHANGE && fit.model.theta[j] > 0.0 && fit.loss_of(j, bins).0 > SURELY {
+            price = EXCHANGE;
+        }
+    }
+    if gain > price { found } else { fit }
+}
+
+fn smallest_ratio(fit: &Fit, unit: &[f64]) -> f64 {
+    fit.spectrum.iter().zip(unit).map(|(s, c)| s / c).fold(f64::INFINITY, f64::min)
+}
+
+/// The addition that gains most beyond its price, refitted.
+fn best_addition(
+    fit: &Fit,
+    bins: &Bins,
+    dictionary: &Dictionary,
+    allowed: Allowed,
+    refused: &mut Refused,
+) -> Option<(Fit, Addition)> {
+    let misfit = adequacy(fit, bins).p_value < GOOD;
+    let process = if misfit { PROCESS_IF_MISFIT } else { PROCESS };
+    let resonance = if misfit { RESONANCE_IF_MISFIT } else { RESONANCE };
+    let beyond = |count: usize| (count - fit.model.filter.len()) as f64;
+    let price = |addition: Addition| match addition {
+        Addition::Quantization => QUANTIZATION,
+        Addition::Filter(count) if misfit && !fit.model.filter.is_empty() => {
+            COEFFICIENT_IF_MISFIT * beyond(count)
+        }
+        Addition::Filter(count) => COEFFICIENT * beyond(count) + FILTER,
+        Addition::Process(_) => process,
+        Addition::Resonance(_) => resonance,
+    };
+    let scores = Scores::at(fit, bins);
+    let mut worth: Vec<(f64, Addition)> = Vec::new();
+    let no_quantization = fit.model.index(Part::Quantization).is_none();
+    if allowed.quantization && no_quantization && !refused.quantization && fit.model.filter.is_empty() {
+        let gain = scores.gain_of(&bins.column(Part::Quantization).means(), false);
+        worth.push((gain, Addition::Quantization));
+    }
+    let present = fit.model.filter.len();
+    if allowed.filter {
+        for count in present + 1..=(present + FILTER_TRIES).min(MOST_FILTER) {
+            if !refused.filters.contains(&count) {
+                worth.push((scores.gain_of_filter(fit, bins, count), Addition::Filter(count)));
+            }
+        }
+    }
+    if extra(&fit.model) < MOST_EXTRA {
+        if allowed.processes && !refused.processes {
+            worth.extend(scores.best(&dictionary.processes).map(|(g, part)| (g, Addition::Process(part))));
+        }
+        if allowed.resonances && !refused.resonances {
+            worth.extend(scores.best(&dictionary.resonances).map(|(g, part)| (g, Addition::Resonance(part))));
+        }
+    }
+    let mut ranked: Vec<(f64, Addition)> =
+        worth.into_iter().map(|(g, a)| (g - price(a), a)).filter(|(g, _)| *g > 0.0).collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // A filter first: a wide resonance can mimic one.
+    let simple = |a: &(f64, Addition)| matches!(a.1, Addition::Filter(count) if count <= FILTER_TRIES);
+    if let Some(k) = ranked.iter().position(simple) {
+        if ranked[k].0 > 0.2 * ranked[0].0 {
+            let filter = ranked.remove(k);
+            ranked.insert(0, filter);
+        }
+    }
+    let mut best: Option<(f64, Fit, Addition)> = None;
+    for &(expected, addition) in ranked.iter().take(3) {
+        let (reference, tried) = added(fit, bins, addition);
+        let net = reference - tried.deviance - price(addition);
+        if net > 0.0 {
+            if best.as_ref().is_none_or(|b| net > b.0) {
+                best = Some((net, tried, addition));
+            }
+        } else {
+            match addition {
+                Addition::Quantization => refused.quantization = true,
+                Addition::Filter(count) => refused.filters.push(count),
+                Addition::Process(_) => refused.processes = true,
+                Addition::Resonance(_) => refused.resonances = true,
+            }
+        }
+        if let Some((net, _, addition)) = &best {
+            if *net > 0.7 * expected || matches!(addition, Addition::Filter(_)) {
+                break;
+            }
+        }
+    }
+    best.map(|(_, fit, addition)| (fit, addition))
+}
+
+/// The deviance to compare with, and the fit with the addition.
+fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
+    match addition {
+        Addition::Filter(count) => {
+            let mut model = beside_filter(fit, bins);
+            model.filter.resize(count, 0.0);
+            (fit.deviance, model.refit(bins, 40, TOLERANCE, fit))
+        }
+        Addition::Quantization => {
+            let theta = 0.1 * smallest_ratio(fit, &bins.column(Part::Quantization).means());
+            (fit.deviance, fit.model.with(Part::Quantization, theta).refit(bins, 40, TOLERANCE, fit))
+        }
+        Addition::Process(part) | Addition::Resonance(part) => {
+            let share = if matches!(addition, Addition::Process(_)) { 0.1 } else { 0.3 };
+            let theta = share * smallest_ratio(fit, &bins.column(part).means());
+            (fit.deviance, fit.model.with(part, theta).refit(bins, 40, TOLERANCE, fit))
+        }
+    }
+}
+
+/// Backwards: the filter, where a process that was added later does the same.
+fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
+    if fit.model.filter.is_empty() || extra(&fit.model) == 0 {
+        return fit;
+    }
+    let mut model = fit.model.clone();
+    model.filter.clear();
+    if allowed.quantization && model.index(Part::Quantization).is_none() {
+        let theta = 0.1 * smallest_ratio(&fit, &bins.column(Part::Quantization).means());
+        model = model.with(Part::Quantization, theta);
+    }
+    let without = model.refit(bins, 40, TOLERANCE, &fit);
+    let price = COEFFICIENT * fit.model.filter.len() as f64 + FILTER;
+    if without.deviance - fit.deviance < price { without } else { fit }
+}
+
+/// Backwards: processes and resonances that are not worth their price any more.
+fn without_idle(mut fit: Fit, bins: &Bins) -> Fit {
+    loop {
+        let loss = |j: usize| {
+            let (loss, without) = fit.loss_of(j, bins);
+            let price = match fit.model.parts[j] {
+                Part::GaussMarkov { .. } => PROCESS_IF_MISFIT,
+                _ => RESONANCE_IF_MISFIT,
+            };
+            (loss - price, without)
+        };
+        let least = fit.model.processes().map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
+        match least {
+            Some((net, without)) if net <= -0.5 * QUANTIZATION => fit = without,
+            _ => return fit,
+        }
+    }
+}

@@ -1,0 +1,137 @@
+"""The fit of one channel of a record, by the likelihood of its samples or by least squares on its curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.estimators.allan import DeviationCurve, channel_curve
+from sigmatau.estimators.deviation_kinds import cluster_sizes
+from sigmatau.fitting import likelihood
+from sigmatau.fitting.block_temperature import temperature_of
+from sigmatau.fitting.fit import fit
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.noise.terms import avar
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+
+__all__ = ["TEMPERATURE", "FitMethod", "fit_channel", "temperature_at"]
+
+FitMethod = Literal["likelihood", "gls"]
+
+TEMPERATURE = "temperature"
+"""Name of the regressor that is the temperature of the log's thermometer."""
+
+_LEAST_RATIO = 3.3  # of a temperature coefficient to its standard error, for it to stay in the model
+_QUANTILE = 1.959964
+_MOST_TEMPERATURES = 1 << 14  # at which the temperature is computed: the model uses it at no more
+_MOST_UNKNOWN = 0.1  # share of the record without a temperature
+
+# Eighths of an octave are used if quantization noise dominates and at least one other term is observed.
+_QUANTIZATION_SIZE = 8  # cluster size at which its share is computed [samples]
+_QUANTIZATION_SHARE = 0.9  # smallest share of the Allan variance
+_LEAST_TERMS = 2
+
+
+def fit_channel(
+    record: Record,
+    channel: str,
+    *,
+    method: FitMethod = "likelihood",
+    curve: DeviationCurve | None = None,
+    tau_min: float | None = None,
+    terms: Sequence[str] | None = None,
+    processes: Sequence[float] | None = None,
+    regressors: Mapping[str, ArrayLike] | None = None,
+    level: float = 0.95,
+    threads: int | None = None,
+) -> NoiseFit:
+    """Fit the noise of a channel.
+
+    Parameters
+    ----------
+    record : Record
+        Its thermometer, if there is one, is a regressor of the likelihood as far as the channel follows it.
+    channel : str
+    method : {"likelihood", "gls"}
+        A channel of which more than a thousandth is missing, or that is very short, is fitted by least squares.
+    curve : DeviationCurve, optional
+        Overlapped Allan deviations that are there, for least squares.
+    tau_min, terms, level
+        See `sigmatau.fit`.
+    processes, regressors
+        See `sigmatau.fitting.likelihood.fit_samples`.
+    """
+    stream = record.stream_of(channel)
+    if method == "likelihood" and likelihood.usable(stream, channel):
+        given = dict(regressors or {})
+        degrees = None if TEMPERATURE in given else temperature_at(record, stream)
+        if degrees is not None:
+            with_it = likelihood.fit_samples(
+                stream,
+                channel,
+                terms=terms,
+                processes=processes,
+                regressors={**given, TEMPERATURE: degrees},
+                level=level,
+            )
+            if _follows(with_it):
+                return with_it
+        return likelihood.fit_samples(stream, channel, terms=terms, processes=processes, regressors=given, level=level)
+    return _by_curve(record, channel, curve, threads=threads, tau_min=tau_min, terms=terms, level=level)
+
+
+def _follows(fitted: NoiseFit) -> bool:
+    """Whether the coefficient of the temperature is significant."""
+    found = fitted.regressors[TEMPERATURE]
+    assert found.high is not None
+    return abs(found.value) > _LEAST_RATIO / _QUANTILE * (found.high - found.value)
+
+
+def temperature_at(record: Record, stream: Stream) -> NDArray[np.float64] | None:
+    """Temperature at the samples, from the thermometer of the log; None if there is none, or it says nothing."""
+    thermometer = next((one for one in record.streams if one.quantity == "temperature"), None)
+    if thermometer is None or thermometer is stream:
+        return None
+    count = min(stream.grid.n, _MOST_TEMPERATURES)
+    edges = np.linspace(0.0, stream.grid.duration, count + 1)
+    means = temperature_of(edges + stream.grid.start, thermometer)
+    known = np.isfinite(means)
+    if known.mean() < 1 - _MOST_UNKNOWN or not np.ptp(means[known]) > 0:
+        return None
+    at = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0
+    middle = (edges[1:] + edges[:-1]) / 2
+    return np.asarray(np.interp(at, middle[known], means[known] - means[known].mean()))
+
+
+def _by_curve(
+    record: Record,
+    channel: str,
+    curve: DeviationCurve | None,
+    *,
+    threads: int | None,
+    tau_min: float | None,
+    terms: Sequence[str] | None,
+    level: float,
+) -> NoiseFit:
+    """Fit on half octaves with overlap, or on eighths of an octave if quantization noise dominates."""
+    counting = "standard" if curve is None else curve.counting
+    if curve is None or curve.overlap != "full" or not _on_half_octaves(curve):
+        curve = channel_curve(record, channel, taus="half", counting=counting, threads=threads)
+    fitted = fit(curve, tau_min=tau_min, terms=terms, level=level)
+    noise = fitted.observed.get("quantization")
+    if noise is None or len(fitted.observed) < _LEAST_TERMS:
+        return fitted
+    share = avar("quantization", noise, m=_QUANTIZATION_SIZE, tau0=curve.tau0) / fitted.avar(m=_QUANTIZATION_SIZE)
+    if float(share[0]) < _QUANTIZATION_SHARE:
+        return fitted
+    eighths = channel_curve(record, channel, taus="eighth", counting=counting, threads=threads)
+    return fit(eighths, tau_min=tau_min, terms=terms, level=level)
+
+
+def _on_half_octaves(curve: DeviationCurve) -> bool:
+    half = cluster_sizes("half", n=curve.n - (curve.counting == "paper"), tau0=curve.tau0)
+    return np.array_equal(half, curve.m)

@@ -1,0 +1,303 @@
+"""Fit of one channel by the likelihood of its spectrum; see `fit_samples`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import likelihood as native
+from sigmatau._native.likelihood import Bounds, Outcome
+from sigmatau.estimators.deviation_kinds import cluster_sizes
+from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
+from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.noise_fit import (
+    FittedTerm,
+    GaussMarkov,
+    Interval,
+    NoiseFit,
+    Resonance,
+    Sinusoid,
+    Verdict,
+    WarmUp,
+)
+from sigmatau.fitting.outlook import Outlook
+from sigmatau.fitting.response import FittedFilter, named
+from sigmatau.noise.terms import coefficient_unit
+from sigmatau.record.streams import Stream
+
+__all__ = ["LEAST_SAMPLES", "MOST_FILLED", "fit_samples", "usable"]
+
+Floats = NDArray[np.float64]
+
+MOST_FILLED = 1e-3
+"""Share of missing samples up to which they are filled by straight lines: N² is then off by half of it at most."""
+
+LEAST_SAMPLES = 512
+"""Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
+
+_PIECE = 1 << 18  # samples that are read at once
+_SAME = 0.02  # share of the Allan variance that a filter may take off where the terms alone describe the curve
+_LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
+
+
+def usable(stream: Stream, channel: str) -> bool:
+    """Whether a channel has enough samples, and few enough missing, for its likelihood."""
+    if stream.grid.n < LEAST_SAMPLES:
+        return False
+    if stream.mask is None:
+        return True
+    return float(stream.mask[:, stream.channels.index(channel)].mean()) <= MOST_FILLED
+
+
+def fit_samples(
+    stream: Stream,
+    channel: str,
+    *,
+    terms: Iterable[str] | None = None,
+    processes: Sequence[float] | None = None,
+    regressors: Mapping[str, ArrayLike] | None = None,
+    level: float = 0.95,
+) -> NoiseFit:
+    """Fit the noise of a channel to its samples.
+
+    The model holds the terms and what else the spectrum shows: a filter, lines, Gauss-Markov processes, resonances, a
+    warm-up, a ramp. Each was added because it raises the likelihood by more than its price. Where the model is not quite
+    right, the intervals are wider for it.
+
+    Parameters
+    ----------
+    stream, channel : Stream, str
+        At most one sample of a thousand may be missing.
+    terms : iterable of str, optional
+        Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
+    processes : sequence of float, optional
+        Correlation times at which to start Gauss-Markov processes; no other process or resonance is then added. [s]
+    regressors : mapping of str to array_like, shape (n,), optional
+        Curves at the samples that the mean may follow, by name.
+    level : float
+        Of intervals and limits.
+    """
+    summary = native.summarize(_pieces(stream, channel), samples=stream.grid.n, tau0=stream.grid.tau0)
+    wanted = set(LINEAR) if terms is None else set(terms) & set(LINEAR)
+    given = regressors or {}
+    found = summary.analyse(
+        terms=wanted,
+        processes=processes is None,
+        resonances=processes is None,
+        drifts=terms is None or "rate_ramp" in set(terms),
+        times=processes or (),
+        regressors=[_at(summary.centres, curve, stream.grid.tau0) for curve in given.values()],
+        level=level,
+    )
+    return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+
+
+def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
+    """A curve that is given at the samples, at other times."""
+    values = np.asarray(curve, dtype=float)
+    return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
+
+
+def _pieces(stream: Stream, channel: str) -> Iterator[Floats]:
+    """The rates of a channel, with straight lines in place of missing samples."""
+    k = stream.channels.index(channel)
+    if stream.mask is None:
+        for start in range(0, stream.grid.n, _PIECE):
+            yield stream.samples.read(k, start, min(start + _PIECE, stream.grid.n))
+        return
+    x = stream.column(channel)
+    there = ~stream.mask[:, k]
+    at = np.arange(len(x))
+    yield np.interp(at, at[there], x[there])
+
+
+def _stated(
+    stream: Stream, channel: str, found: Outcome, *, wanted: set[str], regressors: tuple[str, ...], level: float
+) -> NoiseFit:
+    from scipy.stats import norm
+
+    n, tau0 = stream.grid.n, stream.grid.tau0
+    quantile = float(norm.isf((1 - level) / 2))
+    model = {name: math.sqrt(value) for name, value in found.reduced.items() if value > 0}
+    terms = {name: _term(stream, found, name, model, level) for name in LINEAR if name in wanted}
+    ramp = _ramp(stream, found, quantile, level)
+    terms["rate_ramp"] = ramp
+    if ramp.value is not None:
+        model["rate_ramp"] = ramp.value
+    processes, resonances = _processes(stream, found)
+    response = None
+    if found.filter:
+        own = len(found.parameters)
+        response = named(found.filter, found.covariance[own:, own:], tau0=tau0, quantile=quantile)
+    warm_up = None
+    if found.warm_up is not None:
+        time, size, error, _ = found.warm_up
+        warm_up = WarmUp(amplitude=_around(size, quantile * error, stream.unit), time=time)
+    lines = tuple(
+        Sinusoid(
+            amplitude=_around(line.amplitude, min(quantile * line.error, 0.999 * line.amplitude), stream.unit),
+            frequency=Interval(value=line.frequency, low=line.low, high=line.high, unit="Hz"),
+        )
+        for line in sorted(found.lines, key=lambda line: -line.amplitude)
+        if line.amplitude > 0
+    )
+    reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)
+    verdict: Verdict = "adequate"
+    if found.widened:
+        frequency, ratio = _worst(found)
+        verdict, reasons = "widened", (*reasons, BandsOff(frequency=frequency, ratio=ratio))
+    elif response or lines or processes or resonances or warm_up or found.highest is not None:
+        verdict = "adequate_with"
+    fitted = NoiseFit(
+        channel=channel,
+        quantity=stream.quantity,
+        rate_unit=stream.unit,
+        n=n,
+        tau0=tau0,
+        terms=terms,
+        gauss_markov=processes,
+        resonance=resonances,
+        sinusoid=lines,
+        response=response,
+        warm_up=warm_up,
+        regressors={
+            name: _around(value, quantile * error, stream.unit)
+            for name, (value, error) in zip(regressors, found.regressors, strict=True)
+        },
+        highest=found.highest,
+        alike_from=found.alike_from,
+        discrepancy=found.discrepancy if found.widened else (),
+        model=model,
+        verdict=verdict,
+        reasons=reasons,
+        tau_min=tau0,
+        tau_max=n // _LONGEST_SHARE * tau0,
+        p_value=found.p_value,
+        covariance=_covariance(found, model),
+        level=level,
+        method="likelihood",
+    )
+    return _from_clear_times(fitted)
+
+
+def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float], level: float) -> FittedTerm:
+    unit = coefficient_unit(name, stream.quantity, stream.unit)
+    bounds = found.terms.get(name)
+    if bounds is None:  # a filter took its place
+        return FittedTerm(term=name, unit=unit, observed=False, level=level)
+    p_value = 0.5 * math.erfc(math.sqrt(max(bounds.loss, 0.0) / 2))
+    low, high = math.sqrt(max(bounds.low, 0.0)), math.sqrt(bounds.high)
+    if bounds.observed:
+        value = model.get(name, math.sqrt(bounds.value))
+        return FittedTerm(
+            term=name,
+            unit=unit,
+            observed=True,
+            level=level,
+            value=value,
+            low=min(low, value),
+            high=max(high, value),
+            p_value=p_value,
+        )
+    limit = high if math.isfinite(high) else None
+    outlook = None
+    if limit is not None:
+        squares = {key: value**2 for key, value in model.items() if key in LINEAR}
+        outlook = Outlook.of_limit(name, limit**2, squares, n=stream.grid.n, tau0=stream.grid.tau0)
+    return FittedTerm(
+        term=name, unit=unit, observed=False, level=level, upper_limit=limit, p_value=p_value, outlook=outlook
+    )
+
+
+def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> FittedTerm:
+    value, error = found.ramp
+    unit = coefficient_unit("rate_ramp", stream.quantity, stream.unit)
+    p_value = math.erfc(abs(value / error) / math.sqrt(2)) if error > 0 else 1.0
+    if found.ramp_observed:
+        around = _around(value, quantile * error, unit)
+        return FittedTerm(
+            term="rate_ramp",
+            unit=unit,
+            observed=True,
+            level=level,
+            value=around.value,
+            low=around.low,
+            high=around.high,
+            p_value=p_value,
+        )
+    limit = abs(value) + quantile * error
+    return FittedTerm(
+        term="rate_ramp",
+        unit=unit,
+        observed=False,
+        level=level,
+        upper_limit=limit if math.isfinite(limit) else None,
+        p_value=max(p_value, 1 - level),
+    )
+
+
+def _processes(stream: Stream, found: Outcome) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...]]:
+    processes, resonances = [], []
+    for process in found.processes:
+        sigma = _root(process.variance, stream.unit)
+        if process.kind == "gauss_markov":
+            processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
+        else:
+            centre, width = process.shape
+            resonances.append(Resonance(sigma=sigma, frequency=_plain(centre, "Hz"), width=_plain(width, "Hz")))
+    return tuple(processes), tuple(resonances)
+
+
+def _root(bounds: Bounds, unit: str) -> Interval:
+    value, low, high = (math.sqrt(max(x, 0.0)) for x in (bounds.value, bounds.low, bounds.high))
+    return Interval(value=value, low=min(low, value), high=max(high, value), unit=unit)
+
+
+def _plain(bounds: Bounds, unit: str) -> Interval:
+    low, high = min(bounds.low, bounds.value), max(bounds.high, bounds.value)
+    return Interval(value=bounds.value, low=low, high=high, unit=unit)
+
+
+def _around(value: float, half: float, unit: str) -> Interval:
+    return Interval(value=value, low=value - half, high=value + half, unit=unit)
+
+
+def _worst(found: Outcome) -> tuple[float, float]:
+    """Frequency and ratio of the density to that of the model, in the band that deviates most."""
+    frequency = max(found.bands, key=lambda band: abs(band[1]))[0] if found.bands else float(found.bins[0, 0])
+    near = np.abs(np.log(found.bins[:, 0] / frequency)) < math.log(10) / 8
+    near[int(np.argmin(np.abs(found.bins[:, 0] - frequency)))] = True
+    weights = found.bins[near, 3]
+    return frequency, float(np.average(found.bins[near, 1] / found.bins[near, 2], weights=weights))
+
+
+def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, ...], Floats]:
+    """Names and covariance of the coefficients √θ, from the covariance of θ."""
+    at = [(k, name) for k, name in enumerate(found.parameters) if name in model]
+    rows = [k for k, _ in at]
+    roots = np.array([2 * model[name] for _, name in at])
+    return tuple(name for _, name in at), found.covariance[np.ix_(rows, rows)] / np.outer(roots, roots)
+
+
+def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
+    """The fit with the averaging time from which terms and processes alone describe the curve."""
+    from dataclasses import replace
+
+    sizes = cluster_sizes("half", n=fitted.n, tau0=fitted.tau0)
+    first = fitted.tau0
+    if isinstance(fitted.response, FittedFilter):
+        bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
+        off = fitted.response.taken_off(fitted.filtered_psd, sizes)
+        beyond = np.flatnonzero(np.abs(off) > _SAME * bare)
+        first = float(sizes[min(beyond[-1] + 1, len(sizes) - 1)] * fitted.tau0) if len(beyond) else first
+    if fitted.highest is not None:
+        first = max(first, 0.5 / fitted.highest)
+    return replace(fitted, tau_min=min(first, fitted.tau_max or first))
+
+
+def theta_in_samples(name: str, theta: float, tau0: float) -> float:
+    """A squared coefficient in samples, as `sigmatau.fitting.components` has it."""
+    return theta * tau0 ** (power_of_interval(name) - 2)

@@ -1,0 +1,141 @@
+"""A filter that was fitted to the spectrum: its response, its name, and what it takes off the Allan variance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.results import plain
+
+__all__ = ["FittedFilter", "named"]
+
+Floats = NDArray[np.float64]
+Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
+
+_GRID = 4096  # frequencies up to half the rate
+_HALF_POWER = -math.log(2)
+_LEAST_POWER = 0.1  # |H|² from which a shape is compared: the fit uses no frequencies with less than 0.08
+_ALIKE = 0.2  # largest difference of ln |H|² of a shape with a name: 0.9 dB
+_MOST_ORDER, _LONGEST_MEAN = 4, 32
+_FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond
+_AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedFilter:
+    """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1)."""
+
+    coefficients: tuple[float, ...]  # a₁, a₂ …
+    tau0: float  # sample interval [s]
+    shape: Shape  # the shape that it is like; "uneven" if it does not fall to half the power
+    order: int | None  # of a Butterworth filter; samples of a running mean
+    corner: float | None  # frequency of half the power [Hz]
+    low: float | None  # interval of the corner
+    high: float | None
+
+    def power(self, f: Floats) -> Floats:
+        """|H|² at frequencies. [Hz]"""
+        return np.exp(_logarithm(self.coefficients, np.asarray(f) * self.tau0))
+
+    def taken_off(self, density: Callable[[Floats], Floats], m: NDArray[np.int64]) -> Floats:
+        """What the filter takes off the Allan variances of noise with a density, at cluster sizes. [(rate unit)²]"""
+        f: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID * self.tau0)
+        lost = density(f) * (1 - self.power(f)) / np.sin(np.pi * f * self.tau0) ** 2
+        step = f[1] - f[0]
+        short = m[m < _AVERAGED]
+        fourth = np.sin(np.pi * np.outer(short, f * self.tau0)) ** 4
+        sums = np.full(len(m), 0.375 * lost.sum())
+        sums[m < _AVERAGED] = fourth @ lost
+        return np.asarray(4 * step * sums / m.astype(np.float64) ** 2)
+
+    def to_dict(self) -> dict[str, Any]:
+        return plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients")
+
+
+def named(coefficients: tuple[float, ...], covariance: Floats, *, tau0: float, quantile: float) -> FittedFilter:
+    """The filter with a name and the interval of its corner.
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+    covariance : ndarray, shape (n, n)
+        Of the coefficients.
+    tau0 : float
+        Sample interval. [s]
+    quantile : float
+        Of the standard normal distribution, for the interval.
+    """
+    x: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID)  # frequency times tau0
+    log_power = _logarithm(coefficients, x)
+    below = np.flatnonzero(log_power < _HALF_POWER)
+    shared: dict[str, Any] = {"coefficients": coefficients, "tau0": tau0}
+    if not len(below) or below[0] == 0:
+        return FittedFilter(shape="uneven", order=None, corner=None, low=None, high=None, **shared)
+    k = int(below[0])
+    share = (_HALF_POWER - log_power[k - 1]) / (log_power[k] - log_power[k - 1])
+    corner = x[k - 1] + share * (x[k] - x[k - 1])
+    slope = (log_power[k] - log_power[k - 1]) / (x[k] - x[k - 1])
+    cosines = np.cos(2 * np.pi * corner * np.arange(1, len(coefficients) + 1)) - 1
+    error = math.sqrt(max(float(cosines @ covariance @ cosines), 0.0)) / abs(slope)
+    kept = log_power > math.log(_LEAST_POWER)
+    kept[k:] &= np.cumprod(kept[k:]).astype(bool)
+    misfits = [(float(np.abs(like(x[kept]) - log_power[kept]).max()), s, n) for s, n, like in _shapes(float(corner))]
+    misfit, shape, order = min(misfits, key=lambda one: one[0])
+    if misfit > _ALIKE:
+        shape, order = "low_pass", None
+    low, high = corner - quantile * error, corner + quantile * error
+    return FittedFilter(
+        shape=shape, order=order, corner=corner / tau0, low=max(low, 0.0) / tau0, high=high / tau0, **shared
+    )
+
+
+def _logarithm(coefficients: tuple[float, ...], x: Floats) -> Floats:
+    """Ln |H|² at frequencies times tau0."""
+    result = np.zeros_like(x)
+    for k, a in enumerate(coefficients, 1):
+        result += a * (np.cos(2 * np.pi * k * x) - 1)
+    return result
+
+
+def _shapes(corner: float) -> Iterator[tuple[Shape, int | None, Callable[[Floats], Floats]]]:
+    """Filters with a name that have this corner (times tau0): ln |H|²."""
+    for order in range(1, _MOST_ORDER + 1):
+        yield "butterworth", order, partial(_digital, corner=corner, power=2 * order)
+        yield "butterworth", order, partial(_folded, corner=corner, power=2 * order)
+    if corner < _FASTEST_SMOOTHING:
+        yield "smoothing", None, partial(_smoothing, corner=corner)
+    length = round(0.443 / corner)
+    if 2 <= length <= _LONGEST_MEAN:
+        yield "running_mean", length, partial(_running_mean, length=length)
+
+
+def _digital(x: Floats, corner: float, power: int) -> Floats:
+    """A Butterworth filter by the bilinear transform."""
+    return np.asarray(-np.log1p((np.tan(np.pi * x) / math.tan(math.pi * corner)) ** power))
+
+
+def _smoothing(x: Floats, corner: float) -> Floats:
+    """Exponential smoothing, y += (1 − p)(x − y): |H|² = (1 − p)² / (1 − 2p cos + p²)."""
+    c = math.cos(2 * math.pi * corner)
+    p = (2 - c) - math.sqrt((2 - c) ** 2 - 1)
+    return np.asarray(np.log((1 - p) ** 2 / (1 - 2 * p * np.cos(2 * np.pi * x) + p * p)))
+
+
+def _running_mean(x: Floats, length: int) -> Floats:
+    power = (np.sin(np.pi * length * x) / (length * np.sin(np.pi * x))) ** 2
+    return np.asarray(np.log(np.maximum(power, 1e-12)))
+
+
+def _folded(x: Floats, corner: float, power: int) -> Floats:
+    """White noise behind an analog filter, folded by sampling, over its density at the frequency 0."""
+    images = [np.zeros_like(x), np.zeros_like(x)]
+    for k in range(-8, 9):
+        images[0] += 1 / (1 + (np.abs(x + k) / corner) ** power)
+        images[1] += 1 / (1 + (abs(k) / corner) ** power)
+    return np.asarray(np.log(images[0] / images[1]))

@@ -1,0 +1,64 @@
+"""What a drift that was fitted hides, or is taken for: steps of the mean, in the samples without it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.findings.finding import Finding
+from sigmatau.fitting.channel import TEMPERATURE, temperature_at
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.quality.samples.motion import level_changes, summary
+from sigmatau.quality.samples.shocks_and_steps import level_finding
+from sigmatau.quality.samples.undisturbed import quiet
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+
+__all__ = ["drifts", "steps_beside_drifts", "without_drifts"]
+
+
+def drifts(fitted: NoiseFit | None) -> bool:
+    """Whether a warm-up or a drift with the temperature is part of a fit."""
+    return fitted is not None and (fitted.warm_up is not None or TEMPERATURE in fitted.regressors)
+
+
+def without_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit]) -> Stream:
+    """A stream of the record, or its beginning, without the drifts of the fits; the same object if there are none."""
+    if not any(drifts(fits.get(channel)) for channel in stream.channels):
+        return stream
+    degrees = temperature_at(record, record.stream_of(stream.channels[0]))
+    return stream.with_rates([_without(stream, channel, fits.get(channel), degrees) for channel in stream.channels])
+
+
+def _without(stream: Stream, channel: str, fitted: NoiseFit | None, degrees: Floats | None) -> Floats:
+    x = stream.column(channel)
+    if fitted is None:
+        return x
+    if fitted.warm_up is not None:
+        seconds = (np.arange(len(x)) + 0.5) * stream.grid.tau0
+        x = x - fitted.warm_up.amplitude.value * np.exp(-seconds / fitted.warm_up.time)
+    if degrees is not None and TEMPERATURE in fitted.regressors:
+        x = x - fitted.regressors[TEMPERATURE].value * degrees[: len(x)]
+    return np.asarray(x)
+
+
+def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
+    """One finding ``not_static`` for each channel with a drift that has steps of the mean without it.
+
+    Parameters
+    ----------
+    stream : Stream
+        From `without_drifts`.
+    fits : mapping of str to NoiseFit
+    """
+    if stream.quantity not in ("angular_rate", "acceleration"):
+        return []
+    still, found = quiet(stream), []
+    for channel in stream.channels:
+        if drifts(fits.get(channel)):
+            steps = [step for step in level_changes(still, summary(still, channel)) if not step.gradual]
+            if steps:
+                found.append(level_finding(still, channel, steps, beside_drift=True))
+    return found

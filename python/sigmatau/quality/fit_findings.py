@@ -1,0 +1,222 @@
+"""Findings that are read from the fits: what was fitted beside the terms, and what no model describes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.kinds.disturbances import NotStatic
+from sigmatau.findings.kinds.drift import TemperatureDrift, WarmUp
+from sigmatau.findings.kinds.fit import BandsOff, NoAdequateModel, ShortTimesLeftOut, TooShort, Widened
+from sigmatau.findings.kinds.spectrum import (
+    BandLeftOut,
+    CorrelatedAxes,
+    GaussMarkovProcess,
+    Line,
+    LowPassFilter,
+    Mains,
+    Resonance,
+    SpectralLines,
+)
+from sigmatau.fitting.channel import TEMPERATURE
+from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
+from sigmatau.quality.drift.without_drifts import drifts
+from sigmatau.quality.samples.undisturbed import DISTURBANCES
+
+__all__ = ["by_channel", "fit_findings", "without_consequences"]
+
+_FAULTS = (*DISTURBANCES, "spikes")  # codes of findings whose spectrum is in the fit
+
+_MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
+_LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
+_MAINS = (50.0, 60.0)
+_MAINS_ERROR = 0.2  # the mains wander by no more [Hz]
+_HIGHEST_MULTIPLE = 16  # of a line: higher ones match weak lines by chance
+
+
+def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Finding] = ()) -> list[Finding]:
+    """What a fit says of its channel beside the coefficients.
+
+    Parameters
+    ----------
+    fitted : NoiseFit
+    missing : float
+        Share of missing samples.
+    beside : sequence of Finding
+        Of the samples: held or interpolated samples have the spectrum of a filter, which is then not named. Where a
+        disturbance is a warning, filters, processes and resonances are not named, and a poor fit is not another warning.
+    """
+    channels = (fitted.channel,)
+    disturbed = any(
+        one.code in _FAULTS for one in beside if one.severity == "warning" and fitted.channel in one.channels
+    )
+    of_misfit: Severity = "info" if disturbed else "warning"
+    if fitted.verdict == "too_short":
+        size = missing if missing > _MANY_MISSING else None
+        details = TooShort(reasons=fitted.reasons, missing=missing)
+        return [Finding(details=details, severity="warning", channels=channels, size=size)]
+    if fitted.verdict == "descriptive":
+        return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
+    found: list[Finding] = []
+    if fitted.verdict == "widened":
+        found.append(_widened(fitted, of_misfit))
+    between = {
+        c for one in beside if one.code in ("interpolated", "repeated_samples") for c in one.channels or channels
+    }
+    response = fitted.response
+    if response is not None and fitted.channel not in between and not disturbed:
+        details_ = LowPassFilter(
+            shape=response.shape, order=response.order, corner=response.corner, low=response.low, high=response.high
+        )
+        found.append(Finding(details=details_, severity="info", channels=channels, size=response.corner, unit="Hz"))
+    if fitted.highest is not None:
+        left = BandLeftOut(highest=fitted.highest)
+        found.append(Finding(details=left, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
+    if fitted.sinusoid:
+        groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0)
+        found.append(
+            Finding(
+                details=SpectralLines(lines=groups),
+                severity="info",
+                channels=channels,
+                size=groups[0].amplitude,
+                unit=fitted.rate_unit,
+            )
+        )
+    for process in () if disturbed else fitted.gauss_markov:
+        time = process.time
+        kind = GaussMarkovProcess(quantity=fitted.quantity, time=time.value, low=time.low, high=time.high)
+        found.append(_sized(kind, fitted, process.sigma.value))
+    for one in () if disturbed else fitted.resonance:
+        resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
+        found.append(_sized(resonance, fitted, one.sigma.value))
+    found += _drifts(fitted)
+    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
+        late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
+        found.append(Finding(details=late, severity="info", channels=channels))
+    return found
+
+
+def grouped(lines: Sequence[Sinusoid], *, rate: float) -> tuple[Line, ...]:
+    """Lines with their harmonics, strongest first: others at whole multiples of the lowest, folded at half the rate."""
+    left = sorted(lines, key=lambda line: line.frequency.value)
+    groups = []
+    while left:
+        first = left.pop(0)
+        members = [other for other in left if _is_harmonic(other, first, rate)]
+        left = [other for other in left if other not in members]
+        harmonics = tuple(_line(one, rate) for one in members)
+        groups.append(_line(first, rate, harmonics))
+    return tuple(sorted(groups, key=lambda line: -line.amplitude))
+
+
+def _is_harmonic(other: Sinusoid, first: Sinusoid, rate: float) -> bool:
+    base, at = first.frequency.value, other.frequency.value
+    order = max(round(at / base), 2)
+    error = min((abs(_folded(k * base, rate) - at), k) for k in {order, 2, 3, 4, 5})
+    return error[1] <= _HIGHEST_MULTIPLE and error[0] <= min(error[1] * _half_width(first), 0.1 * base)
+
+
+def _half_width(line: Sinusoid) -> float:
+    low, high = line.frequency.low, line.frequency.high
+    return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with it
+
+
+def _line(line: Sinusoid, rate: float, harmonics: tuple[Line, ...] = ()) -> Line:
+    return Line(
+        frequency=line.frequency.value,
+        amplitude=line.amplitude.value,
+        low=line.frequency.low or line.frequency.value,
+        high=line.frequency.high or line.frequency.value,
+        harmonics=harmonics,
+        mains=_mains(line.frequency.value, rate, _half_width(line)),
+    )
+
+
+def _mains(frequency: float, rate: float, half: float) -> Mains | None:
+    if half > _MAINS_ERROR:
+        return None
+    for multiple in (1, 2, 3):
+        for mains in _MAINS:
+            seen = _folded(multiple * mains, rate)
+            if seen > 0.5 and abs(frequency - seen) <= 0.05 * multiple + 1e-4 * multiple * mains + half:
+                return Mains(frequency=mains, multiple=multiple, folded=seen != multiple * mains)
+    return None
+
+
+def _folded(frequency: float, rate: float) -> float:
+    return abs(frequency - rate * round(frequency / rate))
+
+
+def _sized(details: GaussMarkovProcess | Resonance, fitted: NoiseFit, sigma: float) -> Finding:
+    return Finding(details=details, severity="info", channels=(fitted.channel,), size=sigma, unit=fitted.rate_unit)
+
+
+def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
+    walk = fitted.terms.get("random_walk")
+    worst = max(fitted.discrepancy, key=lambda one: one[1], default=(0.0, 0.0))
+    band = next((reason for reason in fitted.reasons if isinstance(reason, BandsOff)), None)
+    details = Widened(
+        frequency=worst[0] if band is None else band.frequency,
+        ratio=1.0 if band is None else band.ratio,
+        allowed=worst[1],
+    )
+    size = None
+    if walk is not None and walk.value and walk.low is not None and walk.high is not None:
+        size = (walk.high - walk.low) / (2 * walk.value)
+    return Finding(details=details, severity=severity, channels=(fitted.channel,), size=size)
+
+
+def _drifts(fitted: NoiseFit) -> list[Finding]:
+    found, channels = [], (fitted.channel,)
+    if fitted.warm_up is not None:
+        amplitude = fitted.warm_up.amplitude
+        details = WarmUp(
+            quantity=fitted.quantity,
+            time_constant=fitted.warm_up.time,
+            low=amplitude.low or 0.0,
+            high=amplitude.high or 0.0,
+        )
+        span = (0.0, min(5 * fitted.warm_up.time, fitted.n * fitted.tau0))
+        found.append(
+            Finding(
+                details=details,
+                severity="info",
+                channels=channels,
+                spans=(span,),
+                size=amplitude.value,
+                unit=fitted.rate_unit,
+            )
+        )
+    if (kelvin := fitted.regressors.get(TEMPERATURE)) is not None:
+        drift = TemperatureDrift(
+            quantity=fitted.quantity, rate_unit=fitted.rate_unit, low=kelvin.low or 0.0, high=kelvin.high or 0.0
+        )
+        unit = f"{fitted.rate_unit}/K"
+        found.append(Finding(details=drift, severity="info", channels=channels, size=kelvin.value, unit=unit))
+    return found
+
+
+def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding]) -> list[Finding]:
+    """The findings of all fits."""
+    return [finding for fitted in fits.values() for finding in fit_findings(fitted, beside=beside)]
+
+
+def without_consequences(found: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
+    """Findings of the samples, without what the drifts of the fits explain.
+
+    Steps of the mean are left out: `sigmatau.quality.check.check_fits` looks for them beside the drift. Axes that share slow
+    noise alone are an info.
+    """
+    drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
+    kept = []
+    for finding in found:
+        details = finding.details
+        explained = bool(finding.channels) and drifting.issuperset(finding.channels)
+        if explained and isinstance(details, NotStatic) and details.steps and not details.bursts:
+            continue
+        if explained and isinstance(details, CorrelatedAxes) and details.only_slow:
+            finding = replace(finding, severity="info")
+        kept.append(finding)
+    return kept

@@ -1,0 +1,513 @@
+"""The likelihood of a channel: spread, bias, coverage, false parts, Gauss-Markov processes, records that are not ideal.
+
+``python -m studies.likelihood`` writes docs/study/likelihood.md; ``--largest 131072 --parts 4`` leaves out longer ideal
+records and half of the records of every cell.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime as dt
+import math
+import subprocess
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native import kernels
+from sigmatau._native.generators import Generator
+from sigmatau._native.likelihood import TERMS, Outcome, summarize
+from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.model.noise_model import NoiseModel
+from studies.misspecified import CASES, TAU0, TRUTH, record
+from studies.mixtures import GRADES, SHORT, Mixture, crb, si
+from studies.runner import run
+
+Floats = NDArray[np.float64]
+Row = dict[str, Any]
+
+RECORDS = 400
+PARTS = 8
+SIZES = (2**17, 2**15, 2**20)
+PROCESS_RECORDS = 200
+CASE_RECORDS = 200
+WELL = 0.2
+"""A coefficient is well known if its Cramér-Rao bound is below this."""
+
+LETTERS = {"quantization": "Q", "random_walk": "N", "bias_instability": "B", "rate_random_walk": "K"}
+
+# Gauss-Markov processes: 3 h at 100 Hz.
+PROCESS_N, PROCESS_RATE = 1_080_000, 100.0
+SIGMA = si(bias_instability="20 deg/h")["bias_instability"]
+TIMES = (10.0, 30.0, 100.0, 300.0)
+BESIDE: dict[str, dict[str, float]] = {
+    "N": si(random_walk="0.3 deg/sqrt(h)"),
+    "N, B": si(random_walk="0.3 deg/sqrt(h)", bias_instability="5 deg/h"),
+    "N, K": si(random_walk="0.3 deg/sqrt(h)", rate_random_walk="10 deg/h/sqrt(h)"),
+}
+CURVE_MARGIN = 0.1
+
+
+def _axes() -> dict[str, Mixture]:
+    """The axes of the paper's HG1700 and MotionPak II, and two of its CIMU."""
+    found = {}
+    for unit, rate, wanted in (
+        ("hg1700", 100.0, None),
+        ("motionpak2", 100.0, None),
+        ("cimu", 200.0, ("gyro_y", "accel_x")),
+    ):
+        text = resources.files("sigmatau.data").joinpath(f"{unit}.toml")
+        with resources.as_file(text) as path:
+            channels = NoiseModel.read(path).channels
+        for channel, terms in channels.items():
+            if wanted is None or channel in wanted:
+                found[f"{unit} {channel}"] = Mixture(0, rate, dict(terms), channel)
+    return found
+
+
+MIXTURES: dict[str, Mixture] = {**SHORT, **GRADES, **_axes()}
+
+
+def ideal(seed: int, name: str, n: int) -> list[Row]:
+    """What is stated of a share of the records of a mixture."""
+    mixture = MIXTURES[name]
+    rng, tau0 = np.random.default_rng(seed), 1 / mixture.rate
+    return [_stated(_simulated(rng, n, tau0, mixture.truth), tau0) for _ in range(RECORDS // PARTS)]
+
+
+def process(seed: int, beside: str, time: float) -> list[Row]:
+    """The same with a Gauss-Markov process, and how far the model's Allan deviation is from the truth."""
+    rng, tau0 = np.random.default_rng(seed), 1 / PROCESS_RATE
+    terms = BESIDE[beside]
+    sizes = np.unique(np.geomspace(1, PROCESS_N // 3, 40).astype(np.int64))
+    truth, low, high = _curve_limits(terms, time, sizes)
+    rows = []
+    for _ in range(PROCESS_RECORDS // PARTS):
+        made = Generator(PROCESS_N, tau0, seed=int(rng.integers(1 << 62)))
+        for term, value in terms.items():
+            made.add_term(term, value, channel=0)
+        made.add_gauss_markov(SIGMA, time, index=0, channel=0)
+        y = np.empty(PROCESS_N)
+        made.fill(y)
+        outcome = summarize([y], samples=PROCESS_N, tau0=tau0).analyse()
+        ratio = np.sqrt(_curve(outcome, sizes, tau0) / truth)
+        worst = int(np.argmax(np.abs(np.log(ratio))))
+        inside = (ratio >= low) & (ratio <= high)
+        rows.append(
+            {**_row(outcome), "curve": bool(inside.all()), "worst": [float(sizes[worst] * tau0), float(ratio[worst])]}
+        )
+    return rows
+
+
+def misspecified(seed: int, case: str) -> list[Row]:
+    """The same for records that no model describes exactly."""
+    rng = np.random.default_rng(seed)
+    return [_stated(record(case, rng), TAU0) for _ in range(CASE_RECORDS // PARTS)]
+
+
+def _simulated(rng: np.random.Generator, n: int, tau0: float, terms: Mapping[str, float]) -> Floats:
+    return kernels.simulate(n, tau0, terms, seed=int(rng.integers(1 << 62)), stream=1)
+
+
+def _stated(y: Floats, tau0: float) -> Row:
+    return _row(summarize([y], samples=len(y), tau0=tau0).analyse())
+
+
+def _row(outcome: Outcome) -> Row:
+    """An outcome, as far as it is judged; coefficients, not their squares."""
+    return {
+        "terms": {k: [b.observed, *map(_root, (b.value, b.low, b.high))] for k, b in outcome.terms.items()},
+        "processes": [
+            [p.kind, *map(_root, (p.variance.value, p.variance.low, p.variance.high))]
+            + [number for shape in p.shape for number in (shape.value, shape.low, shape.high)]
+            for p in outcome.processes
+        ],
+        "filter": len(outcome.filter),
+        "lines": len(outcome.lines),
+        "cut": outcome.highest is not None,
+        "ramp": [*outcome.ramp, outcome.ramp_observed],
+        "warm_up": outcome.warm_up is not None,
+        "p": outcome.p_value,
+        "widened": outcome.widened,
+    }
+
+
+def _root(x: float) -> float | None:
+    return math.sqrt(x) if math.isfinite(x) else None
+
+
+def _curve(outcome: Outcome, sizes: NDArray[np.int64], tau0: float) -> Floats:
+    """Allan variances of the reduced model with its processes."""
+    total = np.zeros(len(sizes))
+    for term, theta in outcome.reduced.items():
+        total += kernels.term_avar(term, math.sqrt(theta), sizes, tau0)
+    for part in outcome.processes:
+        sigma = math.sqrt(part.variance.value)
+        if part.kind == "gauss_markov":
+            total += kernels.gauss_markov_avar(sigma, part.shape[0].value, sizes, tau0)
+        else:
+            total += _resonance(
+                sigma, part.shape[0].value, part.shape[1].value, np.asarray(sizes * tau0, dtype=np.float64)
+            )
+    return total
+
+
+def _resonance(sigma: float, centre: float, width: float, taus: Floats) -> Floats:
+    f = np.geomspace(centre / 300, centre * 300, 20_000)
+    density = sigma**2 * 2 * width * f**2 / np.pi / ((f**2 - centre**2) ** 2 + 4 * width**2 * f**2)
+    x = np.pi * np.outer(taus, f)
+    return np.asarray(np.trapezoid(4 * np.sin(x) ** 4 / x**2 * density, f, axis=1))
+
+
+def _curve_limits(terms: Mapping[str, float], time: float, sizes: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
+    """The true Allan variances, and limits of the ratio of deviations: the 95 % interval of the measured one, or 10 %."""
+    from scipy.stats import chi2
+
+    parts = components(PROCESS_N, tuple(int(m) for m in sizes), correlation_time=time * PROCESS_RATE)
+    theta = np.append(_theta(terms, 1 / PROCESS_RATE), SIGMA**2)
+    freedom = parts.degrees_of_freedom(theta, ramp=0.0)
+    low, high = (np.sqrt(chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
+    return parts.design @ theta, np.minimum(low, 1 - CURVE_MARGIN), np.maximum(high, 1 + CURVE_MARGIN)
+
+
+def _theta(terms: Mapping[str, float], tau0: float) -> Floats:
+    return np.array([terms.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR])
+
+
+def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, float]:
+    """Cramér-Rao bounds of the relative standard deviations of the noise terms; of unbiased estimators of all four terms,
+    or of those that are there alone.
+    """
+    theta = _theta(mixture.truth, 1 / mixture.rate)
+    there = np.flatnonzero(theta)
+    parts = components(n, (1,))
+    if not all_terms:
+        found = crb(parts.spectra, parts.modes, theta)
+    else:
+        ratio = parts.spectra / (theta @ parts.spectra)
+        information = 0.5 * (ratio * parts.modes) @ ratio.T
+        scale = np.sqrt(np.diag(information))
+        variances = np.diag(np.linalg.inv(information / np.outer(scale, scale))) / scale**2
+        found = np.sqrt(variances[there]) / (2 * theta[there])
+    return dict(zip([LINEAR[p] for p in there], found.tolist(), strict=True))
+
+
+def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
+    """Run the study and write docs/study/likelihood.md."""
+    sizes = [n for n in SIZES if n <= largest]
+    # In order of importance, for a run that is stopped.
+    cells: dict[str, Any] = {}
+    for k in range(parts):
+        cells |= {f"{name} {sizes[0]} {k}": (ideal, (name, sizes[0])) for name in MIXTURES}
+        cells |= {f"{beside} T{time:g} {k}": (process, (beside, time)) for beside in BESIDE for time in TIMES}
+        cells |= {f"{case} {k}": (misspecified, (case,)) for case in CASES}
+        cells |= {f"{name} {n} {k}": (ideal, (name, n)) for n in sizes[1:] for name in MIXTURES}
+    settings = repr((RECORDS, PROCESS_RECORDS, CASE_RECORDS, BESIDE, SIGMA, TIMES))
+    results = run("likelihood", cells, settings=settings)
+    Path("docs/study/likelihood.md").write_text(page(results, sizes), encoding="utf-8")
+
+
+def page(results: Mapping[str, list[Row]], sizes: Sequence[int]) -> str:
+    """The page, of the cells that are there."""
+    failures: list[str] = []
+    single: list[bool] = []
+    lines = [_HEAD.format(origin=_origin(), well=100 * WELL)]
+    pooled: list[bool] = []
+    for n in sorted(sizes):
+        lines += [_IDEAL.format(n=n), *_spread(results, n, pooled, single, failures)]
+    share, error = float(np.mean(pooled)), math.sqrt(0.95 * 0.05 / len(pooled))
+    lines += ["", f"Coverage of all cells together: {100 * share:.2f} % (limits 94 and 97 %)."]
+    lines.append(
+        f"Standard deviation above 1.05 times the bound of the true terms: {sum(single)} of {len(single)} rows."
+    )
+    if not 0.94 - 3 * error <= share <= 0.97 + 3 * error:
+        failures.append(f"- pooled coverage {100 * share:.2f} %")
+    for n in sorted(sizes):
+        lines += [_FALSE.format(n=n), *_false_parts(results, n, failures)]
+    lines += [_PROCESS, *_processes(results, failures)]
+    lines += [_MISSPECIFIED, *_cases(results, failures)]
+    lines += ["", "## Gates", "", *(failures or ["All gates are met."])]
+    lines += [_REASONS] if failures else []
+    return "\n".join(lines) + "\n"
+
+
+def _origin() -> str:
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout
+    return f"{dt.datetime.now(tz=dt.UTC).date()}, commit {commit.strip() or 'unknown'}"
+
+
+def _all(results: Mapping[str, list[Row]], name: str) -> list[Row]:
+    return [row for k in range(PARTS) for row in results.get(f"{name} {k}", ())]
+
+
+def _below(share: float, limit: float, count: int) -> bool:
+    return share < limit - 3 * math.sqrt(limit * (1 - limit) / count)
+
+
+def _above(share: float, limit: float, count: int) -> bool:
+    return share > limit + 3 * math.sqrt(limit * (1 - limit) / count)
+
+
+def _holds(stated: Sequence[Any] | None, value: float) -> bool:
+    """Whether an interval contains the value; nothing is stated of a term that was not fitted."""
+    if stated is None:
+        return True
+    _, _, low, high = stated
+    return bool(low <= value and (high is None or value <= high))
+
+
+def _right(row: Row, well: Collection[str], mixture: Mixture) -> bool:
+    """Whether the terms that are well known were found, and no part that is not there."""
+    seen = [term for term in TERMS if row["terms"].get(term, [False])[0]]
+    terms = all(term in seen for term in well) and all(term in mixture.truth for term in seen)
+    return bool(terms and not row["processes"] and not row["filter"] and not row["cut"] and not row["warm_up"])
+
+
+def _spread(
+    results: Mapping[str, list[Row]], n: int, pooled: list[bool], single: list[bool], failures: list[str]
+) -> list[str]:
+    lines = []
+    for name, mixture in MIXTURES.items():
+        rows = _all(results, f"{name} {n}")
+        if not rows:
+            continue
+        limits, unknown = bounds(mixture, n), bounds(mixture, n, all_terms=True)
+        known_well = [term for term, bound in limits.items() if bound < WELL]
+        for term, bound in limits.items():
+            truth = mixture.truth[term]
+            stated = [row["terms"][term] for row in rows if term in row["terms"]]
+            values = np.array([s[1] for s in stated]) / truth
+            found = float(np.mean([s[0] for s in stated]))
+            cover = [_holds(row["terms"].get(term), truth) for row in rows]
+            pooled += cover
+            right = np.array([_right(row, known_well, mixture) for row in rows if term in row["terms"]])
+            bias, sd = values.mean() - 1, values.std(ddof=1)
+            known, count = values[right].std(ddof=1) if right.sum() > 1 else math.nan, int(right.sum())
+            half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in stated]) / truth
+            well = bound < WELL
+            cell = f"- {name}, {n} samples, {LETTERS[term]}"
+            if well:
+                single.append(bool(sd > 1.05 * bound * (1 + 3 / math.sqrt(2 * len(values)))))
+            if well and count > 1 and known > 1.05 * bound * (1 + 3 / math.sqrt(2 * count)):
+                failures.append(f"{cell}: sd with the right parts {100 * known:.3g} %, bound {100 * bound:.3g} %")
+            if well and sd > 1.05 * unknown[term] * (1 + 3 / math.sqrt(2 * len(values))):
+                failures.append(f"{cell}: sd {100 * sd:.3g} %, bound with four terms {100 * unknown[term]:.3g} %")
+            if well and abs(bias) > 0.1 * sd + 3 * sd / math.sqrt(len(values)):
+                failures.append(f"{cell}: bias {100 * bias:+.2g} % beside sd {100 * sd:.3g} %")
+            if _below(float(np.mean(cover)), 0.92, len(cover)):
+                failures.append(f"{cell}: {100 * np.mean(cover):.1f} % covered")
+            spread = f"{100 * bias:+.2g} | {100 * sd:.3g} | {100 * known:.3g}" if well and count > 1 else " | | "
+            lines.append(
+                f"| {name} | {LETTERS[term]} | {len(rows)} | {100 * found:.1f} | {spread} | {100 * bound:.3g} |"
+                f" {100 * unknown[term]:.3g} | {100 * half:.3g} | {100 * np.mean(cover):.1f} |"
+            )
+        if "rate_ramp" in mixture.truth:
+            truth = mixture.truth["rate_ramp"]
+            values = np.array([row["ramp"][0] for row in rows]) / truth
+            cover = [bool(abs(row["ramp"][0] - truth) <= 1.96 * row["ramp"][1]) for row in rows]
+            pooled += cover
+            if _below(float(np.mean(cover)), 0.92, len(cover)):
+                failures.append(f"- {name}, {n} samples, R: {100 * np.mean(cover):.1f} % covered")
+            found, half = (
+                np.mean([row["ramp"][2] for row in rows]),
+                np.median([1.96 * row["ramp"][1] for row in rows]) / truth,
+            )
+            lines.append(
+                f"| {name} | R | {len(rows)} | {100 * found:.1f} | {100 * (values.mean() - 1):+.2g} |"
+                f" {100 * values.std(ddof=1):.3g} | | | | {100 * half:.3g} | {100 * np.mean(cover):.1f} |"
+            )
+    return lines
+
+
+def _false_parts(results: Mapping[str, list[Row]], n: int, failures: list[str]) -> list[str]:
+    lines = []
+    for name, mixture in MIXTURES.items():
+        rows = _all(results, f"{name} {n}")
+        if not rows:
+            continue
+        shares: list[str] = []
+
+        def share(what: str, limit: float, seen: list[bool], name: str = name, shares: list[str] = shares) -> None:
+            mean = float(np.mean(seen))
+            shares.append(f"{100 * mean:.1f}")
+            if _above(mean, limit, len(seen)):
+                failures.append(f"- {name}, {n} samples: {what} in {100 * mean:.1f} % of the records")
+
+        for term in TERMS:
+            if term in mixture.truth:
+                shares.append("")
+            else:
+                share(f"{LETTERS[term]} observed", 0.05, [row["terms"].get(term, [False])[0] for row in rows])
+        if "rate_ramp" in mixture.truth:
+            shares.append("")
+        else:
+            share("R observed", 0.05, [row["ramp"][2] for row in rows])
+        share("a process added", 0.02, [bool(row["processes"]) for row in rows])
+        share("a filter added", 0.02, [row["filter"] > 0 for row in rows])
+        share("a line left out", 0.02, [row["lines"] > 0 for row in rows])
+        share("a warm-up added", 0.02, [row["warm_up"] for row in rows])
+        share("top of the band left out", 0.02, [row["cut"] for row in rows])
+        share("intervals widened", 0.02, [row["widened"] for row in rows])
+        lines.append(f"| {name} | {' | '.join(shares)} |")
+    return lines
+
+
+def _processes(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
+    lines = []
+    for beside, terms in BESIDE.items():
+        for time in TIMES:
+            rows = _all(results, f"{beside} T{time:g}")
+            if not rows:
+                continue
+            cell = f"- process of {time:g} s beside {beside}"
+            nearest = [_nearest(row, time) for row in rows]
+            found = [p for p in nearest if p is not None]
+            shares = {"found": len(found) / len(rows)}
+            shares["σ covered"] = float(np.mean([_holds(p[:4], SIGMA) for p in found])) if found else 0.0
+            shares["time covered"] = float(np.mean([_holds([True, *p[4:7]], time) for p in found])) if found else 0.0
+            shares["curve"] = float(np.mean([row["curve"] for row in rows]))
+            for what, limit in (("found", 0.9), ("σ covered", 0.92), ("time covered", 0.92), ("curve", 0.9)):
+                if _below(shares[what], limit, len(rows)):
+                    failures.append(f"{cell}: {what} in {100 * shares[what]:.1f} %")
+            several = float(np.mean([len(row["processes"]) > 1 for row in rows]))
+            extra = [term for term in TERMS if term not in terms]
+            false = " ".join(
+                f"{LETTERS[t]} {100 * np.mean([row['terms'].get(t, [False])[0] for row in rows]):.0f}" for t in extra
+            )
+            cover = " ".join(
+                f"{LETTERS[t]} {100 * np.mean([_holds(row['terms'].get(t), value) for row in rows]):.0f}"
+                for t, value in terms.items()
+            )
+            worst = np.quantile([abs(math.log(row["worst"][1])) for row in rows], 0.9)
+            texts = [f"{100 * share:.1f}" for share in shares.values()]
+            lines.append(
+                f"| {beside} | {time:g} | {len(rows)} | {' | '.join(texts)} | {100 * math.expm1(worst):.0f} |"
+                f" {100 * several:.1f} | {cover} | {false} |"
+            )
+    return lines
+
+
+def _nearest(row: Row, time: float) -> list[Any] | None:
+    """The Gauss-Markov process nearest to a time."""
+    processes = [p for p in row["processes"] if p[0] == "gauss_markov"]
+    return min(processes, key=lambda p: abs(math.log(p[4] / time)), default=None)
+
+
+def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
+    lines = []
+    for name, case in CASES.items():
+        rows = _all(results, name)
+        if not rows:
+            continue
+
+        def percent(seen: Iterable[bool]) -> str:
+            return f"{100 * np.mean(list(seen)):.0f}"
+
+        text = f"| {name} | {len(rows)} | {percent(r['widened'] for r in rows)}"
+        text += f" | {percent(bool(r['processes']) for r in rows)} | {percent(r['filter'] > 0 for r in rows)}"
+        text += f" | {percent(r['lines'] > 0 for r in rows)} | {percent(r['cut'] for r in rows)}"
+        for term, value in TRUTH.items():
+            if term not in case.judged:
+                text += " | | |"
+                continue
+            white = term == "random_walk"
+            truth = value * (case.white if white else 1.0)
+            stated = [row["terms"].get(term) for row in rows]
+            cover = np.array([_holds(s, truth) for s in stated])
+            known = cover if white else cover | np.array([row["widened"] for row in rows])
+            limit = 0.9 if white else 0.8
+            values = np.array([s[1] for s in stated if s is not None]) / truth
+            half = (
+                np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in stated if s is not None])
+                / truth
+            )
+            text += f" | {100 * (np.median(values) - 1):+.2g} | {100 * half:.2g} | {percent(cover)}"
+            if _below(float(known.mean()), limit, len(rows)):
+                failures.append(f"- {name}: {LETTERS[term]} covered or widened in {100 * known.mean():.0f} %")
+        lines.append(text + " |")
+    return lines
+
+
+_HEAD = """# The likelihood of a channel
+
+Made by `make study` (studies/likelihood.py, studies/misspecified.py); {origin}. The seeds are derived
+from the names of the cells. The analysis has its defaults: it selects terms, processes, filters and lines for each record.
+Letters are those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp. All shares
+are in per cent.
+
+Gates, each with 3 standard errors of the simulation:
+
+- Ideal records, for a coefficient whose Cramér-Rao bound is below {well:.0f} %: bias at most a tenth of the standard
+  deviation. Standard deviation at most 1.05 times the bound of the true terms, in the records in which exactly the true
+  parts are found; and at most 1.05 times the bound of all four terms, in all records. These two replaced a single gate, the
+  bound of the true terms in all records, after the first results: a selection that adds an absent term in 5 % of the
+  records cannot reach it. The rows that miss it are counted below.
+- Coverage of the 95 % intervals and limits: 94 to 97 % of all, and at least 92 % in each row.
+- An absent term is observed in at most 5 % of the records. A process or resonance, a filter, a line or a warm-up is added,
+  the top of the band is left out, or intervals are widened, in at most 2 % each.
+- Gauss-Markov processes: found in 90 %, σ and correlation time covered in 92 % each of the records in which a process is
+  found. The Allan deviation of the model is within 10 % of the true one, or within the 95 % interval of a measured one
+  where that is wider, at all averaging times up to a third of the record, in 90 %.
+- Other records: N covered in 90 %; B and K covered, or the intervals widened, in 80 %."""
+
+_IDEAL = """
+## Ideal records, {n} samples
+
+Bias and standard deviation of well known coefficients are those of all records, observed or not. "Right" is the standard
+deviation in the records in which exactly the true parts are found. "Bound" is the Cramér-Rao bound of the true terms, "of
+four" that of all four terms. "Half width" is the median of (high − low)/2. All in per cent of the true coefficient.
+
+| mixture | term | records | found | bias | sd | right | bound | of four | half width | covered |
+|---|---|---|---|---|---|---|---|---|---|---|"""
+
+_FALSE = """
+## Parts that are not there, {n} samples
+
+| mixture | Q | N | B | K | R | process | filter | line | warm-up | band cut | widened |
+|---|---|---|---|---|---|---|---|---|---|---|---|"""
+
+_PROCESS = """
+## Gauss-Markov processes
+
+σ = 20 deg/h, N = 0.3 deg/√h, B = 5 deg/h, K = 10 deg/h/√h, 3 h at 100 Hz. "Curve" is the share of records whose model
+has the right Allan deviation. "Off" is the largest error of the Allan deviation that 90 % of the records do not exceed.
+"Several" is the share with more than one process.
+
+| beside | time [s] | records | found | σ covered | time covered | curve | off | several | terms covered | false terms |
+|---|---|---|---|---|---|---|---|---|---|---|"""
+
+_MISSPECIFIED = """
+## Records that no model describes exactly
+
+N = 0.005, B = 0.0028, K = 0.0004 in units of degrees and seconds, 2^18 samples at 100 Hz (studies/misspecified.py). "Off" is
+the median error of the coefficient, "half" the median half width of the interval, both in per cent of the coefficient; n is
+the number of records, "in" the share whose interval contains the true value, "cut" the share whose top of the band is left
+out.
+
+| record | n | widened | process | filter | line | cut | N off | half | in | B off | half | in | K off | half | in |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
+
+_REASONS = """
+Reasons, as far as they were looked into:
+
+- Standard deviations over the bound of all four terms: in 1 to 3 of 200 records a Gauss-Markov process takes the place of
+  a true rate random walk or bias instability. The value of the term is then near 0. Without these records the standard
+  deviations are at most 1.25 times the bound of the true terms. A price of 10 in deviance for this exchange, in place of 7,
+  lowers its share from 1.5 to 0.7 % of 2400 records with K, but then 40 of 50 processes of 300 s beside N and B are found in
+  place of 49. The same price decides both.
+- Bias of K in the shortest records of the HG1700: K is not observed in 5 to 12 % of them, since a bias instability fits as
+  well.
+- Weak humps near 20 s and 5 s are described by a larger bias instability in two of three records. That model is adequate at
+  p > 0.05 in more than four of five of them, so that nothing widens the interval. A price of 16 for a resonance, in place
+  of 20, raises the coverage of B by some 5 % (75 records a case), and false processes from 0.9 to 1.2 %.
+- The ripple acts on the whole band of the white noise, so that its level is not that of the low frequencies."""
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--largest", type=int, default=max(SIZES), help="longest ideal records [samples]")
+    parser.add_argument("--parts", type=int, default=PARTS, help=f"parts of the records, of {PARTS}")
+    main(**vars(parser.parse_args()))

@@ -57,12 +57,13 @@ class TestFreedom:
         m = np.array(
             [1, 7, 48, 200] if kind not in ("theo1", "total") else [10, 48] if term == "quantization" else [10, 48, 200]
         )
-        model = NoiseModel(channels={"gyro_x": {term: 2e-3}})
-        rng = np.random.default_rng(known.seed_of(f"scatter {kind} {overlap} {term}"))
+        # As channels of one record, which is made at once.
+        model = NoiseModel(channels={f"gyro_{k}": {term: 2e-3} for k in range(count)})
+        seed = known.seed_of(f"scatter {kind} {overlap} {term}")
         options = {} if overlap is None else {"overlap": overlap}
         taus = m * tau0 * KINDS[kind].tau_per_m
-        records = (simulate(model, duration=n * tau0, rate=1 / tau0, rng=rng) for _ in range(count))
-        curves = [deviation(one, kind=kind, taus=taus, threads=1, **options)["gyro_x"] for one in records]
+        record = simulate(model, duration=n * tau0, rate=1 / tau0, rng=seed)
+        curves = list(deviation(record, kind=kind, taus=taus, threads=1, **options).values())
         squares = np.array([curve.deviation**2 for curve in curves])
         edf = curves[0].edf(noise={term: 2e-3})
         got = 2 * squares.mean(axis=0) ** 2 / squares.var(axis=0, ddof=1)
@@ -71,7 +72,7 @@ class TestFreedom:
         assert (np.abs(got / edf - 1) <= 4.5 * error).all(), got / edf
         if kind in ("total", "theo1") and (kind, term) != ("total", "quantization"):
             size = m if kind == "total" else np.rint(0.75 * m).astype(int)
-            truth = model.avar("gyro_x", m=size, tau0=tau0) * curves[0].bias(noise=term)
+            truth = model.avar("gyro_0", m=size, tau0=tau0) * curves[0].bias(noise=term)
             # 0.75 m is no whole number for m = 10: 7.5 is taken as 8, which is at most 14 % off in the square.
             slack = 0.14 if kind == "theo1" else 0.003
             assert (np.abs(squares.mean(axis=0) / truth - 1) <= 4.5 * np.sqrt(2 / edf / count) + slack).all()

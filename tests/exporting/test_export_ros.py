@@ -1,5 +1,6 @@
 """Covariances for ROS messages, read back."""
 
+import functools
 import math
 import re
 
@@ -16,6 +17,23 @@ from sigmatau.exporting.source import Source
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+
+
+@functools.cache
+def correlated_samples():
+    """A line, samples behind a filter, and ones that were differenced; and their analysis."""
+    from scipy.signal import butter, lfilter
+
+    rng = np.random.default_rng(seed_of("ros measured variance"))
+    n = 60_000
+    white = rng.standard_normal((3, n + 100))
+    record = Record.from_arrays(
+        rate=100,
+        gyro_x=1e-3 * white[0, 100:] + 1e-3 * np.sin(0.7 * np.arange(n)),
+        gyro_y=3e-3 * lfilter(*butter(2, 0.3), white[1])[100:],
+        gyro_z=1e-3 * (white[2, 1:] - 0.4 * white[2, :-1])[99:],
+    )
+    return record, analyze(record)
 
 
 class TestRos:
@@ -114,19 +132,9 @@ class TestRos:
 
     @every_axis_policy
     def test_of_a_record_it_is_what_its_samples_have(self, axes):
-        """A line, samples behind a filter, and ones that were differenced: in each, N²·rate is another number."""
-        from scipy.signal import butter, lfilter
-
-        rng = np.random.default_rng(seed_of("ros measured variance"))
-        n = 60_000
-        white = rng.standard_normal((3, n + 100))
-        record = Record.from_arrays(
-            rate=100,
-            gyro_x=1e-3 * white[0, 100:] + 1e-3 * np.sin(0.7 * np.arange(n)),
-            gyro_y=3e-3 * lfilter(*butter(2, 0.3), white[1])[100:],
-            gyro_z=1e-3 * (white[2, 1:] - 0.4 * white[2, :-1])[99:],
-        )
-        prepared = prepare(analyze(record), to="ros", choices=Choices(axes=axes, noise_factor=2.0))
+        """In each of three kinds of correlated samples, N²·rate is another number."""
+        record, analysis = correlated_samples()
+        prepared = prepare(analysis, to="ros", choices=Choices(axes=axes, noise_factor=2.0))
         found = block_yaml(prepared.content)["angular_velocity_covariance"]
         each = [4 * float(np.var(record.streams[0].column(f"gyro_{axis}"))) for axis in AXES]
         wanted = {"worst": [max(each)] * 3, "mean": [sum(each) / 3] * 3, "each": each}[axes]

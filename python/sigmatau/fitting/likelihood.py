@@ -117,10 +117,10 @@ def _pieces(stream: Stream, channel: str) -> Iterator[Floats]:
 def _stated(
     stream: Stream, channel: str, found: Outcome, *, wanted: set[str], regressors: tuple[str, ...], level: float
 ) -> NoiseFit:
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
     n, tau0 = stream.grid.n, stream.grid.tau0
-    quantile = float(norm.isf((1 - level) / 2))
+    quantile = -float(ndtri((1 - level) / 2))
     model = {name: math.sqrt(value) for name, value in found.reduced.items() if value > 0}
     terms = {name: _term(stream, found, name, model, level) for name in LINEAR if name in wanted}
     ramp = _ramp(stream, found, quantile, level)

@@ -4,8 +4,8 @@
 //! half a segment at both ends, so that its ends count like the rest.
 
 use crate::error::Error;
-use realfft::num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
+use sigmatau_fft::Complex64;
+use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -186,7 +186,7 @@ impl Pass {
         for h in &mut taper {
             *h /= norm;
         }
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
+        let transform = Planner::new().forward(segment);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
         Ok(Self {
             samples,
@@ -372,7 +372,7 @@ fn cosine_modes(series: &[f64], count: usize) -> Vec<f64> {
     let m = series.len();
     let mut folded: Vec<f64> = series.iter().step_by(2).copied().collect();
     folded.extend(series[1..].iter().step_by(2).rev());
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(m);
+    let transform = Planner::new().forward(m);
     let mut output = transform.make_output_vec();
     let done = transform.process(&mut folded, &mut output);
     debug_assert!(done.is_ok());

@@ -128,6 +128,13 @@ class TestLines:
         assert line.mains == Mains(frequency=mains / multiple, multiple=multiple, folded=seen != mains)
 
 
+    def test_a_record_that_repeats_itself(self):
+        """Its spectrum has nothing but lines; the strongest hundred are told."""
+        fit, found = fitted(np.tile(white("repeated", N // 8), 16))
+        assert len(fit.sinusoid) == 100
+        assert sum(1 + len(line.harmonics) for line in found["spectral_line"].details.lines) == 100
+
+
 class TestWarmUp:
     RATE, DURATION = 20.0, 7200.0
     SECONDS = np.arange(round(RATE * DURATION)) / RATE

@@ -40,6 +40,7 @@ LEAST_SAMPLES = 512
 
 _PIECE = 1 << 18  # samples that are read at once
 _SAME = 0.02  # share of the Allan variance that a filter may take off where the terms alone describe the curve
+_MOST_LINES = 100  # that are kept, the strongest: a record that repeats itself has thousands
 _LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
 
 
@@ -141,7 +142,7 @@ def _stated(
             amplitude=_around(line.amplitude, min(quantile * line.error, 0.999 * line.amplitude), stream.unit),
             frequency=Interval(value=line.frequency, low=line.low, high=line.high, unit="Hz"),
         )
-        for line in sorted(found.lines, key=lambda line: -line.amplitude)
+        for line in sorted(found.lines, key=lambda line: -line.amplitude)[:_MOST_LINES]
         if line.amplitude > 0
     )
     reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)

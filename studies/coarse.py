@@ -96,10 +96,11 @@ def main() -> None:
 _HEAD = """# Noise near the step of the log
 
 Made by `make study` (studies/coarse.py). White noise of a standard deviation of 1 with N = 0.1, alone, with B = 0.05 or with
-K = 0.02; {n} samples at 100 Hz, {records} records a row. The samples are rounded to steps; the mean lies anywhere between two. "Noise" is the standard deviation of the white noise in steps, before rounding; "seen" what the log shows.
-Records that are constant after rounding are left out. True N is that of the log on average over the mean: the
-square root of σ² + step²/12 a sample. "Plain": share of the intervals that contain the true value without an allowance for
-rounding; "with": with it; "high": median upper end over the true value.
+K = 0.02; {n} samples at 100 Hz, {records} records a row. The samples are rounded to steps; the mean lies anywhere between
+two. "Noise" is the standard deviation of the white noise in steps, before rounding; "seen" what the log shows. Records that
+are constant after rounding are left out. True N is that of the log on average over the mean: the square root of
+σ² + step²/12 a sample. "Plain": share of the intervals that contain the true value without an allowance for rounding;
+"with": with it; "high": median upper end over the true value.
 
 | mixture | noise | records | seen | N found | N plain | with | high | B plain | with | high | K plain | with | high |
 |---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""

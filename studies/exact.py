@@ -87,7 +87,7 @@ class Exact:
                     break
                 length *= 0.5
             theta, deviance, gradient = tried, found, slope
-        return ExactFit(tuple(terms), theta, covariance, deviance)
+        return ExactFit(tuple(terms), theta, np.asarray(covariance, dtype=np.float64), deviance)
 
     def _covariance(self, terms: tuple[str, ...], theta: Floats) -> Floats:
         return np.asarray(sum(t * self.parts[name] for t, name in zip(theta, terms, strict=True)))

@@ -85,7 +85,7 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         Standard deviation of the white part of the samples in the log. [rate unit]
     """
     rounding = Rounding(noise / step)
-    told = rounding.slow_error > _COARSE
+    told = fitted.quantified and rounding.slow_error > _COARSE
     error, slope = rounding.slow_error * step, 2 * rounding.dither
     duration = fitted.n * fitted.tau0
     # The coefficient whose noise has the largest difference as its standard deviation in the record: of B in all octaves,
@@ -129,7 +129,7 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         terms=terms,
         gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
         resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
-        verdict="widened" if told and fitted.quantified else fitted.verdict,
+        verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
         covariance=(names, covariance * np.outer(factors, factors)),
     )

@@ -416,7 +416,7 @@ mod tests {
     #[test]
     fn edges_cover_every_mode_and_density_once() {
         for samples in [256, 1000, 4096, 40_000] {
-            let x: Vec<f64> = (0..samples).map(|i| f64::from((i * 7919) % 1013)).collect();
+            let x: Vec<f64> = (0..samples).map(|i| ((i * 7919) % 1013) as f64).collect();
             let record = Summary::of(&x, 0.01).unwrap();
             let mut mask = vec![true; record.density.len()];
             let kept = modes_kept(&record, &mask);

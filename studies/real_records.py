@@ -42,6 +42,9 @@ RECORDS: dict[str, dict[str, Any]] = {
     },
     "field/xdot_2.csv.gz": {"unit": {"gyro": "deg/s", "accel": "m/s^2", "time": "s"}},
 }
+WINDOWS = {"field/vn100_stationary.mat": "520s:1140s", "field/xdot_2.csv.gz": "1s:120s"}
+"""Parts at rest: before, people walked by; the first row is not a sample."""
+
 TERMS = ("random_walk", "bias_instability")
 LIMIT = 1.5
 
@@ -75,8 +78,12 @@ def rows(folder: Path) -> list[dict[str, Any]]:
             sys.stderr.write(f"real_records: skipped, {name} is absent\n")
             continue
         record = st.read(folder / name, **options)
-        length = max(stream.grid.duration for stream in record.streams)
-        halves = [choose(record, f"{share * length}s:{(share + 0.5) * length}s")[0] for share in (0.0, 0.5)]
+        start, end = 0.0, max(stream.grid.duration for stream in record.streams)
+        if name in WINDOWS:
+            start, end = (float(part.rstrip("s")) for part in WINDOWS[name].split(":"))
+        middle = (start + end) / 2
+        halves = [choose(record, f"{a}s:{b}s")[0] for a, b in ((start, middle), (middle, end))]
+        record = choose(record, f"{start}s:{end}s")[0]
         for stream in record.streams:
             if stream.quantity == "temperature":
                 continue

@@ -5,6 +5,7 @@ from __future__ import annotations
 from studies import (
     adis16405,
     bandwidth,
+    coarse,
     coverage,
     datasheets,
     efficiency,
@@ -15,6 +16,7 @@ from studies import (
     paper_claims,
     prediction,
     read_off,
+    real_records,
     robustness,
     round_trip,
     selection,
@@ -26,6 +28,7 @@ STUDIES = (
     intervals,
     robustness,
     likelihood,
+    coarse,
     efficiency,
     coverage,
     datasheets,
@@ -37,6 +40,7 @@ STUDIES = (
     false_alarms,
     prediction,
     adis16405,
+    real_records,
     paper_claims,
 )
 

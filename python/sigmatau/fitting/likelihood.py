@@ -128,7 +128,7 @@ def _stated(
     terms["rate_ramp"] = ramp
     if ramp.value is not None:
         model["rate_ramp"] = ramp.value
-    processes, resonances = _processes(stream, found)
+    processes, resonances, steady = _processes(stream, found)
     response = None
     if found.filter:
         own = len(found.parameters)
@@ -142,9 +142,10 @@ def _stated(
             amplitude=_around(line.amplitude, min(quantile * line.error, 0.999 * line.amplitude), stream.unit),
             frequency=Interval(value=line.frequency, low=line.low, high=line.high, unit="Hz"),
         )
-        for line in sorted(found.lines, key=lambda line: -line.amplitude)[:_MOST_LINES]
+        for line in found.lines
         if line.amplitude > 0
     )
+    lines = tuple(sorted((*lines, *steady), key=lambda line: -line.amplitude.value))[:_MOST_LINES]
     reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)
     verdict: Verdict = "adequate"
     if found.widened:
@@ -240,16 +241,28 @@ def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> Fitt
     )
 
 
-def _processes(stream: Stream, found: Outcome) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...]]:
-    processes, resonances = [], []
+def _processes(
+    stream: Stream, found: Outcome
+) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...], tuple[Sinusoid, ...]]:
+    """Processes, resonances, and lines below the band in which lines are left out: resonances of the least width."""
+    processes, resonances, lines = [], [], []
+    narrowest = 0.5 / stream.grid.duration
     for process in found.processes:
         sigma = _root(process.variance, stream.unit)
         if process.kind == "gauss_markov":
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
+            continue
+        centre, width = (_plain(bounds, "Hz") for bounds in process.shape)
+        if width.value <= narrowest * (1 + 1e-9):
+            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2)), frequency=centre))
         else:
-            centre, width = process.shape
-            resonances.append(Resonance(sigma=sigma, frequency=_plain(centre, "Hz"), width=_plain(width, "Hz")))
-    return tuple(processes), tuple(resonances)
+            resonances.append(Resonance(sigma=sigma, frequency=centre, width=width))
+    return tuple(processes), tuple(resonances), tuple(lines)
+
+
+def _scaled(one: Interval, factor: float) -> Interval:
+    low, high = (None if end is None else factor * end for end in (one.low, one.high))
+    return Interval(value=factor * one.value, low=low, high=high, unit=one.unit)
 
 
 def _root(bounds: Bounds, unit: str) -> Interval:

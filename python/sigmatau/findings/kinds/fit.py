@@ -61,7 +61,7 @@ class IsolatedSamples:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoarseValues:
-    """Not adequate: the resolution of the values is too coarse for the noise, so that the rounding error is unknown."""
+    """Widened: the resolution of the values is too coarse for the noise, so that the rounding error is unknown."""
 
     kind: str = field(default="coarse_values", init=False)
 

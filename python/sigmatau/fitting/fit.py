@@ -13,11 +13,12 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
+from sigmatau.fitting.attempt import LONGEST_SHARE, Data
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.outlook import half_octaves
+from sigmatau.fitting.selection import LEAST_TIMES, best_attempt
 from sigmatau.fitting.statement import descriptive, no_fit, stated
-from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
 from sigmatau.noise.terms import TERMS
 
 _PER_OCTAVE = 8  # averaging times, at most

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints
+from sigmatau.fitting.non_negative import non_negative
 from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["Periodogram", "measured_lines", "periodogram", "strongest_line"]
@@ -190,7 +191,6 @@ def _lowest_hits(spectrum: Periodogram, bins: int) -> list[tuple[int, int, float
 
 def _background(density: Floats, dof: float) -> Floats | None:
     """White, flicker and walking noise, 1, 1/k and 1/k² over bins k, that make the medians over half octaves."""
-    from scipy.optimize import nnls
     from scipy.special import chdtri
 
     if len(density) < _BLOCK * 4:
@@ -212,7 +212,7 @@ def _background(density: Floats, dof: float) -> Floats | None:
     expected, theta = levels, np.zeros(3)
     for _ in range(_PASSES):
         weights = count / expected
-        theta, _ = nnls(columns * weights[:, None], levels * weights)
+        theta = non_negative(columns * weights[:, None], levels * weights)
         expected = np.maximum(columns @ theta, 1e-3 * levels)
     return np.asarray(np.maximum(theta[0] + theta[1] / k + theta[2] / k**2, 1e-3 * float(levels.min())))
 

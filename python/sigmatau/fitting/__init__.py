@@ -2,6 +2,6 @@
 
 From the bottom up: `components` (what the variances and their covariance are made of), `gls` (least squares with them),
 `goodness` (of fit), `inference` (tests, intervals, limits), `ramp`, `noise_fit` (the result), `attempt` (a fit from one
-averaging time on), `gauss_markov`, `selection` (of that time and of a process), `statement` (from numbers to a result), `fit`;
-`read_off` (the paper's method), `planning`, `tables`.
+averaging time on), `gauss_markov`, `selection` (of that time and of a process), `statement` (from numbers to a result),
+`fit`; `read_off` (the paper's method), `planning`, `tables`.
 """

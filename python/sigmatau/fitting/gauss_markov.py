@@ -1,8 +1,8 @@
 """A Gauss-Markov process in place of a rate random walk or of bias instability.
 
-Against a walk that is far too high at the longest times, a step from the fit with the walk says nothing: each correlation time
-is tried by full fits. They use one averaging time in an octave, because the covariance of a process has to be computed anew for
-each correlation time.
+Against a walk that is far too high at the longest times, a step from the fit with the walk says nothing: each correlation
+time is tried by full fits. They use one averaging time in an octave, because the covariance of a process has to be computed
+anew for each correlation time.
 """
 
 from __future__ import annotations

@@ -134,9 +134,9 @@ a limit, in which a process is found that is not there, in which short times are
 _PROCESSES = """
 ## Records with a process
 
-{records} records of 3 h at 10 Hz, with 0.3 deg/√h. Shares of records [%]: the terms alone have p < 0.002; the process is found;
-it is found or no model is adequate; of those found, the intervals of σ and of the time both hold; the interval of the random
-walk holds. Then the largest ratio of the deviation of the model to the measured one: median and maximum of the records.
+{records} records of 3 h at 10 Hz, with 0.3 deg/√h. Shares of records [%]: the terms alone have p < 0.002; the process is
+found; it is found or no model is adequate; of those found, the intervals of σ and of the time both hold; the interval of the
+random walk holds. Then the largest ratio of the deviation of the model to the measured one: its median and its maximum.
 A record holds 36 correlation times of 300 s: walk and process are then hardly distinguished.
 
 | time | σ | rejected | found | either | both hold | N holds | ratio | largest |

@@ -25,7 +25,8 @@ __all__ = ["best_time", "intervals"]
 Floats = NDArray[np.float64]
 
 PRICE = 7.0
-"""Least gain in deviance, as in the likelihood: in 18 cells of 300 ideal records at most 2.3 % had a larger one."""
+"""Least gain in deviance, as in the likelihood: in 18 cells of 300 ideal records at most 2.3 % had a larger one and
+p < 0.3."""
 
 _SHORTEST = 10  # times the shortest averaging time
 _LONGEST_SHARE = 4  # of the record: its length over the longest correlation time

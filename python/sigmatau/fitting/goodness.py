@@ -18,8 +18,8 @@ __all__ = ["deviance", "octaves", "p_value"]
 Floats = NDArray[np.float64]
 
 _LONGEST = 4
-"""Octaves of the one-sided test. With 4 a Gauss-Markov process of 300 s in 3 h, fitted by a rate random walk, is rejected at
-5 % in 88 of 100 records, with all octaves in 36."""
+"""Octaves of the one-sided test. A Gauss-Markov process of 20 deg/h, 300 s in 3 h, fitted by a rate random walk, has p < 0.05
+in 53 of 60 records; by the sum of squares alone it has in 18."""
 
 _LEAST_EIGENVALUE = 1e-9  # of correlations
 _SMALLEST = np.finfo(float).tiny

@@ -18,7 +18,7 @@ __all__ = ["deviance", "octaves", "p_value"]
 Floats = NDArray[np.float64]
 
 _LONGEST = 4
-"""Octaves of the one-sided test. A Gauss-Markov process of 20 deg/h, 300 s in 3 h, fitted by a rate random walk, has p < 0.05
+"""Octaves of the one-sided test. A Gauss-Markov process of 20 deg/h, 300 s in 3 h, fitted by a walk, has p < 0.05
 in 53 of 60 records; by the sum of squares alone it has in 18."""
 
 _LEAST_EIGENVALUE = 1e-9  # of correlations

@@ -11,7 +11,7 @@ LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degr
 LEAST_P = 0.002  # Smallest p-value of the goodness of fit with all averaging times for the model to be adequate
 LEAST_P_LATER = 0.01  # The same once shorter averaging times are left out, which are then known to deviate
 PROCESS_P = 0.3
-"""Largest p-value of the terms alone with which a process is tried. It misses 1 of 257 processes that were worth their price."""
+"""Largest p-value of the terms alone for a process to be tried. It misses 1 of 256 that were worth their price."""
 
 LARGEST_START = 128
 """Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]"""

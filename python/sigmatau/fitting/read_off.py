@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.non_negative import non_negative
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.results import Printed, plain, seconds, value_error_text
 from sigmatau.units import find
@@ -340,16 +341,7 @@ def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 
 def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:
-    """Smallest sum of squares of ``target`` minus a non-negative combination of the columns.
-
-    With at most five columns every subset is tried; `gls.non_negative` would load SciPy.
-    """
-    design = np.stack([column / np.linalg.norm(column) for column in columns], axis=1)
-    best = float(target @ target)
-    for subset in range(1, 1 << len(columns)):
-        part = design[:, [k for k in range(len(columns)) if subset >> k & 1]]
-        solution = np.linalg.lstsq(part, target)[0]
-        if (solution >= 0).all():
-            rest = target - part @ solution
-            best = min(best, float(rest @ rest))
-    return best
+    """Smallest sum of squares of ``target`` minus a non-negative combination of the columns."""
+    design = np.stack(columns, axis=1)
+    rest = target - design @ non_negative(design, target)
+    return float(rest @ rest)

@@ -26,7 +26,7 @@ class ZeroVariance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misfit:
-    """Not adequate: neither the five terms nor a sixth fit the curve."""
+    """Not adequate: neither the five terms nor a Gauss-Markov process beside them fit the curve."""
 
     kind: str = field(default="misfit", init=False)
     # largest p-value of the goodness of fit of all models tried; None if no model could be fitted

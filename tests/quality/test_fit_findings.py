@@ -127,7 +127,6 @@ class TestLines:
         assert line.frequency == pytest.approx(seen, abs=0.02)
         assert line.mains == Mains(frequency=mains / multiple, multiple=multiple, folded=seen != mains)
 
-
     def test_a_record_that_repeats_itself(self):
         """Its spectrum has nothing but lines; the strongest hundred are told."""
         fit, found = fitted(np.tile(white("repeated", N // 8), 16))

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # test.sh [STEP…]: the checks and tests, each with its time, up to the first that fails. Without a STEP, all of them, those of
 # Python and those of Rust side by side, because a compiler often uses one core only, while the extension is compiled:
-READ_STEPS="format lint types imports" # that only read
-RUN_STEPS="stubs python"               # that need the extension
+READ_STEPS="format lint types"    # that only read
+RUN_STEPS="imports stubs python" # that need the extension
 RUST_STEPS="rustfmt clippy rust instructions"
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"

@@ -107,8 +107,8 @@ def _processes(rows: Iterable[Mapping[str, Any]], kind: type) -> tuple[Any, ...]
 
 def _alike(fit: Mapping[str, Any]) -> GaussMarkov | None:
     """The process that explains the record as well as the rate random walk."""
-    found = fit.get("alike_from")
-    return None if found is None else GaussMarkov(sigma=found["sigma"], time=found["time_s"])
+    time, sigma = fit.get("alike_from_s"), fit.get("alike_sigma")
+    return None if time is None or sigma is None else GaussMarkov(sigma=sigma, time=time)
 
 
 def _bandwidth(fit: Mapping[str, Any], rate: float) -> LowPass | None:

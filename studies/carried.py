@@ -73,7 +73,10 @@ def table(found: Mapping[str, list[dict[str, Any]]]) -> str:
         good = [row for row in every if row["verdict"] in ("adequate", "adequate_with")]
         numbers = [len(good) / len(every)]
         numbers += [float(np.mean([row["verified"] < level for row in good])) for level in LEVELS]
-        numbers += [float(np.mean([all(row["curve"]) for row in every])), float(np.mean([row["curve"] for row in every]))]
+        numbers += [
+            float(np.mean([all(row["curve"]) for row in every])),
+            float(np.mean([row["curve"] for row in every])),
+        ]
         numbers += [float(np.mean([all(row["near"]) for row in every]))]
         numbers += np.mean([row["predicted"] for row in every], axis=0).tolist()
         numbers += np.mean([row["at_most"] or row["predicted"] for row in every], axis=0).tolist()

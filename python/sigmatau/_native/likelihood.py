@@ -75,8 +75,8 @@ class Outcome:
     discrepancy: tuple[tuple[float, float], ...]  # frequency [Hz], standard deviation of the logarithm of the density
     unsteadiness: tuple[float, float]  # of the white level over eighths of the record, relative, and p-value
     kurtosis: float
-    # Of the rows of `covariance`. Coefficients of the filter follow, then the shapes of the processes in their order: logarithms
-    # of times and widths; frequencies, in widths
+    # Of the rows of `covariance`. Coefficients of the filter follow, then the shapes of the processes in their order:
+    # logarithms of times and widths; frequencies, in widths
     parameters: tuple[str, ...]
     covariance: Floats
     bins: Floats  # a row a bin: frequency [Hz], measured and expected density, degrees of freedom

@@ -173,7 +173,7 @@ def _stated(
         },
         highest=found.highest,
         alike_from=None if found.alike_from is None else found.alike_from[0],
-        alike_sigma=None if found.alike_from is None else math.sqrt(found.alike_from[1]),
+        alike_sigma=_alike_sigma(found, model),
         discrepancy=found.discrepancy if found.widened else (),
         model=model,
         verdict=verdict,
@@ -279,8 +279,18 @@ def _worst(found: Outcome) -> tuple[float, float]:
     return frequency, float(np.average(found.bins[near, 1] / found.bins[near, 2], weights=weights))
 
 
+def _alike_sigma(found: Outcome, model: Mapping[str, float]) -> float | None:
+    """Standard deviation of the process in place of the rate random walk; that of the same density above 1/T if the record
+    could do without both.
+    """
+    if found.alike_from is None or "rate_random_walk" not in model:
+        return None
+    time, variance = found.alike_from
+    return math.sqrt(variance) if variance > 0 else model["rate_random_walk"] * math.sqrt(time / 2)
+
+
 def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, ...], Floats]:
-    """Names and covariance of the coefficients √θ and of the numbers of processes, from the covariance of θ and the shapes."""
+    """Names and covariance of the coefficients √θ and of the numbers of processes, from that of θ and the shapes."""
     at: list[int] = []
     names: list[str] = []
     slopes: list[float] = []  # of the number, by that of the covariance

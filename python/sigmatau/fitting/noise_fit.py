@@ -434,7 +434,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
         if self.method == "likelihood":
             terms["resonance"] = self.resonance
-            known += " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
+            known += (
+                " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
+            )
         return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
 
     def _term_to_dict(self, name: str) -> dict[str, Any]:

@@ -62,8 +62,8 @@ class ChannelModel(Mapping[str, float], Printed):
     limits : mapping of str to float
         Upper limits of terms that were not observed, if the model comes from a fit. They are not part of the model. [SI]
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of coefficients, if the model comes from a fit; those of processes are ``"gauss_markov_1.sigma"``,
-        ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
+        Names and covariance of coefficients, if the model comes from a fit; those of processes are
+        ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
     alike_from : GaussMarkov or None
         If the model comes from a fit with a rate random walk: the process of the shortest correlation time that explains the
         record as well in its place. So does every slower one.
@@ -377,7 +377,9 @@ class ChannelModel(Mapping[str, float], Printed):
             bandwidth=self.bandwidth,
             quantity=self.quantity,
             unit=self.unit,
-            alike_from=None if self.alike_from is None else replace(self.alike, sigma=factor * self.alike_from.sigma),
+            alike_from=None
+            if self.alike_from is None
+            else replace(self.alike_from, sigma=factor * self.alike_from.sigma),
             tau_min=self.tau_min,
             rate=self.rate,
             adequate=self.adequate,

@@ -155,7 +155,7 @@ def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
         with np.errstate(under="ignore", over="ignore"):
             if abs(a) < 1:
                 # Two series, since both differences lose their digits where their argument is small.
-                row[:] = (lags * _sinh_less(a) + _exponential_less(whole)) / (2 * np.sinh(a / 2) ** 2)
+                row[:] = (lags * _sinh_less(a) + exponential_less(whole)) / (2 * np.sinh(a / 2) ** 2)
             else:
                 p = np.exp(-a)
                 row[:] = lags * (1 + p) / (1 - p) - 2 * p * (1 - np.exp(-whole)) / (1 - p) ** 2
@@ -171,7 +171,7 @@ def _sinh_less(a: complex) -> complex:
     return total
 
 
-def _exponential_less(x: _Complex) -> _Complex:
+def exponential_less(x: _Complex) -> _Complex:
     """The difference e^(−x) − 1 + x."""
     found = np.exp(-x) - 1 + x
     near = np.abs(x) < _SERIES_BELOW

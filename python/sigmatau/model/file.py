@@ -10,7 +10,7 @@
     alike_from = { sigma = "600 deg/h", time = "1800 s" }  # explains the rate random walk as well, as do slower ones
     resonance = [{ sigma = "2 deg/h", frequency = "0.004 Hz", width = "0.001 Hz" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
-    bandwidth = { order = 1, corner = "30 Hz" }  # with rate = "100 Hz": random_walk is that of samples, folded noise included
+    bandwidth = { order = 1, corner = "30 Hz" }  # with rate = "100 Hz": random_walk is that of the samples
     adequate = false                           # the fit does not describe its curve: no value has an interval
 
     [correlation.random_walk]
@@ -38,7 +38,11 @@ from sigmatau.units import usual
 NOT_ADEQUATE = "from a fit that is not adequate: no interval"  # Comment on a value from a fit that is not adequate
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
-_UNITS_OF_PARTS = {"time": "s", "frequency": "Hz", "width": "Hz"}  # units of parts of a process; others: that of the rate
+_UNITS_OF_PARTS = {
+    "time": "s",
+    "frequency": "Hz",
+    "width": "Hz",
+}  # units of parts of a process; others: that of the rate
 _DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
 _OTHER_KEYS = ("noise_density", "sided", *PROCESSES, "alike_from", "bandwidth", "unit", "adequate")
 
@@ -181,7 +185,9 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
     try:
         return ChannelModel(
             terms=terms,
-            **{kind: tuple(_processes(name, table, kind, unit)) for kind in PROCESSES},
+            gauss_markov=tuple(_processes(name, table, "gauss_markov", unit)),
+            resonance=tuple(_processes(name, table, "resonance", unit)),
+            sinusoid=tuple(_processes(name, table, "sinusoid", unit)),
             alike_from=next(_processes(name, table, "alike_from", unit), None),
             bandwidth=_bandwidth(name, table),
             quantity=quantity,

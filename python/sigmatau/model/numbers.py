@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from statistics import NormalDist
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.model.channel import PROCESSES, ChannelModel
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 _CHANGE = 1e-3  # relative change of a number of a process for its derivative
 
@@ -31,8 +33,8 @@ def adev_interval(model: ChannelModel, *, m: ArrayLike, tau0: float, level: floa
     Returns
     -------
     low, high : ndarray, shape (n_tau,)
-        The interval holds both explanations of a rate random walk (`ChannelModel.alike_from`), and `high` the terms that were
-        not observed at their limits. [unit of the rate]
+        The interval holds both explanations of a rate random walk (`ChannelModel.alike_from`), and `high` the terms that
+        were not observed at their limits. [unit of the rate]
     """
     avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
     names, covariance = model.covariance
@@ -61,7 +63,7 @@ def without_walk(model: ChannelModel) -> ChannelModel:
     if model.alike_from is None:
         return model
 
-    def others(of: Any) -> dict[str, Any]:
+    def others(of: Mapping[str, T]) -> dict[str, T]:
         return {term: value for term, value in of.items() if term != "rate_random_walk"}
 
     return replace(

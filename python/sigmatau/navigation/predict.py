@@ -397,7 +397,8 @@ def _error(
                 [
                     2 * of_parts[channel, term] / model.channels[channel][term]
                     if (channel, term) in sources
-                    else (moved[channel, term] - sources[channel, kind_of(term)][1]) / step_of(model.channels[channel], term)
+                    else (moved[channel, term] - sources[channel, kind_of(term)][1])
+                    / step_of(model.channels[channel], term)
                     for _, term in kept
                 ]
             )

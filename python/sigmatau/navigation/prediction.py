@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.model.channel import alike_text
+from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed, duration_text, interval_texts
@@ -26,7 +26,12 @@ __all__ = ["PredictedError", "Prediction"]
 Floats = NDArray[np.float64]
 
 _DISPLAY = {"rad": ("deg", math.pi / 180)}
-_OTHER_LABELS = {"gauss_markov": "Gauss-Markov process", "resonance": "resonance", "sinusoid": "sinusoid", "turn_on": "turn-on bias"}
+_OTHER_LABELS = {
+    "gauss_markov": "Gauss-Markov process",
+    "resonance": "resonance",
+    "sinusoid": "sinusoid",
+    "turn_on": "turn-on bias",
+}
 _LEAST_SHARE = 0.01
 """The least share that is printed."""
 

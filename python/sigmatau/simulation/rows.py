@@ -289,9 +289,7 @@ def correlation_root(matrix: Floats) -> Floats:
     return root
 
 
-def _add_system(
-    made: generators.Generator, scale: float, alone: ChannelModel, tau0: float, *, channel: int
-) -> None:
+def _add_system(made: generators.Generator, scale: float, alone: ChannelModel, tau0: float, *, channel: int) -> None:
     """Add noise of a model whose state space has its output as the first state."""
     system = state_space(alone, dt=tau0)
     made.add_filtered(scale, np.array(system.F), _root(system.Qd), _root(system.P0), channel=channel)

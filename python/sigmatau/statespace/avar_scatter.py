@@ -1,6 +1,7 @@
 """Covariance of the Allan variances of a record if a model is true, and whether noise dominates it.
 
-White noise behind a low-pass filter, and resonances: with C(l) the covariance of the second differences z_j(n) and z_{j+l}(m) of the phase,
+White noise behind a low-pass filter, and resonances: with C(l) the covariance of the second differences z_j(n) and
+z_{j+l}(m) of the phase,
 that of two Allan variances is Σ w(l)·[C(l)² + 2·R²n²m²τ₀⁴·C(l)]/(2n²m²τ₀⁴·M(n)·M(m)), w(l) the number of pairs at the lag l
 and R a ramp. C is that of one such part, F, and of all else, E: the kernels have Σ w·E², and here are Σ w·(F² + 2FE) and
 the ramp's Σ w·F, from the generalised autocovariances of the phase (`sigmatau.model.covariance`); one part after the other.
@@ -80,9 +81,13 @@ class _Same:
 
 @functools.lru_cache(maxsize=8)
 def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tuple[bool, ...]) -> Floats:
-    """What filtered white noise and resonances add to the covariance; cached: it is the same for all records of one length."""
+    """What filtered white noise and resonances add; cached: it is the same for all records of one length."""
     model, filtered = same.model, same.model.bandwidth is not None
-    terms = {term: value for term, value in model.terms.items() if term in _LINEAR and not (filtered and term == "random_walk")}
+    terms = {
+        term: value
+        for term, value in model.terms.items()
+        if term in _LINEAR and not (filtered and term == "random_walk")
+    }
     beside = [covariances.gauss_markov(process, tau0) for process in model.gauss_markov]
     total = np.zeros((len(m), len(m)))
     # The slowest first: the others of a product are then smooth where the part is not.

@@ -136,7 +136,10 @@ class StateSpace(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """The matrices as lists, with the names of the states."""
-        return plain(self, "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max alike_from_s=alike_from")
+        return plain(
+            self,
+            "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max alike_from_s=alike_from",
+        )
 
     def __repr__(self) -> str:
         lines = [f"{len(self.states)} states every {self.dt:g} s, measured as {self.output}: {', '.join(self.states)}"]
@@ -344,7 +347,7 @@ class _System:
         a[-1] = -denominator[:0:-1]
         driven = np.zeros((order, order))
         driven[-1, -1] = n**2 * corner
-        p0 = solve_continuous_lyapunov(a, -driven)
+        p0 = np.asarray(solve_continuous_lyapunov(a, -driven), dtype=np.float64)
         slowest = math.sin(math.pi / (2 * order))
         self._sampled("filter_{}", "random_walk_{}", a, driven, p0, time=corner * self.dt, slowest=slowest)
 
@@ -355,7 +358,8 @@ class _System:
         driven = np.diag([2 * loss * one.sigma**2, 0.0])
         time = 2 * math.pi * one.frequency * self.dt
         name = f"resonance_{number}"
-        self._sampled(f"{name}_{{}}", f"{name}_{{}}", a, driven, one.sigma**2 * np.eye(2), time=time, slowest=loss / 2)
+        p0 = np.diag([one.sigma**2, one.sigma**2])
+        self._sampled(f"{name}_{{}}", f"{name}_{{}}", a, driven, p0, time=time, slowest=loss / 2)
 
     def _sampled(
         self, state: str, noise: str, a: Floats, driven: Floats, p0: Floats, *, time: float, slowest: float

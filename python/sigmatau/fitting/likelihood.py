@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +25,7 @@ from sigmatau.fitting.noise_fit import (
     WarmUp,
 )
 from sigmatau.fitting.outlook import Outlook
-from sigmatau.fitting.response import FittedFilter, named
+from sigmatau.fitting.response import named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.streams import Stream
@@ -43,6 +44,7 @@ _PIECE = 1 << 18  # samples that are read at once
 # Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors of
 # a measured one
 _SAME, _SAME_ERRORS = 0.02, 0.5
+_MEAN_OF_SINE_4 = 0.375  # mean of sin⁴ over an oscillation
 _LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
 
 
@@ -321,30 +323,28 @@ def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
     """The fit with the averaging time from which the model made from it describes the curve, with a low-pass filter in the
     place of that of the fit if it helps.
     """
-    from dataclasses import replace
-
     sizes = cluster_sizes("half", n=fitted.n, tau0=fitted.tau0)
-    first = fitted.tau0
-    if isinstance(fitted.response, FittedFilter):
-        bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
-        filtered = bare - fitted.response.taken_off(fitted.filtered_psd, sizes)
-        enough = np.minimum(_SAME, _SAME_ERRORS * np.sqrt(2 * sizes / fitted.n)) * bare
+    bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
+    filtered = bare.copy()
+    if fitted.response is not None:
+        filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes)
+    # White noise of a band that was left out has this share of the variance; what is there instead is not known.
+    unknown = 0.0 if fitted.highest is None else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * fitted.highest * sizes * fitted.tau0)
+    enough = np.minimum(_SAME, _SAME_ERRORS * np.sqrt(2 * sizes / fitted.n)) * bare
 
-        def beginning(avar: Floats) -> float:
-            beyond = np.flatnonzero(np.abs(avar - filtered) > enough)
-            return float(sizes[min(beyond[-1] + 1, len(sizes) - 1)] * fitted.tau0) if len(beyond) else fitted.tau0
+    def beginning(avar: Floats) -> float:
+        beyond = np.flatnonzero(np.abs(avar - filtered) + unknown * bare > enough)
+        return float(sizes[min(beyond[-1] + 1, len(sizes) - 1)] * fitted.tau0) if len(beyond) else fitted.tau0
 
-        first = beginning(bare)
-        low_pass, white = fitted.response.like(), fitted.model.get("random_walk", 0.0)
-        if low_pass is not None and white > 0:
-            one = ChannelModel(terms={"random_walk": white}, bandwidth=low_pass)
-            unfiltered = replace(one, bandwidth=None).avar(m=sizes, tau0=fitted.tau0)
-            with_it = beginning(bare - unfiltered + one.avar(m=sizes, tau0=fitted.tau0))
-            if with_it < first:
-                first = with_it
-                fitted = replace(fitted, response=replace(fitted.response, low_pass=low_pass))
-    if fitted.highest is not None:
-        first = max(first, 0.5 / fitted.highest)
+    first = beginning(bare)
+    low_pass = None if fitted.response is None else fitted.response.like()
+    if fitted.response is not None and low_pass is not None and fitted.model.get("random_walk"):
+        one = ChannelModel(terms={"random_walk": fitted.model["random_walk"]}, bandwidth=low_pass)
+        unfiltered = replace(one, bandwidth=None).avar(m=sizes, tau0=fitted.tau0)
+        with_it = beginning(bare - unfiltered + one.avar(m=sizes, tau0=fitted.tau0))
+        if with_it < first:
+            first = with_it
+            fitted = replace(fitted, response=replace(fitted.response, low_pass=low_pass))
     return replace(fitted, tau_min=min(first, fitted.tau_max or first))
 
 

@@ -138,6 +138,8 @@ def _stated(
         own = len(found.parameters)
         rows = slice(own, own + len(found.filter))
         response = named(found.filter, found.covariance[rows, rows], tau0=tau0, quantile=quantile)
+        if found.highest is None:
+            response = replace(response, known_to=float(found.bins[:, 0].max()))
     warm_up = None
     if found.warm_up is not None:
         time, size, error, _ = found.warm_up
@@ -327,7 +329,7 @@ def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
     bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
     filtered = bare.copy()
     if fitted.response is not None:
-        filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes)
+        filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes, highest=fitted.highest)
     # White noise of a band that was left out has this share of the variance; what is there instead is not known.
     unknown = 0.0 if fitted.highest is None else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * fitted.highest * sizes * fitted.tau0)
     enough = np.minimum(_SAME, _SAME_ERRORS * np.sqrt(2 * sizes / fitted.n)) * bare

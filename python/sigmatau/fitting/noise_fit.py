@@ -253,7 +253,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         for one in self.resonance:
             total += resonance_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
         if self.response is not None:
-            total = np.maximum(total - self.response.taken_off(self.filtered_psd, sizes), 1e-6 * total)
+            lost = self.response.taken_off(self.filtered_psd, sizes, highest=self.highest)
+            total = np.maximum(total - lost, 1e-6 * total)
         for line in self.sinusoid:
             total += kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
         return total

@@ -22,7 +22,8 @@ Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"
 
 _GRID = 4096  # frequencies up to half the rate
 _HALF_POWER = -math.log(2)
-_LEAST_POWER = 0.1  # |H|² from which a shape is compared: the fit uses no frequencies with less than 0.08
+_UNUSED_POWER = 0.08  # |H|² below which the fit uses no frequencies
+_LEAST_POWER = 0.1  # |H|² from which a shape is compared
 _ALIKE = 0.2  # largest difference of ln |H|² of a shape with a name: 0.9 dB
 _MOST_ORDER, _LONGEST_MEAN = 4, 32
 _FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond
@@ -42,15 +43,25 @@ class FittedFilter:
     low: float | None  # interval of the corner
     high: float | None
     low_pass: LowPass | None = None  # the filter in its place in a noise model
+    known_to: float | None = None  # highest frequency that the fit used, because the filter takes the rest [Hz]
 
     def power(self, f: Floats) -> Floats:
-        """|H|² at frequencies. [Hz]"""
-        return np.exp(_logarithm(self.coefficients, np.asarray(f) * self.tau0))
+        """|H|² at frequencies; beyond those that the fit used at most the power at which it uses none. [Hz]"""
+        found = np.exp(_logarithm(self.coefficients, np.asarray(f) * self.tau0))
+        if self.known_to is not None:
+            found = np.where(np.asarray(f) > self.known_to, np.minimum(found, _UNUSED_POWER), found)
+        return np.asarray(found)
 
-    def taken_off(self, density: Callable[[Floats], Floats], m: NDArray[np.int64]) -> Floats:
-        """What the filter takes off the Allan variances of noise with a density, at cluster sizes. [(rate unit)²]"""
+    def taken_off(
+        self, density: Callable[[Floats], Floats], m: NDArray[np.int64], *, highest: float | None = None
+    ) -> Floats:
+        """What the filter takes off the Allan variances of noise with a density, at cluster sizes. Nothing from `highest`
+        on [Hz], where the band was left out: the filter is not known there. [(rate unit)²]
+        """
         f: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID * self.tau0)
         lost = density(f) * (1 - self.power(f)) / np.sin(np.pi * f * self.tau0) ** 2
+        if highest is not None:
+            lost[f >= highest] = 0.0
         step = f[1] - f[0]
         short = m[m < _AVERAGED]
         fourth = np.sin(np.pi * np.outer(short, f * self.tau0)) ** 4

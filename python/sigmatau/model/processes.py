@@ -71,7 +71,7 @@ class Resonance:
     --------
     >>> from sigmatau import ChannelModel, Resonance
     >>> ChannelModel(resonance=(Resonance(sigma=1e-3, frequency=0.5, width=0.01),)).avar(m=[1, 2], tau0=1.0).round(8)
-    array([1.91e-06, 3.00e-08])
+    array([1.94e-06, 3.00e-08])
     """
 
     sigma: float

@@ -89,7 +89,7 @@ def test_a_random_walk_measured_behind_a_filter_is_that_of_the_samples():
 def test_both_explanations_of_a_walk_are_carried():
     walk = {"random_walk": 1e-5, "rate_random_walk": 1e-7}
     alike = GaussMarkov(sigma=3e-6, time=1800.0)
-    channel = ChannelModel(terms=walk, alike_from=alike, rate=100.0)
+    channel = ChannelModel(terms=walk, alike_from=alike, limits={"bias_instability": 1e-7}, rate=100.0)
     both = NoiseModel(channels={"gyro_z": channel})
     found = predict(both, after=[600, 7200], rate=100)["heading"]
     process = ChannelModel(terms={"random_walk": 1e-5}, gauss_markov=(alike,))
@@ -97,6 +97,7 @@ def test_both_explanations_of_a_walk_are_carried():
         rms = predict(NoiseModel(channels={"gyro_z": other}), after=[600, 7200], rate=100)["heading"].rms
         assert (found.low <= rms).all()
         assert (rms <= found.high).all()
+    assert (found.high <= found.at_most).all()
     np.testing.assert_allclose(
         found.rms, predict(NoiseModel(channels={"gyro_z": walk}), after=[600, 7200], rate=100)["heading"].rms
     )

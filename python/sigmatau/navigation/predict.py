@@ -136,7 +136,8 @@ def _both(walk: PredictedError, process: PredictedError) -> PredictedError:
     """The error with a rate random walk, with the interval of both explanations."""
     low = np.minimum(*(one.rms if one.low is None else one.low for one in (walk, process)))
     high = np.maximum(*(one.rms if one.high is None else one.high for one in (walk, process)))
-    return replace(walk, low=low, high=high)
+    limits = [one.at_most for one in (walk, process) if one.at_most is not None]
+    return replace(walk, low=low, high=high, at_most=np.max([high, *limits], axis=0) if limits else None)
 
 
 def _predicted(

@@ -41,6 +41,7 @@ LEAST_SAMPLES = 512
 """Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
 
 _PIECE = 1 << 18  # samples that are read at once
+_MOST_LINES = 100  # that are kept, the strongest: a record that repeats itself has thousands
 # Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors of
 # a measured one
 _SAME, _SAME_ERRORS = 0.02, 0.5
@@ -132,7 +133,7 @@ def _stated(
     terms["rate_ramp"] = ramp
     if ramp.value is not None:
         model["rate_ramp"] = ramp.value
-    processes, resonances = _processes(stream, found)
+    processes, resonances, steady = _processes(stream, found)
     response = None
     if found.filter:
         own = len(found.parameters)
@@ -149,9 +150,10 @@ def _stated(
             amplitude=_around(line.amplitude, min(quantile * line.error, 0.999 * line.amplitude), stream.unit),
             frequency=Interval(value=line.frequency, low=line.low, high=line.high, unit="Hz"),
         )
-        for line in sorted(found.lines, key=lambda line: -line.amplitude)
+        for line in found.lines
         if line.amplitude > 0
     )
+    lines = tuple(sorted((*lines, *steady), key=lambda line: -line.amplitude.value))[:_MOST_LINES]
     reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)
     verdict: Verdict = "adequate"
     if found.widened:
@@ -248,16 +250,28 @@ def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> Fitt
     )
 
 
-def _processes(stream: Stream, found: Outcome) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...]]:
-    processes, resonances = [], []
+def _processes(
+    stream: Stream, found: Outcome
+) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...], tuple[Sinusoid, ...]]:
+    """Processes, resonances, and lines below the band in which lines are left out: resonances of the least width."""
+    processes, resonances, lines = [], [], []
+    narrowest = 0.5 / stream.grid.duration
     for process in found.processes:
         sigma = _root(process.variance, stream.unit)
         if process.kind == "gauss_markov":
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
+            continue
+        centre, width = (_plain(bounds, "Hz") for bounds in process.shape)
+        if width.value <= narrowest * (1 + 1e-9):
+            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2)), frequency=centre))
         else:
-            centre, width = process.shape
-            resonances.append(Resonance(sigma=sigma, frequency=_plain(centre, "Hz"), width=_plain(width, "Hz")))
-    return tuple(processes), tuple(resonances)
+            resonances.append(Resonance(sigma=sigma, frequency=centre, width=width))
+    return tuple(processes), tuple(resonances), tuple(lines)
+
+
+def _scaled(one: Interval, factor: float) -> Interval:
+    low, high = (None if end is None else factor * end for end in (one.low, one.high))
+    return Interval(value=factor * one.value, low=low, high=high, unit=one.unit)
 
 
 def _root(bounds: Bounds, unit: str) -> Interval:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
-from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.kinds.fit import BandsOff, Reason
 from sigmatau.findings.wording.fit import filter_text, reasons_text
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
@@ -334,33 +334,6 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
         return text
 
-    def doubted(self, reason: Reason) -> NoiseFit:
-        """The same values without intervals or limits, because of a fault of the samples that the covariance ignores.
-
-        Parameters
-        ----------
-        reason : Reason
-            What makes them doubtful.
-        """
-
-        def bare(value: Interval) -> Interval:
-            return replace(value, low=None, high=None)
-
-        terms_ = {
-            name: replace(term, observed=None, low=None, high=None, upper_limit=None, p_value=None, outlook=None)
-            for name, term in self.terms.items()
-        }
-        return replace(
-            self,
-            terms=terms_,
-            gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
-            sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
-            verdict="descriptive" if self.quantified else self.verdict,
-            reasons=(reason,) if self.quantified else (*self.reasons, reason),
-            unclear=(),
-            covariance=((), np.empty((0, 0))),
-        )
-
     def headline(self, *, method: bool = True) -> str:
         """Method (or, without it, verdict), averaging times and p-value in one line."""
         if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
@@ -368,7 +341,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         if self.verdict == "descriptive":
             return "no adequate model: values without intervals"
         if self.method == "likelihood":
-            verdict = "widened: the model is not quite right" if self.verdict == "widened" else "adequate"
+            verdict = "adequate"
+            if self.verdict == "widened":
+                off = any(isinstance(reason, BandsOff) for reason in self.reasons)
+                verdict = f"widened: {'the model is not quite right' if off else 'the resolution is coarse'}"
             return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"

@@ -1,7 +1,7 @@
 //! The whole way from a summary to coefficients with intervals.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::bins::{Bins, Regressor, TERMS, usable};
+use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::{chi2_above, chi2_quantile_above};
@@ -35,6 +35,10 @@ const CURVATURE: f64 = 6.0;
 
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
+
+/// Steps of the search for the ends of its interval.
+const RAMP_DOUBLINGS: usize = 8;
+const RAMP_HALVINGS: usize = 5;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
 const LEAST_BAND: f64 = 20.0;
@@ -152,7 +156,6 @@ pub struct Outcome {
     pub bins: Vec<[f64; 4]>,
 }
 
-const ENDS: [usize; 2] = [0, 1];
 const RAMP_AT: usize = 2;
 const WARM_AT: usize = 3;
 const GIVEN_AT: usize = WARM_AT + WARM_UPS.len();
@@ -273,7 +276,7 @@ fn best_attempt<'a>(
     options: &Options,
 ) -> Attempt<'a> {
     let nyquist = 0.5 / record.tau0;
-    let lowest = record.mode_frequency(record.modes.len());
+    let lowest = record.mode_frequency(record.low_modes());
     let mut attempts: Vec<Attempt<'a>> = Vec::new();
     for share in [1.0, 2.0, 4.0, 8.0, 16.0] {
         let mut mask = mask.to_vec();
@@ -394,9 +397,39 @@ fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted: bool) -> 
     }
     found.warm_up = chosen.map(|(k, gain)| refined(fit, bins, k, gain));
     if found.ramp_observed {
-        found.ramp.value = drift(fit, RAMP_AT).value;
+        found.ramp = profiled_ramp(fit, bins, at);
     }
     found
+}
+
+/// The ramp with half its profile interval, in standard errors: the random walk of the rate may grow where the ramp is held.
+fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
+    let plain = drift(fit, RAMP_AT);
+    let mut bare = fit.model.clone();
+    bare.regressors.retain(|&k| k != RAMP_AT);
+    let rise = |value: f64| {
+        let ramp = &bins.regressors[RAMP_AT].modes;
+        let modes = bins.record.modes.iter().zip(ramp).map(|(x, r)| x - value * r).collect();
+        let record = Summary { modes, ..bins.record.clone() };
+        let held = bare.clone().fit(&bins.of_record(&record));
+        held.deviance - held.restricted
+    };
+    let target = at.interval + rise(plain.value);
+    let end = |sign: f64| {
+        let (mut inside, mut outside) = (0.0, plain.error * at.interval.sqrt());
+        for _ in 0..RAMP_DOUBLINGS {
+            if rise(plain.value + sign * outside) > target {
+                break;
+            }
+            (inside, outside) = (outside, 2.0 * outside);
+        }
+        for _ in 0..RAMP_HALVINGS {
+            let middle = 0.5 * (inside + outside);
+            *if rise(plain.value + sign * middle) > target { &mut outside } else { &mut inside } = middle;
+        }
+        outside
+    };
+    Drift { value: plain.value, error: 0.5 * (end(1.0) + end(-1.0)) / at.interval.sqrt() }
 }
 
 /// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.

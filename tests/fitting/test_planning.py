@@ -47,11 +47,8 @@ class TestThePapersHundredHours:
         assert relative_error(CIMU, "bias_instability", IN_RUN_BIAS, n=n, tau0=0.005) < 0.2
 
     def test_how_long_it_takes(self):
-        hours = {
-            p: needed_samples(CIMU, "bias_instability", IN_RUN_BIAS, tau0=0.1, power=p) / 36_000 for p in (0.5, 0.95)
-        }
-        assert 5 < hours[0.5] < 50
-        assert 30 < hours[0.95] < 150
+        hours = needed_samples(CIMU, "bias_instability", IN_RUN_BIAS, tau0=0.1, power=0.95) / 36_000
+        assert 30 < hours < 150
 
 
 @pytest.mark.parametrize(
@@ -64,7 +61,7 @@ class TestThePapersHundredHours:
 )
 def test_half_of_the_records_show_it(term, others):
     """By the test of a fit alone; studies/coverage.py has a thousand whole fits of each of more cases."""
-    n, count = 2**13, 300
+    n, count = 2**12, 100
     value = smallest_detectable(others, term, n=n, tau0=1.0)
     model = NoiseModel(channels={"gyro_x": {**others, term: value}})
     share = found_share(model, term, f"plan {term}", n=n, count=count)
@@ -185,7 +182,7 @@ class TestGaussMarkov:
 
     @pytest.mark.parametrize("term", ["bias_instability", "rate_random_walk"])
     def test_half_of_the_records_show_it(self, term):
-        n, count = 2**13, 150
+        n, count = 2**12, 80
         value = smallest_detectable(self.model, term, n=n, tau0=1.0)
         assert value > 1.2 * smallest_detectable(self.model.terms, term, n=n, tau0=1.0)
         made = NoiseModel(channels={"gyro_x": replace(self.model, terms={"random_walk": 1.0, term: value})})

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import Record, analyze
-from sigmatau.fitting.rounding import Rounding
+from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, analyze, simulate
+from sigmatau.fitting.channel import fit_channel
+from sigmatau.fitting.rounding import Rounding, allowing_for_rounding
 
 N = 2**15
 
@@ -55,3 +56,19 @@ def test_no_value_without_an_interval(ratio):
     assert (fitted.verdict == "widened") == (ratio < 0.5)
     if ratio > 0.5:
         assert walk.high / walk.low < 1.1
+
+
+def test_the_numbers_of_a_process_get_wider_too():
+    """In the covariance that a model takes over, as in the intervals."""
+    process = GaussMarkov(sigma=0.6, time=10.0)
+    model = NoiseModel(channels={"gyro_x": ChannelModel(terms={"random_walk": 0.04}, gauss_markov=(process,))})
+    x = simulate(model, duration=N / 100, rate=100.0, rng=seed_of("coarse process")).streams[0].column("gyro_x")
+    fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=np.asarray(x)), "gyro_x")
+    names, before = fitted.covariance
+    k = names.index("gauss_markov_1.sigma")
+    after = allowing_for_rounding(fitted, step=1.0, noise=0.45)
+    assert after.covariance[0] == names
+    wider = after.gauss_markov[0].sigma.high - after.gauss_markov[0].sigma.low
+    width = fitted.gauss_markov[0].sigma.high - fitted.gauss_markov[0].sigma.low
+    assert wider > width
+    assert after.covariance[1][k, k] == pytest.approx(before[k, k] * (wider / width) ** 2)

@@ -292,6 +292,7 @@ def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
         return ()
     parts = {
         "a sinusoid": bool(noise.sinusoid),
+        "a resonance": bool(noise.resonance),
         "a bandwidth": noise.bandwidth is not None,
         "several Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }

@@ -122,20 +122,27 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         return replace(sigma, low=low, high=high)
 
     terms = {name: term(name, one) for name, one in fitted.terms.items()}
+    gauss_markov = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov)
+    resonance = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance)
     names, covariance = fitted.covariance
-    factors = np.array([_width(terms[name]) / _width(fitted.terms[name]) for name in names])
+    grown = {name: _width(terms[name]) / _width(fitted.terms[name]) for name in terms}
+    for k, (new, old) in enumerate(zip(gauss_markov, fitted.gauss_markov, strict=True), 1):
+        grown[f"gauss_markov_{k}.sigma"] = _width(new.sigma) / _width(old.sigma)
+    for k, (more, less) in enumerate(zip(resonance, fitted.resonance, strict=True), 1):
+        grown[f"resonance_{k}.sigma"] = _width(more.sigma) / _width(less.sigma)
+    factors = np.array([grown.get(name, 1.0) for name in names])
     return replace(
         fitted,
         terms=terms,
-        gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
-        resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
+        gauss_markov=gauss_markov,
+        resonance=resonance,
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
         covariance=(names, covariance * np.outer(factors, factors)),
     )
 
 
-def _width(term: FittedTerm) -> float:
+def _width(term: FittedTerm | Interval) -> float:
     if term.low is None or term.high is None or not term.high > term.low:
         return 1.0
     return term.high - term.low

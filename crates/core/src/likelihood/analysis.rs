@@ -124,8 +124,9 @@ pub struct Outcome {
     pub lines: Vec<Line>,
     /// Frequency from which the band was left out. [Hz]
     pub highest: Option<f64>,
-    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well. [s]
-    pub alike_from: Option<f64>,
+    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as
+    /// well; and the variance of the one of this time.
+    pub alike_from: Option<(f64, f64)>,
     /// Rate ramp, per second; and whether it stands out and is part of the model.
     pub ramp: Drift,
     /// See `ramp`.
@@ -148,7 +149,8 @@ pub struct Outcome {
     pub kurtosis: f64,
     /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
     pub parameters: Vec<Part>,
-    /// Covariance of their parameters and of the coefficients of the filter, row after row.
+    /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the
+    /// parts (logarithms of times and widths; frequencies in widths), row after row.
     pub covariance: Vec<f64>,
     /// Bins: frequency [Hz], measured and expected density, degrees of freedom.
     pub bins: Vec<[f64; 4]>,
@@ -192,21 +194,28 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     if let Some(j) = plain.model.index(Part::RandomWalk) {
         heavy_tails(&mut terms[j], record);
     }
+    // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
     let processes = limited
         .model
         .processes()
-        .map(|j| Process {
-            part: plain.model.parts[j],
-            variance: Bounds { value: plain.model.theta[j], ..of_part(&limited, &limited_bins, j, at) },
-            shape: match of_time(&limited, &limited_bins, j, at) {
-                Some(time) => [Some(time), None],
-                None => of_resonance(&limited, &limited_bins, j, at).map_or([None, None], |b| b.map(Some)),
-            },
+        .zip(reduced.model.processes())
+        .map(|(j, k)| {
+            let part = reduced.model.parts[k];
+            let shape = match (of_time(&limited, &limited_bins, j, at), part) {
+                (Some(bounds), Part::GaussMarkov { time }) => [Some(bounds.around(time)), None],
+                (_, Part::Resonance { frequency, width }) => of_resonance(&limited, &limited_bins, j, at)
+                    .map_or([None, None], |[centre, half]| {
+                        [Some(centre.around(frequency)), Some(half.around(width))]
+                    }),
+                _ => [None, None],
+            };
+            let variance = of_part(&limited, &limited_bins, j, at).around(reduced.model.theta[k]);
+            Process { part, variance, shape }
         })
         .collect();
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
-    let count = reduced.model.parts.len() + reduced.model.filter.len();
+    let count = covariance.order;
     let unsteadiness = unsteadiness(&plain, &bins);
     let alike_from = process_like_walk(&reduced, &limited_bins, at);
     Outcome {
@@ -547,7 +556,7 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
 }
 
 /// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.
-fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
+fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<(f64, f64)> {
     let walk = fit.model.index(Part::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
     let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
     let reference = fit.model.clone().refit(bins, 40, TOLERANCE, fit).deviance;
@@ -557,10 +566,12 @@ fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
         // A process that is slow enough is a random walk with K² = 2σ²/T.
         let mut model = bare.with(Part::GaussMarkov { time }, 0.5 * walk * time);
         model.held_shape = Some((model.parts.len() - 1, Shape::Time));
-        if model.refit(bins, 40, TOLERANCE, fit).deviance > reference + at.interval {
+        let last = model.parts.len() - 1;
+        let alike = model.refit(bins, 40, TOLERANCE, fit);
+        if alike.deviance > reference + at.interval {
             break;
         }
-        found = Some(time);
+        found = Some((time, alike.model.theta[last]));
         time /= 1.5;
     }
     found
@@ -573,9 +584,7 @@ fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
             Some(k) => reduced.model.theta[k],
             _ => plain.model.theta[j],
         };
-        bounds[j].value = value;
-        bounds[j].high = bounds[j].high.max(value);
-        bounds[j].low = bounds[j].low.min(value);
+        bounds[j] = bounds[j].around(value);
     }
 }
 

@@ -9,10 +9,9 @@ from scipy.signal import lfilter
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
-from sigmatau.fitting.components import components
+from sigmatau.fitting.components import components, half_octaves
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.goodness import deviance, octaves, p_value
-from sigmatau.fitting.outlook import half_octaves
 from sigmatau.units import to_si
 
 N = 2**12

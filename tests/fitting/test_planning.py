@@ -12,10 +12,9 @@ from sigmatau import NoiseModel, allan, simulate
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
 from sigmatau.fitting.attempt import LONGEST_SHARE
-from sigmatau.fitting.components import LINEAR, components
+from sigmatau.fitting.components import LINEAR, components, half_octaves
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import skewed_tails
-from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid

@@ -24,7 +24,6 @@ from sigmatau.fitting.noise_fit import (
     Verdict,
     WarmUp,
 )
-from sigmatau.fitting.outlook import Outlook
 from sigmatau.fitting.response import named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import coefficient_unit
@@ -214,13 +213,7 @@ def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float],
             p_value=p_value,
         )
     limit = high if math.isfinite(high) else None
-    outlook = None
-    if limit is not None:
-        squares = {key: value**2 for key, value in model.items() if key in LINEAR}
-        outlook = Outlook.of_limit(name, limit**2, squares, n=stream.grid.n, tau0=stream.grid.tau0)
-    return FittedTerm(
-        term=name, unit=unit, observed=False, level=level, upper_limit=limit, p_value=p_value, outlook=outlook
-    )
+    return FittedTerm(term=name, unit=unit, observed=False, level=level, upper_limit=limit, p_value=p_value)
 
 
 def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> FittedTerm:

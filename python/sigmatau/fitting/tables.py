@@ -23,8 +23,8 @@ _FITTED = {
     "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
 }
 _FIT_LEGEND = (
-    '"below": 95 % upper limit of a term that is not observed; "would show": with a probability of 90 %, if the other terms',
-    "that are not observed are absent. p: p-value of the model; one with p < 0.002 is not adequate.",
+    '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
+    "p: p-value of the model; one with p < 0.002 is not adequate.",
     "Read off: lines of the term's slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line includes the other terms at",
     "its averaging times, and its ± is a rule of thumb: therefore the two columns differ.",
 )

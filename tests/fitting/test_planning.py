@@ -224,7 +224,7 @@ class TestGaussMarkov:
         argv = ["plan", str(path), "--term", "rate_random_walk", "--rate", "1", "--hours", "3"]
         assert main([*argv, "--json"]) == 0
         out, err = capsys.readouterr()
-        assert "gyro_x: its sinusoid is ignored" in err
+        assert "gyro_x: the plan ignores its sinusoid" in err
         (found,) = json.loads(out)
         assert found["gauss_markov"] == [{"sigma": 0.2, "time_s": 20.0}]
         assert found["found_in_half"] == pytest.approx(

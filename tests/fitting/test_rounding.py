@@ -72,3 +72,17 @@ def test_the_numbers_of_a_process_get_wider_too():
     width = fitted.gauss_markov[0].sigma.high - fitted.gauss_markov[0].sigma.low
     assert wider > width
     assert after.covariance[1][k, k] == pytest.approx(before[k, k] * (wider / width) ** 2)
+
+
+def test_a_process_beside_the_rounding():
+    """Coarse samples with a Gauss-Markov process: the covariance of its numbers is kept."""
+    rng = np.random.default_rng(seed_of("coarse process"))
+    process = np.empty(2 * N)
+    decay, state = math.exp(-1 / 200), 0.0
+    for k, step in enumerate(rng.standard_normal(2 * N)):
+        state = decay * state + math.sqrt(1 - decay**2) * step
+        process[k] = 0.8 * state
+    y = np.round(process + 0.8 * rng.standard_normal(2 * N) + 0.3)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=y)).fits["gyro_x"]
+    assert "gauss_markov_1.sigma" in fitted.covariance[0]
+    assert fitted.gauss_markov[0].sigma.low <= 0.8 <= fitted.gauss_markov[0].sigma.high

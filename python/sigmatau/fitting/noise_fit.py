@@ -274,7 +274,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         theta = {name: self.model.get(name, 0.0) ** 2 * self.tau0 ** (power_of_interval(name) - 2) for name in LINEAR}
         process = self.gauss_markov[0] if self.gauss_markov else None
-        line = self.sinusoid[0] if self.sinusoid else None
+        # `components_with_gaps` takes one of the two; a line has no scatter of its own.
+        line = self.sinusoid[0] if self.sinusoid and process is None else None
         if process is not None:
             theta["gauss_markov"] = process.sigma.value**2
         if not any(theta.values()):  # a line alone has no scatter
@@ -330,7 +331,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             verdict = "adequate"
             if self.verdict == "widened":
                 off = any(isinstance(reason, BandsOff) for reason in self.reasons)
-                verdict = f"widened: {'the model is not quite right' if off else 'the resolution is coarse'}"
+                if off:
+                    return f"widened: the model{self._with()} is not quite right, p = {self.p_value:.2g}"
+                verdict = "widened: the resolution is coarse"
             return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"

@@ -121,28 +121,27 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         low, high = ends(sigma.low, sigma.high, error)
         return replace(sigma, low=low, high=high)
 
-    terms = {name: term(name, one) for name, one in fitted.terms.items()}
-    gauss_markov = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov)
-    resonance = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance)
     names, covariance = fitted.covariance
-    grown = {name: _width(terms[name]) / _width(fitted.terms[name]) for name in terms}
-    for k, (new, old) in enumerate(zip(gauss_markov, fitted.gauss_markov, strict=True), 1):
-        grown[f"gauss_markov_{k}.sigma"] = _width(new.sigma) / _width(old.sigma)
-    for k, (more, less) in enumerate(zip(resonance, fitted.resonance, strict=True), 1):
-        grown[f"resonance_{k}.sigma"] = _width(more.sigma) / _width(less.sigma)
-    factors = np.array([grown.get(name, 1.0) for name in names])
-    return replace(
+    allowed = replace(
         fitted,
-        terms=terms,
-        gauss_markov=gauss_markov,
-        resonance=resonance,
+        terms={name: term(name, one) for name, one in fitted.terms.items()},
+        gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
+        resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
-        covariance=(names, covariance * np.outer(factors, factors)),
     )
+    factors = np.array([_width(allowed, name) / _width(fitted, name) for name in names])
+    return replace(allowed, covariance=(names, covariance * np.outer(factors, factors)))
 
 
-def _width(term: FittedTerm | Interval) -> float:
-    if term.low is None or term.high is None or not term.high > term.low:
+def _width(fitted: NoiseFit, name: str) -> float:
+    """Width of the interval of a coefficient, or of a number of a process such as ``"gauss_markov_1.sigma"``."""
+    process, _, number = name.partition(".")
+    if number:
+        kind, _, k = process.rpartition("_")
+        one = getattr(getattr(fitted, kind)[int(k) - 1], number)
+    else:
+        one = fitted.terms[name]
+    if one.low is None or one.high is None or not one.high > one.low:
         return 1.0
-    return term.high - term.low
+    return float(one.high - one.low)

@@ -55,3 +55,13 @@ def test_no_value_without_an_interval(ratio):
     assert (fitted.verdict == "widened") == (ratio < 0.5)
     if ratio > 0.5:
         assert walk.high / walk.low < 1.1
+
+
+def test_coarse_values_with_a_resonance():
+    """The covariance holds the numbers of processes beside the terms; each has the factor of its own interval."""
+    x = np.tile([1.0, -1.0], 10_000)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=x)).fits["gyro_x"]
+    names, covariance = fitted.covariance
+    assert fitted.verdict == "widened"
+    assert "resonance_1.sigma" in names
+    assert np.isfinite(covariance).all()

@@ -64,7 +64,7 @@ class Source(Printed):
         samples: dict[str, Sample] = {}
         try:
             for finding in content.get("findings", ()):
-                if finding.get("code") == _FILTER:
+                if finding.get("code") == _FILTER and "size" in finding:  # none without a corner
                     channels = finding.get("channels") or [finding.get("channel")]
                     corners |= {name: float(finding["size"]) for name in channels if name in plain.model.channels}
             for name in plain.model.channels:

@@ -121,21 +121,32 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         low, high = ends(sigma.low, sigma.high, error)
         return replace(sigma, low=low, high=high)
 
-    terms = {name: term(name, one) for name, one in fitted.terms.items()}
-    names, covariance = fitted.covariance
-    factors = np.array([_width(terms[name]) / _width(fitted.terms[name]) for name in names])
-    return replace(
+    widened = replace(
         fitted,
-        terms=terms,
+        terms={name: term(name, one) for name, one in fitted.terms.items()},
         gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
         resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
+    )
+    names, covariance = fitted.covariance
+    before, after = _widths(fitted), _widths(widened)
+    factors = np.array([after.get(name, 1.0) / before.get(name, 1.0) for name in names])
+    return replace(
+        widened,
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
         covariance=(names, covariance * np.outer(factors, factors)),
     )
 
 
-def _width(term: FittedTerm) -> float:
+def _widths(fitted: NoiseFit) -> dict[str, float]:
+    """Widths of intervals, by the names of the covariance."""
+    found = {name: _width(term) for name, term in fitted.terms.items()}
+    for kind, processes in (("gauss_markov", fitted.gauss_markov), ("resonance", fitted.resonance)):
+        found |= {f"{kind}_{k}.sigma": _width(process.sigma) for k, process in enumerate(processes, 1)}
+    return found
+
+
+def _width(term: FittedTerm | Interval) -> float:
     if term.low is None or term.high is None or not term.high > term.low:
         return 1.0
     return term.high - term.low

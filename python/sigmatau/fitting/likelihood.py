@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import likelihood as native
-from sigmatau._native.likelihood import Bounds, Outcome
+from sigmatau._native.likelihood import Bounds, Outcome, Process
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.components import LINEAR, power_of_interval
@@ -25,7 +25,7 @@ from sigmatau.fitting.noise_fit import (
     WarmUp,
 )
 from sigmatau.fitting.outlook import Outlook
-from sigmatau.fitting.response import named
+from sigmatau.fitting.response import FittedFilter, named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.streams import Stream
@@ -133,7 +133,6 @@ def _stated(
     terms["rate_ramp"] = ramp
     if ramp.value is not None:
         model["rate_ramp"] = ramp.value
-    processes, resonances, steady = _processes(stream, found)
     response = None
     if found.filter:
         own = len(found.parameters)
@@ -141,6 +140,7 @@ def _stated(
         response = named(found.filter, found.covariance[rows, rows], tau0=tau0, quantile=quantile)
         if found.highest is None:
             response = replace(response, known_to=float(found.bins[:, 0].max()))
+    processes, resonances, steady = _processes(stream, found, response)
     warm_up = None
     if found.warm_up is not None:
         time, size, error, _ = found.warm_up
@@ -187,7 +187,7 @@ def _stated(
         tau_min=tau0,
         tau_max=n // _LONGEST_SHARE * tau0,
         p_value=found.p_value,
-        covariance=_covariance(found, model),
+        covariance=_covariance(found, model, n * tau0),
         level=level,
         method="likelihood",
     )
@@ -251,22 +251,38 @@ def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> Fitt
 
 
 def _processes(
-    stream: Stream, found: Outcome
+    stream: Stream, found: Outcome, response: FittedFilter | None
 ) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...], tuple[Sinusoid, ...]]:
-    """Processes, resonances, and lines below the band in which lines are left out: resonances of the least width."""
+    """Processes, resonances before the filter, and lines behind it: resonances of the least width."""
     processes, resonances, lines = [], [], []
-    narrowest = 0.5 / stream.grid.duration
     for process in found.processes:
         sigma = _root(process.variance, stream.unit)
         if process.kind == "gauss_markov":
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
             continue
         centre, width = (_plain(bounds, "Hz") for bounds in process.shape)
-        if width.value <= narrowest * (1 + 1e-9):
-            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2)), frequency=centre))
+        centre = _at_bins(centre, width.value, found.bins[:, 0])
+        if _steady(process, stream.grid.duration):
+            power = 1.0 if response is None else float(response.power(np.array([centre.value]))[0])
+            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2 * power)), frequency=centre))
         else:
             resonances.append(Resonance(sigma=sigma, frequency=centre, width=width))
     return tuple(processes), tuple(resonances), tuple(lines)
+
+
+def _steady(process: Process, duration: float) -> bool:
+    """Whether a process is a line: a resonance of the least width."""
+    return process.kind == "resonance" and process.shape[1].value <= 0.5 / duration * (1 + 1e-9)
+
+
+def _at_bins(centre: Interval, width: float, bins: Floats) -> Interval:
+    """The frequency of a resonance; one that is narrower than the bins may be anywhere between two of them."""
+    near = np.searchsorted(bins, centre.value)
+    spacing = float(np.diff(bins[max(near - 2, 0) : near + 2]).max(initial=0.0))
+    if width >= spacing or centre.low is None or centre.high is None:
+        return centre
+    low, high = max(centre.value - spacing, 0.0), centre.value + spacing
+    return replace(centre, low=min(centre.low, low), high=max(centre.high, high))
 
 
 def _scaled(one: Interval, factor: float) -> Interval:
@@ -307,7 +323,7 @@ def _alike_sigma(found: Outcome, model: Mapping[str, float]) -> float | None:
     return math.sqrt(variance) if variance > 0 else model["rate_random_walk"] * math.sqrt(time / 2)
 
 
-def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, ...], Floats]:
+def _covariance(found: Outcome, model: Mapping[str, float], duration: float) -> tuple[tuple[str, ...], Floats]:
     """Names and covariance of the coefficients √θ and of the numbers of processes, from that of θ and the shapes."""
     at: list[int] = []
     names: list[str] = []
@@ -321,12 +337,14 @@ def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, 
         if part not in counts:
             continue
         process = next(processes)
-        counts[part] += 1
         own = [one.value for one in process.shape]
         sigma = math.sqrt(process.variance.value)
         numbers = ("sigma", "time") if part == "gauss_markov" else ("sigma", "frequency", "width")
         rows = [k, *range(shape, shape + len(own))]
         shape += len(own)
+        if _steady(process, duration):  # among the lines
+            continue
+        counts[part] += 1
         if sigma > 0:
             at += rows
             names += [f"{part}_{counts[part]}.{number}" for number in numbers]

@@ -141,9 +141,8 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
 def _widths(fitted: NoiseFit) -> dict[str, float]:
     """Widths of intervals, by the names of the covariance."""
     found = {name: _width(term) for name, term in fitted.terms.items()}
-    for kind, processes in (("gauss_markov", fitted.gauss_markov), ("resonance", fitted.resonance)):
-        found |= {f"{kind}_{k}.sigma": _width(process.sigma) for k, process in enumerate(processes, 1)}
-    return found
+    found |= {f"gauss_markov_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.gauss_markov, 1)}
+    return found | {f"resonance_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.resonance, 1)}
 
 
 def _width(term: FittedTerm | Interval) -> float:

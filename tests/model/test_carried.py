@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, lfilter
 
 from known import seed_of
-from sigmatau import ChannelModel, NoiseModel, Record, allan, analyze, predict, simulate, verify
+from sigmatau import ChannelModel, NoiseModel, OptionError, Record, allan, analyze, predict, simulate, verify
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.numbers import adev_interval
@@ -89,3 +89,25 @@ def test_a_line_behind_a_filter():
     fitted = analyze(Record.from_arrays(rate=100, gyro_z=x)).fits["gyro_z"]
     assert fitted.response is not None
     assert max(line.amplitude.value for line in fitted.sinusoid) < 1.2e-4
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"terms": ["walk"]},
+        {"terms": "random_walk"},
+        {"terms": []},
+        {"terms": ["rate_ramp"]},
+        {"processes": [float("nan")]},
+        {"processes": [0.0]},
+        {"regressors": {"x": np.arange(5.0)}},
+        {"regressors": {"x": np.full(1000, np.nan)}},
+        {"regressors": {"x": np.ones(1000)}},
+        {"regressors": {"x": np.ones((1000, 2))}},
+        {"level": 1.0},
+    ],
+)
+def test_what_a_fit_of_samples_refuses(options):
+    record = Record.from_arrays(rate=100, gyro_z=np.random.default_rng(1).standard_normal(1000))
+    with pytest.raises(OptionError):
+        fit_samples(record.streams[0], "gyro_z", **options)

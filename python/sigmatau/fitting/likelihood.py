@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import Bounds, Outcome, Process
+from sigmatau.errors import OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.components import LINEAR, power_of_interval
@@ -27,7 +28,7 @@ from sigmatau.fitting.noise_fit import (
 from sigmatau.fitting.outlook import Outlook
 from sigmatau.fitting.response import FittedFilter, named
 from sigmatau.model.channel import ChannelModel
-from sigmatau.noise.terms import coefficient_unit
+from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.record.streams import Stream
 
 __all__ = ["LEAST_SAMPLES", "MOST_FILLED", "fit_samples", "usable"]
@@ -85,20 +86,48 @@ def fit_samples(
         Curves at the samples that the mean may follow, by name.
     level : float
         Of intervals and limits.
+
+    Raises
+    ------
+    OptionError
+        For an unknown term or no noise term, a correlation time that is not positive, a regressor of another length, that is
+        not finite or never changes, or a level outside 0.5 … 0.999.
     """
+    given_terms = set(TERMS) if terms is None else set(terms)
+    _refuse(given_terms, processes, regressors, stream.grid.n, level)
     summary = native.summarize(_pieces(stream, channel), samples=stream.grid.n, tau0=stream.grid.tau0)
-    wanted = set(LINEAR) if terms is None else set(terms) & set(LINEAR)
+    wanted = given_terms & set(LINEAR)
     given = regressors or {}
     found = summary.analyse(
         terms=wanted,
         processes=processes is None,
         resonances=processes is None,
-        drifts=terms is None or "rate_ramp" in set(terms),
+        drifts="rate_ramp" in given_terms,
         times=processes or (),
         regressors=[_at(summary.centres, curve, stream.grid.tau0) for curve in given.values()],
         level=level,
     )
     return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+
+
+def _refuse(
+    terms: set[str],
+    processes: Sequence[float] | None,
+    regressors: Mapping[str, ArrayLike] | None,
+    n: int,
+    level: float,
+) -> None:
+    if not 0.5 <= level <= 0.999:
+        raise OptionError(f"{{option}} must lie in 0.5 … 0.999, not {level!r}", option="level")
+    if terms - set(TERMS) or not terms & set(LINEAR):
+        known = ", ".join(TERMS)
+        raise OptionError(f"{{option}} must be of {known}, one of them a noise, not {sorted(terms)}", option="terms")
+    if any(not 0 < time < math.inf for time in processes or ()):
+        raise OptionError(f"{{option}} must be positive times in s, not {processes!r}", option="processes")
+    for name, curve in (regressors or {}).items():
+        values = np.asarray(curve, dtype=float)
+        if values.shape != (n,) or not np.isfinite(values).all() or not np.ptp(values) > 0:
+            raise OptionError(f"{{option}} {name!r} must be {n} finite numbers that change", option="regressors")
 
 
 def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:

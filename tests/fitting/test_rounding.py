@@ -86,3 +86,13 @@ def test_a_process_beside_the_rounding():
     fitted = analyze(Record.from_arrays(rate=100, gyro_x=y)).fits["gyro_x"]
     assert "gauss_markov_1.sigma" in fitted.covariance[0]
     assert fitted.gauss_markov[0].sigma.low <= 0.8 <= fitted.gauss_markov[0].sigma.high
+
+
+def test_coarse_values_with_a_resonance():
+    """The covariance holds the numbers of processes beside the terms; each has the factor of its own interval."""
+    x = np.tile([1.0, -1.0], 10_000)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=x)).fits["gyro_x"]
+    names, covariance = fitted.covariance
+    assert fitted.verdict == "widened"
+    assert "resonance_1.sigma" in names
+    assert np.isfinite(covariance).all()

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from known import seed_of
-from sigmatau import ChannelModel, NoiseModel, allan, analyze, predict, simulate, verify
+from sigmatau import ChannelModel, NoiseModel, OptionError, Record, allan, analyze, predict, simulate, verify
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.numbers import adev_interval
@@ -64,3 +65,49 @@ def test_a_process_has_an_interval_in_the_prediction():
     value = model.adev(m=sizes, tau0=0.01)
     assert ((low < value) & (value < high)).all()
     assert verify(model, found.curves["gyro_z"]).p_value > 0.002
+
+
+def test_a_line_between_modes_and_segments():
+    """Bins are wide there: the interval of the frequency is no narrower than they are, and that of N holds it."""
+    t = np.arange(60_000) / 100
+    for seed, frequency in ((3, 0.4), (1, 1.3), (2, 1.0), (0, 1.5)):
+        rng = np.random.default_rng(seed)
+        x = 1e-4 * (rng.standard_normal(len(t)) + np.sin(2 * np.pi * frequency * t + 6 * rng.random()))
+        fitted = analyze(Record.from_arrays(rate=100, gyro_z=x)).fits["gyro_z"]
+        (line,) = fitted.sinusoid
+        assert line.frequency.low <= frequency <= line.frequency.high
+        walk = fitted["random_walk"]
+        assert walk.high - walk.low > 0.005 * walk.value
+        assert not any(name.startswith("resonance") for name in fitted.covariance[0])
+
+
+def test_a_line_behind_a_filter():
+    """Its amplitude is that in the log, also where the fit has it as a resonance before the filter."""
+    rng = np.random.default_rng(seed_of("line behind a filter"))
+    t = np.arange(60_000) / 100
+    x = lfilter(*butter(4, 0.1), 1e-4 * rng.standard_normal(len(t))) + 1e-4 * np.sin(60 * np.pi * t)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_z=x)).fits["gyro_z"]
+    assert fitted.response is not None
+    assert max(line.amplitude.value for line in fitted.sinusoid) < 1.2e-4
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"terms": ["walk"]},
+        {"terms": "random_walk"},
+        {"terms": []},
+        {"terms": ["rate_ramp"]},
+        {"processes": [float("nan")]},
+        {"processes": [0.0]},
+        {"regressors": {"x": np.arange(5.0)}},
+        {"regressors": {"x": np.full(1000, np.nan)}},
+        {"regressors": {"x": np.ones(1000)}},
+        {"regressors": {"x": np.ones((1000, 2))}},
+        {"level": 1.0},
+    ],
+)
+def test_what_a_fit_of_samples_refuses(options):
+    record = Record.from_arrays(rate=100, gyro_z=np.random.default_rng(1).standard_normal(1000))
+    with pytest.raises(OptionError):
+        fit_samples(record.streams[0], "gyro_z", **options)

@@ -121,27 +121,31 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         low, high = ends(sigma.low, sigma.high, error)
         return replace(sigma, low=low, high=high)
 
-    names, covariance = fitted.covariance
-    allowed = replace(
+    widened = replace(
         fitted,
         terms={name: term(name, one) for name, one in fitted.terms.items()},
         gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
         resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
+    )
+    names, covariance = fitted.covariance
+    before, after = _widths(fitted), _widths(widened)
+    factors = np.array([after.get(name, 1.0) / before.get(name, 1.0) for name in names])
+    return replace(
+        widened,
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
+        covariance=(names, covariance * np.outer(factors, factors)),
     )
-    factors = np.array([_width(allowed, name) / _width(fitted, name) for name in names])
-    return replace(allowed, covariance=(names, covariance * np.outer(factors, factors)))
 
 
-def _width(fitted: NoiseFit, name: str) -> float:
-    """Width of the interval of a coefficient, or of a number of a process such as ``"gauss_markov_1.sigma"``."""
-    process, _, number = name.partition(".")
-    if number:
-        kind, _, k = process.rpartition("_")
-        one = getattr(getattr(fitted, kind)[int(k) - 1], number)
-    else:
-        one = fitted.terms[name]
-    if one.low is None or one.high is None or not one.high > one.low:
+def _widths(fitted: NoiseFit) -> dict[str, float]:
+    """Widths of intervals, by the names of the covariance."""
+    found = {name: _width(term) for name, term in fitted.terms.items()}
+    found |= {f"gauss_markov_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.gauss_markov, 1)}
+    return found | {f"resonance_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.resonance, 1)}
+
+
+def _width(term: FittedTerm | Interval) -> float:
+    if term.low is None or term.high is None or not term.high > term.low:
         return 1.0
-    return float(one.high - one.low)
+    return term.high - term.low

@@ -221,7 +221,8 @@ impl Search<'_, '_> {
         outside
     }
 
-    /// The crossing between two points, by the Illinois rule.
+    /// The crossing between two points, by the Illinois rule. Each fit starts from the last one inside: one outside may be at
+    /// another maximum, from which no step leads back.
     fn between(&self, inside: (f64, f64), outside: (f64, f64), mut from: Fit) -> f64 {
         let ((mut a, mut fa), (mut b, mut fb)) = (inside, outside);
         let mut x = b;
@@ -231,12 +232,11 @@ impl Search<'_, '_> {
             if fx.abs() < PRECISION {
                 return x;
             }
-            from = fit;
             if fx > 0.0 {
                 (b, fb) = (x, fx);
                 fa *= 0.5;
             } else {
-                (a, fa) = (x, fx);
+                (a, fa, from) = (x, fx, fit);
                 fb *= 0.5;
             }
         }

@@ -6,6 +6,7 @@ from scipy.signal import butter, lfilter
 
 from known import seed_of
 from sigmatau import ChannelModel, NoiseModel, OptionError, Record, allan, analyze, predict, simulate, verify
+from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.numbers import adev_interval
@@ -111,3 +112,18 @@ def test_what_a_fit_of_samples_refuses(options):
     record = Record.from_arrays(rate=100, gyro_z=np.random.default_rng(1).standard_normal(1000))
     with pytest.raises(OptionError):
         fit_samples(record.streams[0], "gyro_z", **options)
+
+
+def test_an_interval_of_an_observed_ramp_excludes_0():
+    t = np.arange(60_000) / 100
+    ramps = [fit_channel(Record.from_arrays(rate=100, gyro_x=ramp_of(size, t)), "gyro_x") for size in (1e-6, 1e-5)]
+    for fitted in ramps:
+        ramp = fitted["rate_ramp"]
+        assert ramp.observed == (ramp.value is not None)
+        assert ramp.value is None or ramp.low * ramp.high > 0
+        assert ramp.value is not None or ramp.upper_limit > 0
+    assert ramps[1]["rate_ramp"].observed
+
+
+def ramp_of(size, t):
+    return 1e-4 * np.random.default_rng(seed_of("ramp")).standard_normal(len(t)) + size * t

@@ -250,7 +250,7 @@ def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> Fitt
     value, error = found.ramp
     unit = coefficient_unit("rate_ramp", stream.quantity, stream.unit)
     p_value = math.erfc(abs(value / error) / math.sqrt(2)) if error > 0 else 1.0
-    if found.ramp_observed:
+    if found.ramp_observed and abs(value) > quantile * error:  # a profile is wider than the test
         around = _around(value, quantile * error, unit)
         return FittedTerm(
             term="rate_ramp",

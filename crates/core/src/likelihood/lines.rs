@@ -40,6 +40,12 @@ pub struct Line {
     pub error: f64,
 }
 
+/// Degrees of freedom of one density.
+fn freedom_of_one(record: &Summary) -> f64 {
+    let whole = FREEDOM * record.samples as f64 / record.segment as f64;
+    record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
+}
+
 /// Lines above running medians of the density, which are taken out of the mask.
 pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
@@ -47,7 +53,7 @@ pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
         return Vec::new();
     }
     let density = &record.density[first..last];
-    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let freedom = freedom_of_one(record);
     let bias = chi2_quantile_above(0.5, freedom) / freedom;
     let mut centres = Vec::new();
     let mut start = 0;
@@ -70,7 +76,25 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     if first >= last {
         return Vec::new();
     }
-    let reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
+    let mut reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
+    if record.masked.is_some() && bins.ranges.len() > 1 {
+        // What leaks between frequencies changes slowly beside the density itself.
+        let spectrum = model.spectrum(bins);
+        let leaks: Vec<(f64, f64)> = bins
+            .ranges
+            .iter()
+            .enumerate()
+            .map(|(i, &(start, stop))| {
+                let there = (start..stop).filter(|&k| bins.mask[k]);
+                let count = there.clone().count() as f64;
+                let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
+                (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
+            })
+            .collect();
+        for (k, slot) in (first..last).zip(&mut reference) {
+            *slot *= interpolated(&leaks, record.frequency(k).ln()).exp();
+        }
+    }
     standing_out(record, mask, &reference, 1.0)
 }
 
@@ -86,7 +110,7 @@ fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
 
 fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: f64) -> Vec<Line> {
     let first = first_density(record);
-    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let freedom = freedom_of_one(record);
     let count = reference.len();
     let ratio: Vec<f64> = reference.iter().zip(&record.density[first..]).map(|(s, p)| p / s).collect();
     let threshold = chi2_quantile_above(FALSE_ALARM / count as f64, freedom) / freedom * factor;

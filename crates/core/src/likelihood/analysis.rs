@@ -170,7 +170,8 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let mut lines = Vec::new();
     if options.lines {
         for _ in 0..LINE_SEARCHES {
-            let found = above_medians(record, &mut mask);
+            let least = of_terms(record, &mask);
+            let found = above_medians(record, &mut mask, least.as_deref());
             if found.is_empty() {
                 break;
             }
@@ -390,6 +391,18 @@ fn informed(fit: Fit, bins: &mut Bins) -> Fit {
     fit.model.clone().fit(bins)
 }
 
+/// With missing samples: expected densities of a fit of the terms. A mask that repeats has images of low frequencies at
+/// high ones, which are no lines.
+fn of_terms(record: &Summary, mask: &[bool]) -> Option<Vec<f64>> {
+    record.masked.as_ref().map(|masked| masked.densities(&fit_of_terms(record, mask.to_vec())))
+}
+
+/// Squared coefficients of the terms.
+fn fit_of_terms(record: &Summary, mask: Vec<bool>) -> Vec<f64> {
+    let bins = Bins::new(record, Arc::new(mask), Arc::new(Vec::new()));
+    Model::new(TERMS.to_vec(), Vec::new()).fit(&bins).model.theta
+}
+
 impl Summary {
     /// Samples over which the weights of a run should fall to 0 at its ends: the root of the ratio of quantization noise to
     /// random walk, from a fit of the terms. 0 without missing samples.
@@ -399,10 +412,8 @@ impl Summary {
         if !masked.has_neighbours() {
             return 0.0;
         }
-        let bins = Bins::new(self, Arc::new(usable(self)), Arc::new(Vec::new()));
-        let fit = Model::new(TERMS.to_vec(), Vec::new()).fit(&bins);
-        let theta = |part: Part| fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]);
-        let (steps, white) = (theta(Part::Quantization) / self.tau0, theta(Part::RandomWalk));
+        let theta = fit_of_terms(self, usable(self));
+        let (steps, white) = (theta[0] / self.tau0, theta[1]);
         if steps > 0.0 { (steps / white.max(1e-12 * steps)).sqrt() } else { 0.0 }
     }
 }

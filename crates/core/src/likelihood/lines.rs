@@ -46,8 +46,8 @@ fn freedom_of_one(record: &Summary) -> f64 {
     record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
 }
 
-/// Lines above running medians of the density, which are taken out of the mask.
-pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
+/// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given.
+pub(crate) fn above_medians(record: &Summary, mask: &mut [bool], least: Option<&[f64]>) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     if first + RUNNING > last {
         return Vec::new();
@@ -64,8 +64,11 @@ pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
         centres.push((middle, median(&density[from..to]).max(1e-300).ln()));
         start = end;
     }
-    let reference: Vec<f64> =
+    let mut reference: Vec<f64> =
         (first..last).map(|k| interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
+    if let Some(least) = least {
+        reference.iter_mut().zip(&least[first..]).for_each(|(r, l)| *r = r.max(*l));
+    }
     standing_out(record, mask, &reference, UNSURE)
 }
 

@@ -6,8 +6,8 @@ const LANES: usize = 8;
 /// Relative width at which a bisection ends.
 const NARROW: f64 = 1e-13;
 
-/// Steps of inverse iteration; the second one is there for eigenvalues that are equal to rounding.
-const ITERATIONS: usize = 3;
+/// Steps of inverse iteration.
+const ITERATIONS: usize = 2;
 
 /// Eigenvalues nearer to the next than this are a cluster, whose vectors are made orthogonal one after the other. Long gaps
 /// make pairs of them.

@@ -23,6 +23,11 @@ impl Weights {
         Self { rate: if taper < LEAST_TAPER { 0.0 } else { 2.0 * (0.5 / taper).asinh() } }
     }
 
+    fn fall(self, distance: f64) -> f64 {
+        let x = self.rate * distance;
+        if x > FAR { 0.0 } else { (-x).exp() }
+    }
+
     /// The weights of the samples from `start` on; 0 for those that are missing, and outside the record.
     pub(super) fn fill(self, present: &[bool], start: isize, weights: &mut [f64]) {
         let n = present.len();
@@ -53,11 +58,10 @@ impl Weights {
                 end += 1;
             }
             let length = (before + end - t) as f64 + 1.0;
-            let norm = 1.0 + (-self.rate * length).exp();
+            let norm = 1.0 + self.fall(length);
             for (p, at) in (before + 1..).zip(t..end.min(stop)) {
                 let p = p as f64;
-                let fall = (-self.rate * p).exp() + (-self.rate * (length - p)).exp();
-                weights[(at - start) as usize] = 1.0 - fall / norm;
+                weights[(at - start) as usize] = 1.0 - (self.fall(p) + self.fall(length - p)) / norm;
             }
             t = end;
             before = 0;

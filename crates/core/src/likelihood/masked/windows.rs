@@ -4,6 +4,7 @@
 //! the expectation E P(f) = τ₀ Σₗ A(l) [R(l) + c] cos 2πflτ₀ for a covariance R, c = Σₗ R(l) (A₁(l) − 2 A₂(l)). A, A₁ and A₂ are
 //! the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by Σ q. c makes the total power right.
 
+use crate::likelihood::pass::smooth;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::PI;
@@ -280,8 +281,16 @@ pub(crate) struct Cells {
 impl Cells {
     /// Quarters of the bins of the periodogram, of which `ranges` are densities at multiples of `spacing`; and steps of a
     /// logarithm below.
-    pub(super) fn new(ranges: &[(usize, usize)], length: usize, spacing: f64, duration: f64) -> Self {
+    pub(super) fn new(
+        ranges: &[(usize, usize)],
+        length: usize,
+        spacing: f64,
+        duration: f64,
+        highest_mode: f64,
+    ) -> Self {
         let first = ranges.first().map_or(0.5 * length as f64, |r| r.0 as f64 - 0.5) * spacing;
+        // The modes see more of a slope than the densities do.
+        let first = first.max(highest_mode * 10_f64.powf(2.0 / PER_DECADE));
         let lowest = LOWEST / duration;
         let count = (PER_DECADE * (first / lowest).log10()).ceil().max(1.0);
         let mut edges = vec![0.0];
@@ -289,7 +298,8 @@ impl Cells {
         for &(a, b) in ranges {
             let parts = IN_BIN.min(b - a);
             let (a, b) = (a as f64 - 0.5, b as f64 - 0.5);
-            edges.extend((1..=parts).map(|i| (a + (b - a) * i as f64 / parts as f64) * spacing));
+            let cuts = (1..=parts).map(|i| (a + (b - a) * i as f64 / parts as f64) * spacing);
+            edges.extend(cuts.filter(|&e| e > first));
         }
         let last = edges.len() - 1;
         edges[last] = 0.5 * length as f64 * spacing;
@@ -366,14 +376,37 @@ fn hat_products(n: usize) -> Vec<f64> {
     series
 }
 
-impl LowWindow {
+/// What all bins of the modes share.
+pub(super) struct LowView {
+    grid: Grid,
+    short: Arc<dyn RealToComplex<f64>>,
+    long: Arc<dyn RealToComplex<f64>>,
+    /// Of the hats at the points of the long transform, up to the rate of the nodes; beyond, they leave nothing.
+    hats: Vec<f64>,
+    step: f64,
+}
+
+impl LowView {
+    pub(super) fn new(grid: Grid) -> Self {
+        let (n, tau0) = (grid.spacing as f64, grid.tau0);
+        let mut planner = RealFftPlanner::<f64>::new();
+        let period = smooth(FINE * grid.count);
+        let step = 1.0 / (period as f64 * n * tau0);
+        let hats = (0..=period)
+            .map(|i| {
+                let (sin, cos) = (PI * i as f64 * step * tau0).sin_cos();
+                let box_of = if i == 0 { 1.0 } else { (PI * i as f64 / period as f64).sin() / (n * sin) };
+                box_of.powi(4) * cos * cos
+            })
+            .collect();
+        let short = planner.plan_fft_forward(smooth(2 * grid.count));
+        Self { grid, short, long: planner.plan_fft_forward(period), hats, step }
+    }
+
     /// `shapes`: modes of the bin; `white`: their Σ w² v².
-    pub(super) fn new(shapes: &[Vec<f64>], mass: &[f64], white: &[f64], grid: Grid) -> Self {
-        let count = mass.len();
-        let period = crate::likelihood::pass::smooth(2 * count);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(period);
-        let mut output = transform.make_output_vec();
-        let mut input = transform.make_input_vec();
+    pub(super) fn window(&self, shapes: &[Vec<f64>], mass: &[f64], white: &[f64]) -> LowWindow {
+        let mut output = self.short.make_output_vec();
+        let mut input = self.short.make_input_vec();
         let mut power = vec![0.0; output.len()];
         let modes = shapes.len() as f64;
         for v in shapes {
@@ -381,55 +414,54 @@ impl LowWindow {
             for (slot, (v, c)) in input.iter_mut().zip(v.iter().zip(mass)) {
                 *slot = v * c;
             }
-            let done = transform.process(&mut input, &mut output);
+            let done = self.short.process(&mut input, &mut output);
             debug_assert!(done.is_ok());
             power.iter_mut().zip(&output).for_each(|(p, z)| *p += z.norm_sqr() / modes);
         }
-        let mut lags = lags(&power, period, count, grid.tau0);
+        let mut lags = lags(&power, input.len(), mass.len(), self.grid.tau0);
         // Of what the modes hold of white noise, hats on all samples explain this.
-        let n = grid.spacing as f64;
+        let n = self.grid.spacing as f64;
         let explained = (lags[0] * 2.0 / 3.0 + lags[1] / 3.0) / n;
-        let within = grid.tau0 * white.iter().sum::<f64>() / modes - explained;
+        let within = self.grid.tau0 * white.iter().sum::<f64>() / modes - explained;
         lags[1..].iter_mut().for_each(|x| *x *= 2.0);
-        Self { lags, within }
+        LowWindow { lags, within }
     }
 
+    /// Weights of the cells in a bin.
+    pub(super) fn row(&self, window: &LowWindow, cells: &Cells) -> Vec<f64> {
+        let (n, tau0) = (self.grid.spacing as f64, self.grid.tau0);
+        // An even series of the same sum over both signs.
+        let mut input = self.long.make_input_vec();
+        let period = input.len();
+        for (l, x) in window.lags.iter().enumerate() {
+            let half = if l == 0 { 1.0 } else { 0.5 };
+            input[l] += half * x;
+            if l > 0 {
+                input[period - l] += half * x;
+            }
+        }
+        let mut power = self.long.make_output_vec();
+        let done = self.long.process(&mut input, &mut power);
+        debug_assert!(done.is_ok());
+        let seen: Vec<f64> =
+            self.hats.iter().enumerate().map(|(i, hat)| hat * power[i.min(period - i)].re).collect();
+        let last = seen.len() as f64 - 0.5;
+        let sums = Running::plain(&seen);
+        let pairs = n * (n - 1.0);
+        let cell = |(e, f): (&[f64], &f64)| {
+            let hats = sums.to((e[1] / self.step).min(last)) - sums.to((e[0] / self.step).min(last));
+            let comb = ((PI * f * n * tau0).sin() / (PI * f * tau0).sin()).powi(2);
+            let different = 1.0 - (comb - n) / pairs;
+            2.0 * (hats * self.step + window.within * different * (e[1] - e[0]))
+        };
+        cells.edges.windows(2).zip(&cells.at).map(cell).collect()
+    }
+}
+
+impl LowWindow {
     /// Expected density for a covariance of nodes, see [`Grid::covariance`].
     pub(super) fn expected(&self, covariance: &(Vec<f64>, f64)) -> f64 {
         let sum: f64 = self.lags.iter().zip(&covariance.0).map(|(a, r)| a * r).sum();
         sum + self.within * covariance.1
-    }
-
-    /// Weights of the cells.
-    pub(super) fn row(&self, cells: &Cells, grid: Grid) -> Vec<f64> {
-        let (n, tau0) = (grid.spacing as f64, grid.tau0);
-        let period = crate::likelihood::pass::smooth(FINE * grid.count);
-        let mut single = self.lags.clone();
-        single[1..].iter_mut().for_each(|x| *x *= 0.5);
-        let power = spectrum(&single, period);
-        let step = 1.0 / (period as f64 * n * tau0);
-        // Up to the rate of the nodes; beyond, hats leave nothing.
-        let seen: Vec<f64> = (0..=period)
-            .map(|i| {
-                let f = i as f64 * step;
-                let (sin, cos) = (PI * f * tau0).sin_cos();
-                let box_of = if i == 0 { 1.0 } else { (PI * f * n * tau0).sin() / (n * sin) };
-                power[i.min(period - i)] * box_of.powi(4) * cos * cos
-            })
-            .collect();
-        let last = seen.len() as f64 - 0.5;
-        let sums = Running::plain(&seen);
-        let pairs = n * (n - 1.0);
-        cells
-            .edges
-            .windows(2)
-            .zip(&cells.at)
-            .map(|(e, f)| {
-                let hats = sums.to((e[1] / step).min(last)) - sums.to((e[0] / step).min(last));
-                let comb = ((PI * f * n * tau0).sin() / (PI * f * tau0).sin()).powi(2);
-                let different = 1.0 - (comb - n) / pairs;
-                2.0 * (hats * step + self.within * different * (e[1] - e[0]))
-            })
-            .collect()
     }
 }

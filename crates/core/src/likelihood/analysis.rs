@@ -178,9 +178,8 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
-    let Attempt { mut bins, mut fit, lines: more, highest, .. } =
-        best_attempt(record, &mask, &regressors, options);
-    lines.extend(more);
+    let Attempt { mut bins, mut fit, lines, highest, .. } =
+        best_attempt(record, &mask, &lines, &regressors, options);
     let thresholds = thresholds(options.level);
     bins.regressors = regressors;
     let Drifts { ramp, ramp_observed, warm_up } =
@@ -270,6 +269,7 @@ struct Attempt<'a> {
 fn best_attempt<'a>(
     record: &'a Summary,
     mask: &[bool],
+    lines: &[Line],
     regressors: &Arc<Vec<Regressor>>,
     options: &Options,
 ) -> Attempt<'a> {
@@ -289,7 +289,7 @@ fn best_attempt<'a>(
             }
             mask[from..].fill(false);
         }
-        let attempt = attempt(record, mask, regressors, options, highest);
+        let attempt = attempt(record, mask, lines.to_vec(), regressors, options, highest);
         let model = &attempt.fit.model;
         let high =
             |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
@@ -312,11 +312,13 @@ fn best_attempt<'a>(
 fn attempt<'a>(
     record: &'a Summary,
     mask: Vec<bool>,
+    mut lines: Vec<Line>,
     regressors: &Arc<Vec<Regressor>>,
     options: &Options,
     highest: Option<f64>,
 ) -> Attempt<'a> {
     let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
+    bins.see(&lines);
     let allowed = Allowed {
         quantization: wanted_terms(record, options)[0],
         filter: options.filter,
@@ -335,7 +337,6 @@ fn attempt<'a>(
     let mut start = informed(Model::new(parts, used).fit(&bins), &mut bins);
     with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
     let mut fit = select(start, &bins, allowed);
-    let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
         let found = above_model(&bins, &fit.model, &mut mask);
@@ -344,6 +345,7 @@ fn attempt<'a>(
         }
         lines.extend(found);
         bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
+        bins.see(&lines);
         fit = informed(fit.model.clone().fit(&bins), &mut bins);
         fit = select(fit, &bins, allowed);
     }

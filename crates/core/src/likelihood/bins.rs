@@ -2,6 +2,7 @@
 
 use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, flicker_modes};
 use crate::likelihood::linear::dot_of_many;
+use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -81,6 +82,8 @@ pub(crate) struct Bins<'a> {
     pub fine_points: Vec<FinePoint>,
     /// With missing samples: weights of the cells in the bins, row after row. The points are those of the cells.
     leak: Option<Arc<Vec<f64>>>,
+    /// What lines that were left out add to the bins through missing samples.
+    pub lines: Vec<f64>,
     /// Columns of the four terms, in the order of [`TERMS`].
     terms: Arc<Vec<Column>>,
     /// cos 2πk f τ₀ − 1, k = 1 … 6: of the low bins, of the points.
@@ -218,6 +221,7 @@ impl<'a> Bins<'a> {
             mode_starts,
             fine_points,
             leak,
+            lines: Vec::new(),
             terms: Arc::new(Vec::new()),
             regressors,
         };
@@ -318,6 +322,19 @@ impl<'a> Bins<'a> {
             }
         }
         found
+    }
+
+    /// Adds what lines leak into the bins.
+    pub(crate) fn see(&mut self, lines: &[Line]) {
+        let (Some(rows), Some(masked)) = (&self.leak, &self.record.masked) else { return };
+        self.lines = vec![0.0; self.frequency.len()];
+        for line in lines {
+            let cell = masked.cells.of(line.frequency);
+            let density = 0.25 * line.amplitude * line.amplitude / masked.cells.width(cell);
+            for (sum, row) in self.lines.iter_mut().zip(rows.chunks_exact(masked.cells.at.len())) {
+                *sum += density * row[cell];
+            }
+        }
     }
 
     /// Degrees of freedom of the bins of the periodogram for a share of the information of a complete record.

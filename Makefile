@@ -1,4 +1,4 @@
-# What there is to do; how is in scripts/. What pip, cargo and apt-get say goes to target/setup.log.
+# What there is to do; how is in scripts/. What pip, cargo and apt-get say goes to target/setup-*.log.
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
@@ -20,8 +20,6 @@ demo: build ## simulate a static log, analyse it, write demo/
 
 test: ## all checks and tests, as CI runs them; or some: make test STEPS="clippy python"
 	@scripts/doctor.sh test
-	@scripts/venv.sh dev
-	@scripts/build.sh
 	@scripts/test.sh $(STEPS)
 
 bench: build ## speed, against other packages and the machine: docs/performance.md; ROUNDS=9, BILLION=1 pushes 10⁹ samples

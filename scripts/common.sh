@@ -12,7 +12,7 @@ unset PYTHONDONTWRITEBYTECODE # it makes each command that a test starts compile
 
 RUST_MIN=85        # 1.85
 PY=.venv/bin/python # of the project, once it is there
-LOG=target/setup.log
+LOG=target/setup-$(basename "$0" .sh).log
 
 # rust_minor DIR: the 95 of "rustc 1.95.0", if DIR has both rustc and cargo of 1.x; else nothing
 rust_minor() {
@@ -68,14 +68,14 @@ quietly() {
     local what=$1 start=$SECONDS
     shift
     mkdir -p "$(dirname "$LOG")"
-    printf '%s … ' "$what" >&2
+    printf '%s …\n' "$what" >&2
     printf '\n$ %s\n' "$*" >>"$LOG"
     local from
     from=$(($(wc -l <"$LOG") + 1))
     if "$@" >>"$LOG" 2>&1 </dev/null; then
-        printf '%d s\n' $((SECONDS - start)) >&2
+        printf '   %s: %d s\n' "${what%% (*}" $((SECONDS - start)) >&2
     else
-        printf 'failed:\n\n' >&2
+        printf '%s: failed:\n\n' "$what" >&2
         tail -n +"$from" "$LOG" | tail -n 80 >&2
         printf '\n(all of it: %s)\n' "$LOG" >&2
         return 1

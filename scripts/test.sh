@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # test.sh [STEP…]: the checks and tests, each with its time, up to the first that fails. Without a STEP, all of them, those of
-# Python and those of Rust side by side, because a compiler often uses one core only:
-PYTHON_STEPS="format lint types stubs imports python"
+# Python and those of Rust side by side, because a compiler often uses one core only, while the extension is compiled:
+READ_STEPS="format lint types"    # that only read
+RUN_STEPS="imports stubs python" # that need the extension
 RUST_STEPS="rustfmt clippy rust instructions"
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
@@ -17,7 +18,8 @@ run() {
     format) ruff format --check ;;
     lint) ruff check ;;
     rustfmt) cargo fmt --all --check ;;
-    clippy) cargo clippy --workspace --all-targets --locked --quiet -- -D warnings ;;
+    # Optimised like the others, so that macros and build scripts are compiled once.
+    clippy) cargo clippy --release --workspace --all-targets --locked --quiet -- -D warnings ;;
     types) python -m mypy ;;
     stubs) python -m mypy.stubtest --mypy-config-file pyproject.toml sigmatau._core ;;
     imports) lint-imports --no-logo ;;
@@ -25,7 +27,7 @@ run() {
     rust) cargo test --release -p sigmatau-core -p sigmatau-formats --lib --tests --locked --quiet ;;
     instructions) python benches/instructions.py ;;
     python) python_tests ;;
-    *) echo "no step $1; the steps are: $PYTHON_STEPS $RUST_STEPS" >&2 && return 2 ;;
+    *) echo "no step $1; the steps are: $READ_STEPS $RUN_STEPS $RUST_STEPS" >&2 && return 2 ;;
     esac
 }
 
@@ -44,15 +46,20 @@ run_all() {
 }
 
 if (($#)); then
+    scripts/venv.sh dev
+    scripts/build.sh
     run_all "$@"
 else
     log=$(mktemp)
     trap 'rm -f "$log"' EXIT
+    scripts/venv.sh runtime
+    scripts/build.sh &
+    build=$! status=0
     # shellcheck disable=SC2086 # lists of words
     run_all $RUST_STEPS >"$log" 2>&1 &
-    rust=$! status=0
+    rust=$!
     # shellcheck disable=SC2086
-    run_all $PYTHON_STEPS || status=$?
+    { scripts/venv.sh dev && run_all $READ_STEPS && wait "$build" && run_all $RUN_STEPS; } || status=$?
     wait "$rust" || status=$?
     cat "$log"
     ((status == 0)) || exit "$status"

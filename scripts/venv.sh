@@ -14,7 +14,8 @@ install() {
     local name=$1 what=$2
     shift 2
     up_to_date "$name" && return
-    quietly "$what" "$PY" -m pip install --require-hashes "$@" -r "requirements/$name.txt"
+    # What is imported is compiled then: most of a package never is.
+    quietly "$what" "$PY" -m pip install --no-compile --require-hashes "$@" -r "requirements/$name.txt"
     cp "requirements/$name.txt" ".venv/.$name.lock"
 }
 

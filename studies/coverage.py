@@ -73,7 +73,7 @@ def _stated(seed: int, mixture: Mixture, records: int) -> list[dict[str, Any]]:
             {
                 "verdict": fitted.verdict,
                 "moved": fitted.tau_min is None or fitted.tau_min > 1.5 * curve.tau0,
-                "extra": len(fitted.gauss_markov) + len(fitted.sinusoid),
+                "extra": len(fitted.gauss_markov),
                 "p": fitted.p_value,
                 "valley": valley,
                 "terms": {name: [t.observed, t.value, t.low, t.high, t.upper_limit] for name, t in fitted.items()},
@@ -235,9 +235,9 @@ _GOODNESS = """
 ## Goodness of fit with the right model
 
 The same records. The columns give the share of records [%] with a p-value of the goodness of fit below 0.05 and 0.01 for
-all averaging times, with the shortest times left out, with a sixth term, and without an adequate model.
+all averaging times, with the shortest times left out, with a Gauss–Markov process, and without an adequate model.
 
-| record of | p < 0.05 | p < 0.01 | τ_min moved | sixth term | refused |
+| record of | p < 0.05 | p < 0.01 | τ_min moved | process | refused |
 |---|---|---|---|---|---|"""
 
 _VALLEY = """

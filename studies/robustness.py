@@ -91,7 +91,7 @@ def cell(seed: int, case: str) -> list[dict[str, Any]]:
             {
                 "verdict": fitted.verdict,
                 "tau_min": fitted.tau_min,
-                "sixth": "gauss_markov" if fitted.gauss_markov else "sinusoid" if fitted.sinusoid else "",
+                "process": bool(fitted.gauss_markov),
                 "terms": {name: [t.observed, t.value, t.low, t.high, t.upper_limit] for name, t in fitted.items()},
             }
         )
@@ -112,8 +112,8 @@ def main() -> None:
             lines.append(row + " | | | | | | | | |")
             continue
         tau_min = np.median([r["tau_min"] for r in adequate])
-        sixth = 100 * np.mean([bool(r["sixth"]) for r in adequate])
-        row += f" | {tau_min:.2g} | {sixth:.0f}"
+        process = 100 * np.mean([r["process"] for r in adequate])
+        row += f" | {tau_min:.2g} | {process:.0f}"
         for term, truth in TRUTH.items():
             stated = [r["terms"][term] for r in adequate]
             values = np.array([s[1] for s in stated if s[0]]) / truth
@@ -138,11 +138,11 @@ _HEAD = """# Robustness against filters, lines, drifts and spikes
 Made by `make study` (studies/robustness.py): {records} simulated records per case of a MEMS gyro with 0.3 deg/√h, 10.08
 deg/h and 21.6 deg/h/√h, 44 min at 100 Hz. The seeds are derived from the names of the cases, and `sigmatau.fit` is used
 with its defaults. "Refused" is the share of records without an adequate model [%]. The other columns are for the
-remaining records: median of the shortest averaging time of the fit [s], share with a sixth term [%], and bias ± standard
+remaining records: median of the shortest averaging time of the fit [s], share with a process [%], and bias ± standard
 deviation [%] and coverage of the 95 % intervals [%] of each term. The bias is that of the records in which the term is
 observed.
 
-| case | refused | τ_min | sixth term | N | covers | B | covers | K | covers |
+| case | refused | τ_min | process | N | covers | B | covers | K | covers |
 |---|---|---|---|---|---|---|---|---|---|"""
 
 _TAIL = """In the Allan variance, spikes look like white noise: 30 spikes of 10 σ in 2^18 samples increase the random walk by

@@ -5,6 +5,7 @@ from __future__ import annotations
 from studies import (
     adis16405,
     bandwidth,
+    coarse,
     coverage,
     datasheets,
     efficiency,
@@ -14,7 +15,9 @@ from studies import (
     likelihood,
     paper_claims,
     prediction,
+    processes,
     read_off,
+    real_records,
     robustness,
     round_trip,
     selection,
@@ -26,8 +29,10 @@ STUDIES = (
     intervals,
     robustness,
     likelihood,
+    coarse,
     efficiency,
     coverage,
+    processes,
     datasheets,
     gaps,
     bandwidth,
@@ -37,6 +42,7 @@ STUDIES = (
     false_alarms,
     prediction,
     adis16405,
+    real_records,
     paper_claims,
 )
 

@@ -49,6 +49,18 @@ def test_reading_off_loads_no_scipy(tmp_path):
     assert not modules & {"scipy", "matplotlib", "pandas"}
 
 
+@pytest.mark.parametrize("method", ["likelihood", "gls"])
+def test_analysing_loads_no_more_of_scipy_than_special_functions(tmp_path, method):
+    log = tmp_path / "log.csv"
+    log.write_text("time [s],gyro_x [deg/s]\n" + "".join(f"{i / 100},{i * 7919 % 101}\n" for i in range(2000)))
+    code = f"from sigmatau.cli import main; main(['analyze', {str(log)!r}, '--method', {method!r}])"
+    code += "; import sys; sys.stdout = sys.__stdout__; print(); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    modules = set(done.stdout.splitlines()[-1].split())
+    assert "scipy.special" in modules
+    assert not modules & {"scipy.optimize", "scipy.linalg", "scipy.stats", "scipy.fft", "scipy.signal"}
+
+
 def test_every_public_name_is_in_its_home():
     stub = ast.parse(Path(sigmatau.__file__).with_name("__init__.pyi").read_text(encoding="utf-8"))
     homes = {alias.name: node.module for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}

@@ -34,7 +34,7 @@ def keys_of(table):
 
 ROWS = [[cell.strip() for cell in row.strip("|").split("|")] for row in PAGE.splitlines() if row.startswith("| `")]
 LISTED = [row[0].strip("`") for row in ROWS]
-PARTS = {"sigma", "time", "amplitude", "frequency", "order", "corner"}
+PARTS = {"sigma", "time", "amplitude", "frequency", "width", "order", "corner", "rate"}
 
 
 def test_the_file_has_every_key_and_the_table_lists_it():
@@ -51,8 +51,9 @@ def test_the_file_is_read_as_it_says():
     x = model.channels["gyro_x"]
     assert x["random_walk"] == pytest.approx(5e-3 * find("deg/s").factor / 2**0.5, rel=1e-14)
     assert x["rate_ramp"] < 0
-    assert (len(x.gauss_markov), len(x.sinusoid)) == (1, 1)
-    assert (x.bandwidth.order, x.bandwidth.corner) == (1, 30.0)
+    assert (len(x.gauss_markov), len(x.resonance), len(x.sinusoid)) == (1, 1, 1)
+    assert x.alike_from.time == 3600.0
+    assert (x.bandwidth.order, x.bandwidth.corner, x.bandwidth.rate) == (1, 30.0, 100.0)
     assert model.channels["pressure_a"].unit == "Pa"
     assert model.correlation == {
         "random_walk": {("gyro_x", "gyro_y"): 0.3},
@@ -69,6 +70,8 @@ def test_the_units_of_the_table_are_taken(row):
         "time": 'gauss_markov = [{{ sigma = "{si}", time = "{}" }}]',
         "amplitude": 'sinusoid = [{{ amplitude = "{}", frequency = "1 Hz" }}]',
         "frequency": 'sinusoid = [{{ amplitude = "{si}", frequency = "{}" }}]',
+        "width": 'resonance = [{{ sigma = "{si}", frequency = "100 kHz", width = "{}" }}]',
+        "rate": 'random_walk = "{si}*1"\nbandwidth = {{ order = 1, corner = "1 Hz", rate = "{}" }}',
         "corner": 'random_walk = "{si}*1"\nbandwidth = {{ order = 1, corner = "{}" }}',
     }
     for channel, si, walk, units in (

@@ -20,7 +20,7 @@ from .io.read.frame import from_frame
 from .io.write import write
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
-from .model.processes import GaussMarkov, LowPass, Sinusoid
+from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from .navigation.predict import predict
 from .quality.check import check
 from .quality.inspection import inspect
@@ -61,6 +61,7 @@ __all__ = [
     "ReadOff",
     "Record",
     "RecordTooShortError",
+    "Resonance",
     "Sinusoid",
     "Spectrum",
     "Stream",

@@ -20,12 +20,14 @@ from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
-from sigmatau.findings.kinds.fit import CoarseValues, ConstantChannel, NoMap
+from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
+from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.findings.wording import words
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off
+from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.fitting.tables import fit_table, read_off_table
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality import curve_checks
@@ -33,7 +35,7 @@ from sigmatau.quality.angle_noise import angle_noise, undetermined
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
-from sigmatau.quality.samples.resolution import too_coarse
+from sigmatau.quality.samples.resolution import rounded
 from sigmatau.quality.samples.spikes import mask_spikes
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
@@ -290,16 +292,15 @@ def analyze(
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
     if method != "read-off":
-        doubtful = {finding.channel for finding in findings if too_coarse(finding)}
+        coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
         for channel, curve in curves.items():
             on = fitted_on.get(channel, curve)
             fits[channel] = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
             if curve.overlap == "full":
                 curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
-            if channel in doubtful:  # has a finding already; the state of its fit is not another fault
-                fits[channel] = fits[channel].doubted(CoarseValues())
-            else:
-                findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
+            findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
+            if isinstance(steps := coarse.get(channel), CoarseResolution):
+                fits[channel] = allowing_for_rounding(fits[channel], step=steps.step, noise=steps.noise)
             if short_times := angle_noise(record, fits[channel], threads=threads):
                 findings.append(short_times)
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)

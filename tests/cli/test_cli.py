@@ -108,7 +108,7 @@ class TestAnalyze:
             jsonschema.validate(content, schema)
             fit = content["channels"]["gyro_x"]["fit"]
             assert fit["verdict"] == verdict, name
-            assert bool(fit["terms"]["sinusoid"]) == (name == "line")
+            assert bool(fit["terms"]["sinusoid"]) == (name in ("line", "lines"))
             assert ("gyro_x: not" in err) == (verdict == "too_short")
             assert ("widened: " in out) == (verdict == "widened")
             assert ("no fit: " in out) == (verdict == "too_short")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from importlib import resources
+from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -175,6 +176,31 @@ def log(tmp_path_factory):
     return path
 
 
+def wait_until_read(run, path):
+    """Until a process has read a file to its end and sleeps; however busy the machine is."""
+    quiet, used = 0, None
+    for _ in range(2400):
+        time.sleep(0.05)
+        assert run.poll() is None, run.communicate()
+        fields = Path(f"/proc/{run.pid}/stat").read_text().rpartition(")")[2].split()
+        before, used = used, (fields[11], fields[12])
+        quiet = quiet + 1 if fields[0] == "S" and used == before and at_end(run.pid, path) else 0
+        if quiet == 6:
+            return
+    raise AssertionError(f"{path} was not read")
+
+
+def at_end(pid, path):
+    for link in Path(f"/proc/{pid}/fd").iterdir():
+        try:
+            if link.resolve() == path:
+                position = Path(f"/proc/{pid}/fdinfo/{link.name}").read_text().split()[1]
+                return int(position) == path.stat().st_size
+        except OSError:
+            continue
+    return False
+
+
 class TestCommand:
     def test_standard_input_gives_what_analyze_gives(self, log, tmp_path):
         result = tmp_path / "last.json"
@@ -210,7 +236,7 @@ class TestCommand:
             env=ENVIRONMENT,
             preexec_fn=interruptible,
         )
-        time.sleep(3)
+        wait_until_read(run, log)
         run.send_signal(signal.SIGINT)
         out, err = run.communicate(timeout=120)
         assert run.returncode == 0, err
@@ -315,7 +341,7 @@ class TestEnds:
         path = tmp_path / "log.csv"
         path.write_bytes(text)
         run = self.started(str(path))
-        time.sleep(3)
+        wait_until_read(run, path)
         run.terminate()
         out, err = run.communicate(timeout=120)
         assert run.returncode == 0, err
@@ -326,7 +352,7 @@ class TestEnds:
         path = tmp_path / "log.csv"
         path.write_bytes(text)
         run = self.started(str(path), "--json", str(tmp_path / "r.json"))
-        time.sleep(3)
+        wait_until_read(run, path)
         path.write_bytes(text[:1000])
         out, err = run.communicate(timeout=120)
         assert run.returncode == 1

@@ -14,9 +14,7 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import Misfit, TooFewTimes
-from sigmatau.fitting.components import LINEAR, components
-from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.outlook import half_octaves
+from sigmatau.fitting.components import LINEAR
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.units import to_si
 
@@ -125,20 +123,6 @@ class TestExactCurves:
         assert not fitted.sinusoid
         assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.01)
 
-    def test_sinusoid(self):
-        rate, frequency, amplitude = 100.0, 23.3, 1e-3
-        m = cluster_sizes("half", n=2**20, tau0=1 / rate)
-        line = kernels.sinusoid_avar(amplitude, frequency, m, 1 / rate)
-        fitted = fit(exact({"random_walk": 1e-4, "bias_instability": 2e-5}, n=2**20, extra=line))
-        assert fitted.verdict == "adequate"
-        (found,) = fitted.sinusoid
-        assert found.frequency.value == pytest.approx(frequency, rel=0.01)
-        assert found.amplitude.value == pytest.approx(amplitude, rel=0.01)
-        assert not fitted.gauss_markov
-        assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.01)
-        expected = exact({"random_walk": 1e-4, "bias_instability": 2e-5}, n=2**20, extra=line).avar
-        assert fitted.avar(m=m) == pytest.approx(expected, rel=0.02)
-
     def test_only_the_terms_that_may_be_there(self):
         fitted = fit(exact(MIXTURES[0]), terms=["random_walk", "bias_instability", "rate_random_walk"])
         assert set(fitted) == {"random_walk", "bias_instability", "rate_random_walk"}
@@ -178,20 +162,6 @@ class TestRecords:
         assert np.mean(found) <= 0.065 + 3 * math.sqrt(0.065 * 0.935 / len(found))
         covered = [t.low <= 0.02 <= t.high if t.observed else t.upper_limit >= 0.02 for t in walks]
         assert np.mean(covered) >= 0.94 - 3 * math.sqrt(0.05 * 0.95 / len(covered))
-
-    @pytest.mark.parametrize("truth", [{"rate_random_walk": 1.0}, {"quantization": 1.0, "rate_random_walk": 1e-3}])
-    def test_red_noise_is_no_misfit(self, truth):
-        """Variances of the longest times are skewed: by the χ² of their differences alone 3 % would be below 1 %.
-
-        The least squares alone: intervals take most of the time of a fit.
-        """
-        sizes = half_octaves(1, 2**13 // 3)
-        parts, p = components(2**13, sizes), []
-        for record in records(truth, f"fit: misfit {truth}", 1000):
-            curve = allan(record, taus=sizes, threads=1)["gyro_x"]
-            gls = Gls(parts, curve.avar / curve.avar[0])
-            p.append(gls.p_value(gls.fit()))
-        assert np.mean(np.array(p) < 0.01) <= 0.01 + 3 * math.sqrt(0.01 * 0.99 / len(p))
 
     def test_spread_is_the_theorys(self):
         """White noise: that of a variance of N numbers, 1/√(2N), for 300 records to 3 standard errors."""

@@ -1,13 +1,23 @@
 """The law of the statistic, the sharing of the tails, and an oracle for the whole interval."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import brentq
 from scipy.special import ndtr
 
 from sigmatau.fitting.components import components
 from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.inference import _feldman_cousins, detectable_theta, evidence, skewed_tails
+from sigmatau.fitting.inference import (
+    _critical,
+    _crossing,
+    _feldman_cousins,
+    detectable_theta,
+    evidence,
+    skewed_tails,
+)
 
 
 @pytest.mark.parametrize("skewness", [-2.0, -0.3, 1e-6, 0.05, 1.0, 3.0])
@@ -48,15 +58,28 @@ def test_published_interval():
         assert inside.max() == pytest.approx(high, abs=0.006)
 
 
-def test_goodness_of_fit_has_a_degree_of_freedom_less_for_each_coefficient():
-    """χ² of the errors where it is the smaller misfit: at variances below the model a logarithm is farther off."""
-    parts = components(2**14, (1, 2, 4, 8, 16, 32, 64, 128, 256, 512))
-    theta = np.array([0, 1.0, 0, 1e-6])
-    expected, covariance = parts.design @ theta, parts.covariance(theta)
-    errors = -0.5 * np.sqrt(np.diag(covariance)) * (1 + np.arange(10) % 2)
-    misfit = errors @ np.linalg.solve(covariance, errors)
-    p_value = Gls(parts, expected + errors).p_value(theta)
-    assert p_value == pytest.approx(stats.chi2.sf(misfit, 10 - 2), rel=1e-9)
+@pytest.mark.parametrize("skewness", [-1.9, -0.4, 1e-4, 0.4, 1.9])
+@pytest.mark.parametrize("probability", [0.001, 0.05, 0.5])
+def test_critical_deviate_inverts_the_tails(skewness, probability):
+    """The normal law that stands for a skewness of 1e-4 is off by a sixth of it."""
+    assert skewed_tails(_critical(skewness, probability), skewness)[1] == pytest.approx(probability, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "f", [lambda x: x**3 - 2, lambda x: math.atan(50 * (x - 0.3)), lambda x: x - 1.7, lambda x: -math.expm1(5 - 40 * x)]
+)
+def test_root_is_that_of_brent(f):
+    calls = []
+
+    def counted(x):
+        calls.append(x)
+        return f(x)
+
+    # Of the root, 1e-4, and of the upper end.
+    assert _crossing(counted, 0.01, 2.0) == pytest.approx(brentq(f, 0.01, 2.0), abs=4e-4)
+    assert len(calls) <= 18
+    assert len(set(calls)) == len(calls)
+    assert (_crossing(f, 1.9, 2.0), _crossing(f, 0.01, 0.02)) == (1.9, 0.02)
 
 
 def test_interval_of_a_single_term_is_that_of_chi2():

@@ -11,12 +11,12 @@ from known import seed_of
 from sigmatau import NoiseModel, allan, simulate
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
+from sigmatau.fitting.attempt import LONGEST_SHARE
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import skewed_tails
 from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
-from sigmatau.fitting.tau_min import LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.units import to_si

@@ -65,9 +65,9 @@ class TestAdequate:
             analysis.model.avar("gyro_x", m=curve.m, tau0=curve.tau0), fitted.avar(m=curve.m), rtol=1e-12
         )
 
-    def test_a_sixth_term(self):
+    def test_a_process(self):
         noise = ChannelModel(terms={"random_walk": 1e-3}, gauss_markov=(GaussMarkov(sigma=3e-3, time=5.0),))
-        analysis = result_of(noise, name="sixth")
+        analysis = result_of(noise, name="process")
         (process,) = analysis.fits["gyro_x"].gauss_markov
         (found,) = analysis.model.channels["gyro_x"].gauss_markov
         assert (found.sigma, found.time) == (process.sigma.value, process.time.value)

@@ -112,10 +112,9 @@ def test_variance_of_the_weights_is_the_predicted_one():
 
 
 def test_adis16405(field_data):
-    """Each gyro of one half from the fit of the other; what is not inside is said, see docs/study/prediction.md.
+    """Each gyro of one half from the fit of the other: all is inside, see docs/study/prediction.md.
 
-    1 s and 10 s are all inside. The second half has less slow noise than the first: after 100 s every axis shows less than
-    was predicted, gyro_z less than its range.
+    The second half has less slow noise than the first: after 100 s every axis shows less than was predicted.
     """
     record = read(field_data / "adis16405_static.csv.gz", rate=100)
     (gyro,) = (stream for stream in record.streams if stream.name == "gyro")
@@ -130,5 +129,4 @@ def test_adis16405(field_data):
             found = held_out(single, "heading", [column[half:]], after=after, calibration=CALIBRATION, dt=0.01)
             if not found.low < found.ratio < found.high:
                 outside.append((channel, after))
-                assert 0.6 < found.ratio < 1.5
-    assert outside == [("gyro_z", 100.0)]
+    assert not outside

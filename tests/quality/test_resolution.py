@@ -13,7 +13,7 @@ from sigmatau.quality.samples.resolution import (
     quantization_mismatch,
     quantization_step,
     resolution,
-    too_coarse,
+    rounded,
 )
 from sigmatau.quality.samples.spikes import find_spikes
 from sigmatau.record.streams import Columns, Grid, Stream, Transform
@@ -125,13 +125,13 @@ def test_what_rounding_adds_to_the_random_walk(ratio):
 
 @pytest.mark.parametrize("ratio", [0.1, 0.2, 0.3])
 @pytest.mark.parametrize("phase", [0.1, 0.3, 0.5])
-def test_below_half_a_step_nothing_can_be_trusted(phase, ratio):
+def test_below_half_a_step_it_is_not_known_what_rounding_adds(phase, ratio):
     x = np.random.default_rng(seed_of(f"below {phase}")).normal(size=N) * ratio + phase
     (finding,) = coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0])
     assert finding.severity == "warning"
     assert finding.factors == ()
     assert (finding.details.rounding, finding.details.added) == ("unknown", None)
-    assert too_coarse(finding)
+    assert rounded(finding)
 
 
 def test_fine_steps_are_not_told():
@@ -145,7 +145,7 @@ def test_increments_get_quantization_noise_and_no_random_walk():
     assert finding.factors == ()
     assert finding.details.rounding == "quantization"
     assert finding.details.added == pytest.approx(1e-4 / math.sqrt(12), rel=1e-6)
-    assert not too_coarse(finding)
+    assert not rounded(finding)
 
 
 def test_a_line_is_not_coarse():

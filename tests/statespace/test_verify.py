@@ -10,9 +10,9 @@ from known import seed_of
 from sigmatau import DataError, NoiseModel, OptionError, Record, allan, simulate
 from sigmatau.model import covariance as covariances
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from sigmatau.noise.uncertainty import avar_covariance, degrees_of_freedom
-from sigmatau.statespace.avar_scatter import covariance_of_model, filtered_covariance
+from sigmatau.statespace.avar_scatter import covariance_of_model, covariance_with
 from sigmatau.statespace.verify import verify
 
 RATE = 10.0
@@ -120,19 +120,19 @@ def test_covariance_behind_a_first_order_filter():
 def test_covariance_behind_a_filter(order, corner):
     """Against the sum over all lags, beside flicker noise and a ramp."""
     n, sizes, tau0, ramp = 1500, np.array([1, 5, 64, 430]), 0.1, 3e-3
+    part = covariances.band_limited(1.0, LowPass(order=order, corner=corner), tau0)
 
     def filtered(lags):
-        return covariances.phase_of_band_limited(1.0, order, corner, lags, tau0)
+        return part.phase(lags, tau0)
 
     def beside(lags):
         return covariances.phase_of_term("bias_instability", 0.3, lags, tau0)
 
-    found = filtered_covariance(
+    found = covariance_with(
+        part,
         n=n,
         m=sizes,
         tau0=tau0,
-        random_walk=1.0,
-        bandwidth=LowPass(order=order, corner=corner),
         beside=beside,
         ramp=ramp,
         together=np.array([True, True, False, True]),
@@ -158,6 +158,36 @@ def test_covariance_behind_a_filter(order, corner):
     assert found[2, 0] == found[2, 3] == 0
     kept = np.ix_([0, 1, 3], [0, 1, 3])
     np.testing.assert_allclose((found / np.outer(sd, sd))[kept], (expected / np.outer(sd, sd))[kept], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("resonances", "off"),
+    [
+        ([(1e-2, 2.0, 0.3), (1e-3, 0.05, 0.01)], 2e-4),
+        ([(1e-2, 2.0, 0.1)], 2e-2),  # narrow: the mean over an oscillation, far from coincidences of cluster ends
+        ([(1e-2, 2.0, 0.01)], 1e-2),
+    ],
+)
+def test_covariance_with_resonances(resonances, off):
+    """Against the sum over all lags of all noise together."""
+    n, sizes, tau0 = 5000, np.array([1, 7, 64, 500, 1600]), 0.02
+    own = tuple(Resonance(sigma=s, frequency=f, width=w) for s, f, w in resonances)
+    model = ChannelModel(
+        terms={"random_walk": 1e-3, "bias_instability": 1e-4}, resonance=own, bandwidth=LowPass(order=2, corner=8.0)
+    )
+    phase = model.phase_autocovariance(np.arange(4 * n), tau0=tau0)
+    expected = np.zeros((len(sizes), len(sizes)))
+    for i, a in enumerate(sizes):
+        for j, b in enumerate(sizes):
+            first, second = n - 2 * a + 1, n - 2 * b + 1
+            lag = np.arange(1 - first, second)
+            pairs = np.minimum(first, second - lag) - np.maximum(0, -lag)
+            ends = [(x * y, q * b - p * a) for p, x in enumerate((1, -2, 1)) for q, y in enumerate((1, -2, 1))]
+            c = sum(weight * phase[np.abs(lag + shift)] for weight, shift in ends)
+            expected[i, j] = (pairs * c**2).sum() / (2 * (a * b * tau0**2) ** 2 * first * second)
+    sd = np.sqrt(np.diag(expected))
+    found = covariance_of_model(model, n=n, m=sizes, tau0=tau0)
+    np.testing.assert_allclose(found / np.outer(sd, sd), expected / np.outer(sd, sd), atol=off)
 
 
 @pytest.mark.parametrize("turns", [1.3, 5.2, 1500.0])  # the last shows in samples as half their rate

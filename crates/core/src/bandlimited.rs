@@ -4,7 +4,7 @@
 //! and the Allan variance is (4V(m) − V(2m)) / (2m²). All filters here have rₖ whose sums are known.
 
 use crate::special::exp_minus_one;
-use realfft::num_complex::Complex64;
+use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
 
 /// A low-pass filter of unit gain at zero frequency.

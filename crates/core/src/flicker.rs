@@ -6,8 +6,8 @@
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
+use sigmatau_fft::Complex64;
+use sigmatau_fft::Planner;
 use std::f64::consts::PI;
 
 /// `n` samples of discrete flicker noise with innovations of standard deviation `b`; see
@@ -18,10 +18,10 @@ pub fn flicker<R: Rng>(n: usize, b: f64, rng: &mut R) -> Vec<f64> {
     }
     let half = embedding_half(n);
     let period = 2 * half;
-    let mut planner = RealFftPlanner::<f64>::new();
+    let mut planner = Planner::new();
     let mut spectrum = draw_spectrum(&circulant_eigenvalues(half, &mut planner), period, rng);
 
-    let inverse = planner.plan_fft_inverse(period);
+    let inverse = planner.inverse(period);
     let mut differences = inverse.make_output_vec();
     // Only lengths and the imaginary parts at both ends are checked, and both are right.
     inverse.process(&mut spectrum, &mut differences).expect("the spectrum has its length and real ends");
@@ -41,8 +41,8 @@ fn autocovariance(lag: usize) -> f64 {
 }
 
 /// Eigenvalues of the circulant matrix of period 2·`half` whose first row is the autocovariance, there and back.
-fn circulant_eigenvalues(half: usize, planner: &mut RealFftPlanner<f64>) -> Vec<f64> {
-    let forward = planner.plan_fft_forward(2 * half);
+fn circulant_eigenvalues(half: usize, planner: &mut Planner) -> Vec<f64> {
+    let forward = planner.forward(2 * half);
     let mut row: Vec<f64> = (0..2 * half).map(|lag| autocovariance(lag.min(2 * half - lag))).collect();
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut row, &mut spectrum).expect("both buffers have the planned length");
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn eigenvalues_of_the_embedding_are_not_negative() {
-        let mut planner = RealFftPlanner::new();
+        let mut planner = Planner::new();
         for half in [2, 3, 4, 6, 8, 48, 64, 1 << 12, 3 << 12, 1 << 16] {
             let least = circulant_eigenvalues(half, &mut planner).into_iter().fold(f64::INFINITY, f64::min);
             // The smallest, at zero frequency, is about (4 / π) / (2 half): far above the rounding of the transform.

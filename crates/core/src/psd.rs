@@ -6,7 +6,7 @@
 //! A one-sided density is twice the value given here.
 
 use crate::bandlimited::{Filter, poles};
-use realfft::num_complex::Complex64;
+use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
 
 /// Quantization noise, (2πf)² τ₀Q²: the right-hand side of eq. (14) of the paper.

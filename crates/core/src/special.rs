@@ -1,6 +1,6 @@
 //! Special functions that the closed forms need.
 
-use realfft::num_complex::Complex64;
+use sigmatau_fft::Complex64;
 
 /// Euler's constant γ.
 pub const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;

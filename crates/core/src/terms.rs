@@ -6,7 +6,7 @@
 
 use crate::bandlimited::exponential_avar;
 use crate::special::{flicker_cutoff_bracket, odd_harmonic, odd_harmonic_doubling};
-use realfft::num_complex::Complex64;
+use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
 
 /// Quantization noise, white noise of standard deviation `q` on the phase: 3Q² / T², eq. (15) of the paper.

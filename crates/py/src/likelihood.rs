@@ -153,9 +153,9 @@ fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>>
     result.set_item("discrepancy", found.discrepancy.clone())?;
     result.set_item("unsteadiness", found.unsteadiness)?;
     result.set_item("kurtosis", found.kurtosis)?;
-    let n = found.parameters.len() + found.filter.len();
     let names: Vec<&str> = found.parameters.iter().map(|&part| name(part)).collect();
     result.set_item("parameters", names)?;
+    let n = found.covariance.len().isqrt();
     result.set_item("covariance", found.covariance.clone().into_pyarray(py).reshape([n, n])?)?;
     let flat: Vec<f64> = found.bins.iter().flatten().copied().collect();
     let bins: Bound<'py, PyArray2<f64>> = flat.into_pyarray(py).reshape([found.bins.len(), 4])?;

@@ -64,8 +64,9 @@ class Outcome:
     filter: tuple[float, ...]  # ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1), on all but quantization noise
     lines: tuple[Line, ...]
     highest: float | None  # frequency from which the band was left out [Hz]
-    # where a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well [s]
-    alike_from: float | None
+    # where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as well;
+    # and the variance of that of this time
+    alike_from: tuple[float, float] | None
     ramp: tuple[float, float]  # value and standard error [rate unit / s]
     ramp_observed: bool
     warm_up: tuple[float, float, float, float] | None  # time constant [s], amplitude, its standard error, gain
@@ -76,7 +77,9 @@ class Outcome:
     discrepancy: tuple[tuple[float, float], ...]  # frequency [Hz], standard deviation of the logarithm of the density
     unsteadiness: tuple[float, float]  # of the white level over eighths of the record, relative, and p-value
     kurtosis: float
-    parameters: tuple[str, ...]  # of the rows of `covariance`; coefficients of the filter follow
+    # Of the rows of `covariance`. Coefficients of the filter follow, then the shapes of the processes in their order:
+    # logarithms of times and widths; frequencies, in widths
+    parameters: tuple[str, ...]
     covariance: Floats
     bins: Floats  # a row a bin: frequency [Hz], measured and expected density, degrees of freedom
 

@@ -15,7 +15,7 @@ from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.fitting.planning import plan
-from sigmatau.model.channel import ChannelModel
+from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.file import value_in_si
 from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.noise_model import NoiseModel
@@ -155,13 +155,14 @@ def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], s
     """The part of a model that planning uses, and the names of the ignored parts."""
     left = {
         "sinusoid": bool(noise.sinusoid),
+        "resonance": bool(noise.resonance),
         "bandwidth": noise.bandwidth is not None,
         "Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }
     kept = () if left["Gauss-Markov processes"] else noise.gauss_markov
     counted: ChannelModel | Mapping[str, float] = {}
     if noise.terms or kept:
-        counted = replace(noise, gauss_markov=kept, sinusoid=(), bandwidth=None)
+        counted = replace(noise, gauss_markov=kept, resonance=(), sinusoid=(), bandwidth=None)
     return counted, " and ".join(name for name, there in left.items() if there)
 
 
@@ -175,7 +176,7 @@ def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
     fitted = channel["fit"]
     noise: ChannelModel | Mapping[str, float] = {}
     left = ""
-    if fitted["model"] or fitted["terms"]["gauss_markov"] or fitted["terms"]["sinusoid"]:
+    if fitted["model"] or any(fitted["terms"].get(kind) for kind in PROCESSES):
         noise, left = _counted(channel_of_fit(fitted, quantity=channel["quantity"], unit=channel["curve"]["unit"]))
     return _Channel(
         name,

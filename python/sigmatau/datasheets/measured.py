@@ -14,6 +14,7 @@ from sigmatau._native import kernels
 from sigmatau.datasheets.claims import MINIMUM
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.covariance import exponential_less
 from sigmatau.noise.terms import BIAS_LEVEL
 
 Floats = NDArray[np.float64]
@@ -86,7 +87,7 @@ def _minimum(model: ChannelModel) -> Measured:
     if low is None or high is None:
         return Measured(value=value, level=model.level)
     if _full(model)(np.array(tau)) > _NEGLIGIBLE * value**2:
-        return _above(model, low, seen, "a Gauss-Markov process or a sinusoid adds to the minimum")
+        return _above(model, low, seen, "a Gauss-Markov process, a resonance or a sinusoid adds to the minimum")
     high *= value / floor
     if unseen:
         high = max(high, _least({**seen, **unseen}, _full(model))[0])
@@ -99,7 +100,9 @@ def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]
     ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
     limit, tau = _least({**ends, **unseen}, _full(model))
     if _full(model)(np.array(tau)) > _NEGLIGIBLE * limit**2:
-        return Measured(words="a Gauss-Markov process or a sinusoid without interval determines the minimum")
+        return Measured(
+            words="a Gauss-Markov process, a resonance or a sinusoid without interval determines the minimum"
+        )
     return Measured(upper_limit=limit, level=model.level)
 
 
@@ -135,11 +138,15 @@ def _full(model: ChannelModel) -> Callable[[Floats], Floats]:
 
 
 def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
-    """IEEE Std 952-2020, annex C, of Gauss-Markov processes and sinusoids."""
+    """IEEE Std 952-2020, annex C, of Gauss-Markov processes and sinusoids; resonances."""
     total = np.zeros_like(tau)
     for process in model.gauss_markov:
         at_each = (kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
         total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
+    for one in model.resonance:
+        x = np.asarray((one.damping - 1j * one.turning) * tau, dtype=np.complex128)
+        means = 2 * exponential_less(x) / x**2 - (np.expm1(-x) / x) ** 2  # variance of a mean, less that with the next
+        total += one.sigma**2 * ((1 + 1j * one.damping / one.turning) * means).real
     for line in model.sinusoid:
         periods = line.frequency * tau
         ripple = np.sin(math.pi * np.minimum(periods, 1.0)) ** 4

@@ -247,10 +247,12 @@ def replaced_noise(numbers: Numbers) -> list[str]:
         for name, model in numbers.channels(sensor).items():
             terms = [term for term in ("bias_instability", "rate_ramp") if term in model]
             slow = _values(model, *terms) + [_gauss_markov_text(model, g) for g in model.gauss_markov]
+            slow += _resonances(model)
             if slow:
                 parts.append(f"{name} {', '.join(slow)}")
             omitted += [OmittedTerm(channel=name, term=term, value=model[term]) for term in terms]
             omitted += [OmittedTerm(channel=name, term="gauss_markov", value=g.sigma) for g in model.gauss_markov]
+            omitted += [OmittedTerm(channel=name, term="resonance", value=r.sigma) for r in model.resonance]
         if parts:
             sentences.append(
                 f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}. --rate-random-walk {sensor}=horizon"
@@ -266,6 +268,12 @@ def _gauss_markov_text(model: ChannelModel, process: GaussMarkov) -> str:
     """Standard deviation and correlation time of a process of the model."""
     text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
     return f"Gauss-Markov {process.sigma / size:.4g} {text} over {seconds(process.time)} s"
+
+
+def _resonances(model: ChannelModel) -> list[str]:
+    """Standard deviation and centre of each resonance of the model."""
+    text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
+    return [f"resonance {one.sigma / size:.4g} {text} at {one.frequency:.3g} Hz" for one in model.resonance]
 
 
 def _values(model: ChannelModel, *terms: str) -> list[str]:
@@ -287,7 +295,7 @@ def _interval(model: ChannelModel, size: float) -> str:
 
 
 def _left_out(model: ChannelModel, *terms: str) -> str:
-    left = _values(model, *terms)
+    left = _values(model, *terms) + _resonances(model)
     return f"; no field here for its {' and '.join(left)}" if left else ""
 
 

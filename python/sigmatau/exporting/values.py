@@ -17,7 +17,7 @@ from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import number
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import ChoiceNotUsed
-from sigmatau.model.channel import ChannelModel
+from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
@@ -99,7 +99,9 @@ class Numbers:
         """Whether the model has noise that a random walk can match at a horizon."""
         model = self.model.channels[channel]
         fast = ("quantization", "random_walk")
-        return any(term not in fast for term in model) or bool(model.gauss_markov)  # sinusoids do not count
+        return any(term not in fast for term in model) or bool(
+            model.gauss_markov or model.resonance
+        )  # sinusoids do not count
 
     def number(self, key: str, default: str) -> float:
         """A constant that the user gave as a name, such as gravity; raises `OptionError` unless it is positive."""
@@ -132,6 +134,7 @@ class Numbers:
             slow = [t for t in ("bias_instability", "rate_ramp") if any(t in c for c in found)]
             slow = [TERMS[term].label(found[0].quantity) for term in slow]
             slow += ["Gauss-Markov processes"] if any(c.gauss_markov for c in found) else []
+            slow += ["resonances"] if any(c.resonance for c in found) else []
             covered = self.choices.walk.get(sensor) == "horizon"
             left = fast + ([] if covered else slow)
             if left:
@@ -283,6 +286,8 @@ class Numbers:
         if term in model.intervals:
             low, high = (value / size for value in model.intervals[term])
             words += f" [{low:.4g}, {high:.4g}]"
+        if term == "rate_random_walk" and model.alike_from is not None:
+            words += f"; {alike_text(model.alike_from.time)}"
         return words + self.doubt(channel)
 
 
@@ -294,16 +299,16 @@ def _number(estimate: float, words: str, factor: float) -> Number:
     return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")
 
 
-_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov")
+_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov", "resonance")
 _SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if no rate is known: flicker noise is then exact to 4e-12
 
 
 def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) -> float:
     """K of the random walk that has the Allan variance of the slow noise at a horizon; 0 without slow noise.
 
-    Slow noise is bias instability, rate random walk, ramp and Gauss-Markov processes: K² = 3·σ²(T)/T of these. Random walk,
-    quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there, and the bias
-    state of a filter does not follow it.
+    Slow noise is bias instability, rate random walk, ramp, Gauss-Markov processes and resonances: K² = 3·σ²(T)/T of these.
+    Random walk, quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there,
+    and the bias state of a filter does not follow it.
 
     `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
     horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.

@@ -13,11 +13,12 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
+from sigmatau.fitting.attempt import LONGEST_SHARE, Data
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.outlook import half_octaves
+from sigmatau.fitting.selection import LEAST_TIMES, best_attempt
 from sigmatau.fitting.statement import descriptive, no_fit, stated
-from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE, Data, best_attempt
 from sigmatau.noise.terms import TERMS
 
 _PER_OCTAVE = 8  # averaging times, at most
@@ -32,8 +33,8 @@ def fit(
     """Fit the five noise terms to an overlapped Allan deviation curve.
 
     Generalised least squares with the exact covariance of the Allan variances. The ramp is tested for given noise and
-    removed if it is significant. Short averaging times are left out until the goodness of fit is acceptable. A Gauss-Markov
-    process or a sinusoid is tried if the five terms do not fit. Each term is then tested with all others free and gets an
+    removed if it is significant. A Gauss-Markov process takes the place of a term if it fits much better. Short averaging
+    times are left out until the goodness of fit is acceptable. Each term is then tested with all others free and gets an
     interval or an upper limit; the coefficients are those of the terms that were found.
 
     Parameters

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.kernels import Factor
 from sigmatau.fitting.components import Components
+from sigmatau.fitting.non_negative import non_negative
 
 Floats = NDArray[np.float64]
 
@@ -69,11 +70,6 @@ class Gls:
                 raise
             return Factor(_positive_definite(covariance))
 
-    def _squares(self, covariance: Floats, errors: Floats) -> float:
-        """Misfit rᵀV⁻¹r."""
-        whitened = self._factor(covariance).whiten(errors)
-        return float(whitened @ whitened)
-
     def fit(
         self,
         active: Sequence[int] | None = None,
@@ -108,24 +104,6 @@ class Gls:
             if np.all(np.abs(expected - before) <= _TOLERANCE * before):
                 break
         return theta
-
-    def p_value(self, theta: Floats) -> float:
-        """P-value of the goodness of fit: the larger of those for the variances and for their logarithms. A variance
-        with few degrees of freedom is skewed. The χ² of the differences is too large if the variances at the longest
-        times are large by chance; that of the logarithms, if they are small by chance. A wrong model shows in both.
-        """
-        from scipy.special import gammaincc, polygamma, psi
-
-        expected = self.parts.design @ theta
-        covariance = self.covariance(theta)
-        half = expected**2 / covariance.diagonal()  # half of the degrees of freedom
-        # Mean and standard deviation of the logarithm of χ² over its degrees of freedom; correlations of the variances.
-        mean, sd = psi(half) - np.log(half), np.sqrt(polygamma(1, half))
-        of_logarithms = covariance * np.outer(sd / expected * np.sqrt(half), sd / expected * np.sqrt(half))
-        ratio = np.log(self.avar / expected) - mean
-        misfit = min(self._squares(covariance, self.avar - expected), self._squares(of_logarithms, ratio))
-        freedom = max(len(self.avar) - int((theta > 0).sum()), 1)
-        return float(gammaincc(freedom / 2, misfit / 2))
 
     def covariance_of_theta(self, theta: Floats, active: Sequence[int]) -> Floats:
         """Covariance of unconstrained estimates of the active terms, if θ is true."""
@@ -181,20 +159,3 @@ def _positive_definite(covariance: Floats) -> Floats:
         raise FloatingPointError("the covariance is not positive definite")
     values = np.maximum(np.abs(values), _LEAST_EIGENVALUE)
     return np.asarray((vectors * values) @ vectors.T * np.outer(sd, sd))
-
-
-def non_negative(columns: Floats, target: Floats) -> Floats:
-    """Non-negative least squares with normalised columns."""
-    from scipy.linalg import lapack
-
-    if columns.shape[1] == 0:
-        return np.empty(0)
-    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
-    scaled = columns / scale
-    # Unconstrained first: most solutions are positive.
-    _, free, failed = lapack.dgels(scaled, target)
-    if not failed and free[: len(scale)].min() > 0:
-        return np.asarray(free[: len(scale)] / scale)
-    from scipy.optimize import nnls
-
-    return np.asarray(nnls(scaled, target)[0] / scale)

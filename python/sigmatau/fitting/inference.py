@@ -27,6 +27,8 @@ from sigmatau.fitting.gls import Gls, Score
 Floats = NDArray[np.float64]
 
 _SMALLEST_PROBABILITY = 1e-300
+_HALVINGS = 50  # of an interval of 10
+_SYMMETRIC = 1e-3  # skewness below which the normal distribution is used
 _TOLERANCE = 1e-4  # relative error of a coefficient, below the printed digits
 
 
@@ -44,7 +46,7 @@ def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
     """Probabilities below and above z of Pearson's type III distribution with mean 0, variance 1 and a skewness."""
     from scipy.special import gammainc, gammaincc, ndtr
 
-    if abs(skewness) < 1e-3:
+    if abs(skewness) < _SYMMETRIC:
         return float(ndtr(z)), float(ndtr(-z))
     if skewness < 0:
         above, below = skewed_tails(-z, -skewness)
@@ -129,17 +131,43 @@ def _crossing(
     f: Callable[[float], float], low: float, high: float, *, absolute: float | None = None, as_log: bool = False
 ) -> float:
     """Root of an increasing f between `low` and `high`; the nearer end if f does not change sign."""
-    from scipy.optimize import brentq
-
-    # The last digits of an iterated f depend on earlier calls: no point is evaluated twice.
-    once = functools.cache(f)
-    if once(low) >= 0:
+    at_low, at_high = f(low), f(high)
+    if at_low >= 0:
         x = low
-    elif once(high) <= 0:
+    elif at_high <= 0:
         x = high
     else:
-        x = float(brentq(once, low, high, xtol=absolute or _TOLERANCE * high, rtol=1e-4))
+        x = _root(f, (low, at_low), (high, at_high), absolute=absolute or _TOLERANCE * high)
     return math.exp(x) if as_log else x
+
+
+def _root(
+    f: Callable[[float], float], one: tuple[float, float], other: tuple[float, float], *, absolute: float
+) -> float:
+    """Root of f between two points (x, f(x)) with f of opposite signs: inverse quadratic interpolation or bisection.
+
+    T. R. Chandrupatla, "A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function without
+    using derivatives", Adv. Eng. Softw. 28 (1997). The first step is a secant: the functions here are nearly linear.
+    """
+    (a, fa), (b, fb) = one, other
+    t = fa / (fa - fb)
+    while True:
+        x = a + t * (b - a)
+        fx = f(x)
+        if (fx > 0) == (fa > 0):
+            c, fc = a, fa
+        else:
+            c, fc, b, fb = b, fb, a, fa
+        a, fa = x, fx
+        best, least = (a, fa) if abs(fa) < abs(fb) else (b, fb)
+        share = 0.5 * (absolute + _TOLERANCE * abs(best)) / abs(b - a)
+        if share > 0.5 or least == 0:
+            return best
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        t = 0.5
+        if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:
+            t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        t = min(max(t, share), 1 - share)
 
 
 def _normal(probability: float) -> float:
@@ -151,9 +179,13 @@ def _normal(probability: float) -> float:
 
 def _critical(skewness: float, probability: float) -> float:
     """Deviate that the skewed distribution exceeds with a probability."""
-    from scipy.optimize import brentq
+    from scipy.special import gammainccinv, gammaincinv, ndtri
 
-    return float(brentq(lambda z: skewed_tails(z, skewness)[1] - probability, -1.0, 100.0, xtol=1e-6))
+    if abs(skewness) < _SYMMETRIC:
+        return float(-ndtri(probability))
+    shape = 4 / skewness**2
+    x = gammainccinv(shape, probability) if skewness > 0 else gammaincinv(shape, probability)
+    return math.copysign(1.0, skewness) * (float(x) - shape) / math.sqrt(shape)
 
 
 def _upper_share(ratio: float, level: float) -> float:
@@ -168,13 +200,13 @@ def _feldman_cousins(level: float) -> tuple[Floats, Floats]:
     ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains x
     < 0.
     """
-    from scipy.optimize import brentq
     from scipy.special import ndtr
 
-    def covered(d: float, mu: float) -> float:
-        below = d if d <= mu else (mu * mu + d * d) / (2 * mu)
-        return float(ndtr(d) - ndtr(-below)) - level
-
-    ratios = np.concatenate([[1e-3], np.linspace(0.05, 4, 80)])
-    ends = [float(brentq(covered, 0.0, 10.0, args=(float(mu),))) for mu in ratios]
-    return ratios, np.array([float(ndtr(-d)) for d in ends])
+    mu = np.concatenate([[1e-3], np.linspace(0.05, 4, 80)])
+    low, high = np.zeros_like(mu), np.full_like(mu, 10.0)
+    for _ in range(_HALVINGS):
+        d = 0.5 * (low + high)
+        below = np.where(d <= mu, d, (mu * mu + d * d) / (2 * mu))
+        short = ndtr(d) - ndtr(-below) < level
+        low, high = np.where(short, d, low), np.where(short, high, d)
+    return mu, np.asarray(ndtr(-high))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +25,8 @@ from sigmatau.fitting.noise_fit import (
     WarmUp,
 )
 from sigmatau.fitting.outlook import Outlook
-from sigmatau.fitting.response import FittedFilter, named
+from sigmatau.fitting.response import named
+from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.streams import Stream
 
@@ -36,7 +38,11 @@ LEAST_SAMPLES = 512
 """Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
 
 _PIECE = 1 << 18  # samples that are read at once
-_SAME = 0.02  # share of the Allan variance that a filter may take off where the terms alone describe the curve
+_MOST_LINES = 100  # that are kept, the strongest: a record that repeats itself has thousands
+# Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors of
+# a measured one
+_SAME, _SAME_ERRORS = 0.02, 0.5
+_MEAN_OF_SINE_4 = 0.375  # mean of sin⁴ over an oscillation
 _LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
 
 
@@ -139,11 +145,14 @@ def _stated(
     terms["rate_ramp"] = ramp
     if ramp.value is not None:
         model["rate_ramp"] = ramp.value
-    processes, resonances = _processes(stream, found)
+    processes, resonances, steady = _processes(stream, found)
     response = None
     if found.filter:
         own = len(found.parameters)
-        response = named(found.filter, found.covariance[own:, own:], tau0=tau0, quantile=quantile)
+        rows = slice(own, own + len(found.filter))
+        response = named(found.filter, found.covariance[rows, rows], tau0=tau0, quantile=quantile)
+        if found.highest is None:
+            response = replace(response, known_to=float(found.bins[:, 0].max()))
     warm_up = None
     if found.warm_up is not None:
         time, size, error, _ = found.warm_up
@@ -153,9 +162,10 @@ def _stated(
             amplitude=_around(line.amplitude, min(quantile * line.error, 0.999 * line.amplitude), stream.unit),
             frequency=Interval(value=line.frequency, low=line.low, high=line.high, unit="Hz"),
         )
-        for line in sorted(found.lines, key=lambda line: -line.amplitude)
+        for line in found.lines
         if line.amplitude > 0
     )
+    lines = tuple(sorted((*lines, *steady), key=lambda line: -line.amplitude.value))[:_MOST_LINES]
     reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)
     verdict: Verdict = "adequate"
     if found.widened:
@@ -180,7 +190,8 @@ def _stated(
             for name, (value, error) in zip(regressors, found.regressors, strict=True)
         },
         highest=found.highest,
-        alike_from=found.alike_from,
+        alike_from=None if found.alike_from is None else found.alike_from[0],
+        alike_sigma=_alike_sigma(found, model),
         discrepancy=found.discrepancy if found.widened else (),
         model=model,
         verdict=verdict,
@@ -251,16 +262,28 @@ def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> Fitt
     )
 
 
-def _processes(stream: Stream, found: Outcome) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...]]:
-    processes, resonances = [], []
+def _processes(
+    stream: Stream, found: Outcome
+) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...], tuple[Sinusoid, ...]]:
+    """Processes, resonances, and lines below the band in which lines are left out: resonances of the least width."""
+    processes, resonances, lines = [], [], []
+    narrowest = 0.5 / stream.grid.duration
     for process in found.processes:
         sigma = _root(process.variance, stream.unit)
         if process.kind == "gauss_markov":
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
+            continue
+        centre, width = (_plain(bounds, "Hz") for bounds in process.shape)
+        if width.value <= narrowest * (1 + 1e-9):
+            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2)), frequency=centre))
         else:
-            centre, width = process.shape
-            resonances.append(Resonance(sigma=sigma, frequency=_plain(centre, "Hz"), width=_plain(width, "Hz")))
-    return tuple(processes), tuple(resonances)
+            resonances.append(Resonance(sigma=sigma, frequency=centre, width=width))
+    return tuple(processes), tuple(resonances), tuple(lines)
+
+
+def _scaled(one: Interval, factor: float) -> Interval:
+    low, high = (None if end is None else factor * end for end in (one.low, one.high))
+    return Interval(value=factor * one.value, low=low, high=high, unit=one.unit)
 
 
 def _root(bounds: Bounds, unit: str) -> Interval:
@@ -286,27 +309,70 @@ def _worst(found: Outcome) -> tuple[float, float]:
     return frequency, float(np.average(found.bins[near, 1] / found.bins[near, 2], weights=weights))
 
 
+def _alike_sigma(found: Outcome, model: Mapping[str, float]) -> float | None:
+    """Standard deviation of the process in place of the rate random walk; that of the same density above 1/T if the record
+    could do without both.
+    """
+    if found.alike_from is None or "rate_random_walk" not in model:
+        return None
+    time, variance = found.alike_from
+    return math.sqrt(variance) if variance > 0 else model["rate_random_walk"] * math.sqrt(time / 2)
+
+
 def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, ...], Floats]:
-    """Names and covariance of the coefficients √θ, from the covariance of θ."""
-    at = [(k, name) for k, name in enumerate(found.parameters) if name in model]
-    rows = [k for k, _ in at]
-    roots = np.array([2 * model[name] for _, name in at])
-    return tuple(name for _, name in at), found.covariance[np.ix_(rows, rows)] / np.outer(roots, roots)
+    """Names and covariance of the coefficients √θ and of the numbers of processes, from that of θ and the shapes."""
+    at: list[int] = []
+    names: list[str] = []
+    slopes: list[float] = []  # of the number, by that of the covariance
+    shape = len(found.parameters) + len(found.filter)
+    processes = iter(found.processes)
+    counts = dict.fromkeys(("gauss_markov", "resonance"), 0)
+    for k, part in enumerate(found.parameters):
+        if part in model:
+            at, names, slopes = [*at, k], [*names, part], [*slopes, 0.5 / model[part]]
+        if part not in counts:
+            continue
+        process = next(processes)
+        counts[part] += 1
+        own = [one.value for one in process.shape]
+        sigma = math.sqrt(process.variance.value)
+        numbers = ("sigma", "time") if part == "gauss_markov" else ("sigma", "frequency", "width")
+        rows = [k, *range(shape, shape + len(own))]
+        shape += len(own)
+        if sigma > 0:
+            at += rows
+            names += [f"{part}_{counts[part]}.{number}" for number in numbers]
+            slopes += [0.5 / sigma, *((own[-1],) * len(own))]
+    scale = np.array(slopes)
+    return tuple(names), found.covariance[np.ix_(at, at)] * np.outer(scale, scale)
 
 
 def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
-    """The fit with the averaging time from which terms and processes alone describe the curve."""
-    from dataclasses import replace
-
+    """The fit with the averaging time from which the model made from it describes the curve, with a low-pass filter in the
+    place of that of the fit if it helps.
+    """
     sizes = cluster_sizes("half", n=fitted.n, tau0=fitted.tau0)
-    first = fitted.tau0
-    if isinstance(fitted.response, FittedFilter):
-        bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
-        off = fitted.response.taken_off(fitted.filtered_psd, sizes)
-        beyond = np.flatnonzero(np.abs(off) > _SAME * bare)
-        first = float(sizes[min(beyond[-1] + 1, len(sizes) - 1)] * fitted.tau0) if len(beyond) else first
-    if fitted.highest is not None:
-        first = max(first, 0.5 / fitted.highest)
+    bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
+    filtered = bare.copy()
+    if fitted.response is not None:
+        filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes, highest=fitted.highest)
+    # White noise of a band that was left out has this share of the variance; what is there instead is not known.
+    unknown = 0.0 if fitted.highest is None else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * fitted.highest * sizes * fitted.tau0)
+    enough = np.minimum(_SAME, _SAME_ERRORS * np.sqrt(2 * sizes / fitted.n)) * bare
+
+    def beginning(avar: Floats) -> float:
+        beyond = np.flatnonzero(np.abs(avar - filtered) + unknown * bare > enough)
+        return float(sizes[min(beyond[-1] + 1, len(sizes) - 1)] * fitted.tau0) if len(beyond) else fitted.tau0
+
+    first = beginning(bare)
+    low_pass = None if fitted.response is None else fitted.response.like()
+    if fitted.response is not None and low_pass is not None and fitted.model.get("random_walk"):
+        one = ChannelModel(terms={"random_walk": fitted.model["random_walk"]}, bandwidth=low_pass)
+        unfiltered = replace(one, bandwidth=None).avar(m=sizes, tau0=fitted.tau0)
+        with_it = beginning(bare - unfiltered + one.avar(m=sizes, tau0=fitted.tau0))
+        if with_it < first:
+            first = with_it
+            fitted = replace(fitted, response=replace(fitted.response, low_pass=low_pass))
     return replace(fitted, tau_min=min(first, fitted.tau_max or first))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
-from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.kinds.fit import BandsOff, Reason
 from sigmatau.findings.wording.fit import filter_text, reasons_text
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
@@ -159,6 +159,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     alike_from : float or None
         If a rate random walk was observed: a Gauss-Markov process of this or a longer correlation time explains the record
         as well. [s]
+    alike_sigma : float or None
+        Standard deviation of the process of this time. [rate unit]
     discrepancy : tuple of (float, float)
         What the intervals allow for where the model is not quite right: frequency in Hz, and standard deviation of the
         logarithm of the density.
@@ -174,11 +176,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     unclear : tuple of str
         Terms that are not significant beside each other, although at least one of them is present.
     tau_min, tau_max : float or None
-        Averaging times used; of a likelihood, those at which the terms and processes alone describe the curve. [s]
+        Averaging times used; of a likelihood, those at which the noise model made from it describes the curve. [s]
     p_value : float or None
         P-value of the goodness of fit.
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of the observed coefficients and of those in `unclear`. [SI]
+        Names and covariance of the observed coefficients, of those in `unclear`, and of the numbers of processes,
+        ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
     level : float
         Of the intervals and limits.
     method : str
@@ -200,6 +203,7 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     regressors: Mapping[str, Interval] = field(default_factory=dict)
     highest: float | None = None
     alike_from: float | None = None
+    alike_sigma: float | None = None
     discrepancy: tuple[tuple[float, float], ...] = ()
     model: Mapping[str, float]
     verdict: Verdict
@@ -249,7 +253,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         for one in self.resonance:
             total += resonance_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
         if self.response is not None:
-            total = np.maximum(total - self.response.taken_off(self.filtered_psd, sizes), 1e-6 * total)
+            lost = self.response.taken_off(self.filtered_psd, sizes, highest=self.highest)
+            total = np.maximum(total - lost, 1e-6 * total)
         for line in self.sinusoid:
             total += kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
         return total
@@ -329,33 +334,6 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
         return text
 
-    def doubted(self, reason: Reason) -> NoiseFit:
-        """The same values without intervals or limits, because of a fault of the samples that the covariance ignores.
-
-        Parameters
-        ----------
-        reason : Reason
-            What makes them doubtful.
-        """
-
-        def bare(value: Interval) -> Interval:
-            return replace(value, low=None, high=None)
-
-        terms_ = {
-            name: replace(term, observed=None, low=None, high=None, upper_limit=None, p_value=None, outlook=None)
-            for name, term in self.terms.items()
-        }
-        return replace(
-            self,
-            terms=terms_,
-            gauss_markov=tuple(GaussMarkov(sigma=bare(p.sigma), time=bare(p.time)) for p in self.gauss_markov),
-            sinusoid=tuple(Sinusoid(amplitude=bare(s.amplitude), frequency=bare(s.frequency)) for s in self.sinusoid),
-            verdict="descriptive" if self.quantified else self.verdict,
-            reasons=(reason,) if self.quantified else (*self.reasons, reason),
-            unclear=(),
-            covariance=((), np.empty((0, 0))),
-        )
-
     def headline(self, *, method: bool = True) -> str:
         """Method (or, without it, verdict), averaging times and p-value in one line."""
         if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
@@ -363,7 +341,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         if self.verdict == "descriptive":
             return "no adequate model: values without intervals"
         if self.method == "likelihood":
-            verdict = "widened: the model is not quite right" if self.verdict == "widened" else "adequate"
+            verdict = "adequate"
+            if self.verdict == "widened":
+                off = any(isinstance(reason, BandsOff) for reason in self.reasons)
+                verdict = f"widened: {'the model is not quite right' if off else 'the resolution is coarse'}"
             return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"
@@ -430,7 +411,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
         if self.method == "likelihood":
             terms["resonance"] = self.resonance
-            known += " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from discrepancy"
+            known += (
+                " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
+            )
         return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
 
     def _term_to_dict(self, name: str) -> dict[str, Any]:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.fitting.attempt import LONGEST_SHARE
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import detectable_theta
-from sigmatau.fitting.tau_min import LONGEST_SHARE
 
 __all__ = ["Outlook", "half_octaves"]
 

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
+from sigmatau.fitting.attempt import LONGEST_SHARE
 from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import detectable_theta
 from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.ramp import least_ramp
+from sigmatau.fitting.selection import LEAST_TIMES
 from sigmatau.fitting.statement import coefficient
-from sigmatau.fitting.tau_min import LEAST_TIMES, LONGEST_SHARE
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
@@ -291,6 +292,7 @@ def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
         return ()
     parts = {
         "a sinusoid": bool(noise.sinusoid),
+        "a resonance": bool(noise.resonance),
         "a bandwidth": noise.bandwidth is not None,
         "several Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.non_negative import non_negative
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.results import Printed, plain, seconds, value_error_text
 from sigmatau.units import find
@@ -241,41 +242,43 @@ class _Points:
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Slope over about an octave around each point, and its standard error by eq. (26)."""
         n = len(self.lt)
-        slope, error = np.full(n, np.nan), np.full(n, np.inf)
         half = 0.5 * math.log(2) * 1.01
-        for k in range(n):
-            i = int(np.searchsorted(self.lt, self.lt[k] - half))
-            j = int(np.searchsorted(self.lt, self.lt[k] + half, side="right")) - 1
-            i, j = (max(k - 1, 0), min(k + 1, n - 1)) if j - i < 1 else (i, j)
-            if j > i:
-                slope[k] = (self.ls[j] - self.ls[i]) / (self.lt[j] - self.lt[i])
-                error[k] = math.hypot(self.delta[i], self.delta[j]) / (self.lt[j] - self.lt[i])
-        return slope, error
+        i = np.searchsorted(self.lt, self.lt - half)
+        j = np.searchsorted(self.lt, self.lt + half, side="right") - 1
+        alone = j <= i
+        at = np.arange(n)
+        i, j = np.where(alone, np.maximum(at - 1, 0), i), np.where(alone, np.minimum(at + 1, n - 1), j)
+        length = self.lt[j] - self.lt[i]
+        with np.errstate(divide="ignore", invalid="ignore"):  # a single point
+            return (self.ls[j] - self.ls[i]) / length, np.hypot(self.delta[i], self.delta[j]) / length
 
     def longest(self, slope: float, rule: Rule) -> tuple[int, int, float] | None:
         """First point, last point and fitted slope of the longest region of a slope; of equal ones, that at shorter τ."""
         octave_slope, octave_error = self.octave_slopes()
         near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
-        best: tuple[int, int, float] | None = None
-        longest = math.log(rule.span) - 1e-9
-        for i in range(len(self.lt)):
-            for j in range(i, len(self.lt)):
-                if not near[j]:
-                    break
-                length = self.lt[j] - self.lt[i]
-                if length <= longest + (1e-9 if best else 0):
-                    continue
-                if math.hypot(self.delta[i], self.delta[j]) / length > rule.slope_error:
-                    continue
-                weights = 1 / np.sqrt(self.delta[i : j + 1] ** 2 + (rule.tolerance / 5) ** 2)
-                fitted = float(np.polyfit(self.lt[i : j + 1], self.ls[i : j + 1], 1, w=weights)[0])
-                if (
-                    abs(fitted - slope) <= rule.tolerance
-                    and self.straight(i, j, rule.tolerance)
-                    and self.on_line(i, j, slope, rule.tolerance)
-                ):
-                    best, longest = (i, j, fitted), length
-        return best
+        length = self.lt[None, :] - self.lt[:, None]
+        far = np.cumsum(~near)
+        error = np.hypot(self.delta[:, None], self.delta[None, :])
+        possible = (length > math.log(rule.span) - 1e-9) & (error <= rule.slope_error * length)
+        possible &= (far[None, :] == far[:, None]) & near[:, None]
+        i, j = np.nonzero(possible)
+        for k in np.lexsort((i, -np.round(length[i, j], 9))):
+            first, last = int(i[k]), int(j[k])
+            fitted = self.slope(first, last, rule.tolerance)
+            if (
+                abs(fitted - slope) <= rule.tolerance
+                and self.straight(first, last, rule.tolerance)
+                and self.on_line(first, last, slope, rule.tolerance)
+            ):
+                return first, last, fitted
+        return None
+
+    def slope(self, i: int, j: int, tolerance: float) -> float:
+        """Slope of the line fitted to a region."""
+        weights = 1 / (self.delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
+        lt, ls = self.lt[i : j + 1], self.ls[i : j + 1]
+        from_mean = lt - float(weights @ lt) / float(weights.sum())
+        return float((weights * from_mean) @ ls) / float((weights * from_mean) @ from_mean)
 
     def straight(self, i: int, j: int, tolerance: float) -> bool:
         """Whether the slopes of the two halves of a region agree."""
@@ -338,16 +341,7 @@ def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 
 def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:
-    """Smallest sum of squares of ``target`` minus a non-negative combination of the columns.
-
-    With at most five columns every subset is tried; `gls.non_negative` would load SciPy.
-    """
-    design = np.stack([column / np.linalg.norm(column) for column in columns], axis=1)
-    best = float(target @ target)
-    for subset in range(1, 1 << len(columns)):
-        part = design[:, [k for k in range(len(columns)) if subset >> k & 1]]
-        solution = np.linalg.lstsq(part, target)[0]
-        if (solution >= 0).all():
-            rest = target - part @ solution
-            best = min(best, float(rest @ rest))
-    return best
+    """Smallest sum of squares of ``target`` minus a non-negative combination of the columns."""
+    design = np.stack(columns, axis=1)
+    rest = target - design @ non_negative(design, target)
+    return float(rest @ rest)

@@ -11,6 +11,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.model.covariance import band_limited
+from sigmatau.model.processes import LowPass
 from sigmatau.results import plain
 
 __all__ = ["FittedFilter", "named"]
@@ -20,10 +22,12 @@ Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"
 
 _GRID = 4096  # frequencies up to half the rate
 _HALF_POWER = -math.log(2)
-_LEAST_POWER = 0.1  # |H|² from which a shape is compared: the fit uses no frequencies with less than 0.08
+_UNUSED_POWER = 0.08  # |H|² below which the fit uses no frequencies
+_LEAST_POWER = 0.1  # |H|² from which a shape is compared
 _ALIKE = 0.2  # largest difference of ln |H|² of a shape with a name: 0.9 dB
 _MOST_ORDER, _LONGEST_MEAN = 4, 32
 _FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond
+_MOST_WARPED = 3.0  # corner of a filter over that of its samples
 _AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/8
 
 
@@ -38,15 +42,26 @@ class FittedFilter:
     corner: float | None  # frequency of half the power [Hz]
     low: float | None  # interval of the corner
     high: float | None
+    low_pass: LowPass | None = None  # the filter in its place in a noise model
+    known_to: float | None = None  # highest frequency that the fit used, because the filter takes the rest [Hz]
 
     def power(self, f: Floats) -> Floats:
-        """|H|² at frequencies. [Hz]"""
-        return np.exp(_logarithm(self.coefficients, np.asarray(f) * self.tau0))
+        """|H|² at frequencies; beyond those that the fit used at most the power at which it uses none. [Hz]"""
+        found = np.exp(_logarithm(self.coefficients, np.asarray(f) * self.tau0))
+        if self.known_to is not None:
+            found = np.where(np.asarray(f) > self.known_to, np.minimum(found, _UNUSED_POWER), found)
+        return np.asarray(found)
 
-    def taken_off(self, density: Callable[[Floats], Floats], m: NDArray[np.int64]) -> Floats:
-        """What the filter takes off the Allan variances of noise with a density, at cluster sizes. [(rate unit)²]"""
+    def taken_off(
+        self, density: Callable[[Floats], Floats], m: NDArray[np.int64], *, highest: float | None = None
+    ) -> Floats:
+        """What the filter takes off the Allan variances of noise with a density, at cluster sizes. Nothing from `highest`
+        on [Hz], where the band was left out: the filter is not known there. [(rate unit)²]
+        """
         f: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID * self.tau0)
         lost = density(f) * (1 - self.power(f)) / np.sin(np.pi * f * self.tau0) ** 2
+        if highest is not None:
+            lost[f >= highest] = 0.0
         step = f[1] - f[0]
         short = m[m < _AVERAGED]
         fourth = np.sin(np.pi * np.outer(short, f * self.tau0)) ** 4
@@ -54,8 +69,29 @@ class FittedFilter:
         sums[m < _AVERAGED] = fourth @ lost
         return np.asarray(4 * step * sums / m.astype(np.float64) ** 2)
 
+    def like(self) -> LowPass | None:
+        """The Butterworth filter in front of the sampler whose samples have half their power at the corner; None for other
+        shapes, and if there is none.
+        """
+        from scipy.optimize import brentq
+
+        order = 1 if self.shape == "smoothing" else self.order
+        if self.corner is None or order is None or self.shape not in ("butterworth", "smoothing"):
+            return None
+        at = np.array([0.0, self.corner])
+
+        def off(corner: float) -> float:
+            density = band_limited(1.0, LowPass(order=order, corner=corner), self.tau0).psd(at, self.tau0)
+            return float(density[1] / density[0]) - 0.5
+
+        low, high = self.corner / _MOST_WARPED, self.corner * _MOST_WARPED
+        if off(low) * off(high) > 0:
+            return None
+        return LowPass(order=order, corner=float(brentq(off, low, high)), rate=1 / self.tau0)
+
     def to_dict(self) -> dict[str, Any]:
-        return plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients")
+        like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
+        return {**plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients"), "low_pass": like}
 
 
 def named(coefficients: tuple[float, ...], covariance: Floats, *, tau0: float, quantile: float) -> FittedFilter:

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.kinds.fit import Misfit, Reason
-from sigmatau.fitting import sixth_term
+from sigmatau.fitting import gauss_markov
+from sigmatau.fitting.attempt import QUANTIZATION, Attempt, Data
 from sigmatau.fitting.components import LINEAR, Components, power_of_interval
 from sigmatau.fitting.gls import Gls, relative_fit
+from sigmatau.fitting.goodness import p_value
 from sigmatau.fitting.inference import Evidence, evidence
-from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, Sinusoid
+from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit
 from sigmatau.fitting.outlook import Outlook
-from sigmatau.fitting.tau_min import LEAST_P, QUANTIZATION, Attempt, Data
+from sigmatau.fitting.selection import LEAST_P
 from sigmatau.noise.terms import coefficient_unit
 
 Floats = NDArray[np.float64]
@@ -46,7 +48,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
     extra = list(range(len(LINEAR), len(gls.parts.names)))
     selected = gls.fit([*observed, *extra]) if observed or extra else theta
     unclear: list[str] = []
-    if gls.p_value(selected) <= LEAST_P or not (observed or extra):
+    if p_value(gls, selected) <= LEAST_P or not (observed or extra):
         # Several terms, none of which is significant beside the others, although at least one is needed.
         selected = theta
         unclear = [LINEAR[p] for p in linear if theta[p] > 0 and p not in observed]
@@ -76,7 +78,6 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         terms["rate_ramp"] = ramp
         if ramp.value is not None:
             model["rate_ramp"] = ramp.value
-    processes, lines = _extra_terms(curve, best, selected, scale, level)
     # Including terms that the record does not distinguish: their sum is known better than each of them.
     in_model = [p for p in linear if selected[p] > 0]
     return NoiseFit(
@@ -86,8 +87,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         n=curve.n,
         tau0=tau0,
         terms=terms,
-        gauss_markov=processes,
-        sinusoid=lines,
+        gauss_markov=_process(curve, data, best, selected, scale, level),
         model=model,
         verdict="adequate",
         reasons=best.reasons(data),
@@ -259,16 +259,13 @@ def _covariance(gls: Gls, theta: Floats, used: list[int], scale: float, tau0: fl
     return tuple(LINEAR[p] for p in used), of_theta * np.outer(slopes, slopes)
 
 
-def _extra_terms(
-    curve: DeviationCurve, best: Attempt, theta: Floats, scale: float, level: float
-) -> tuple[tuple[GaussMarkov, ...], tuple[Sinusoid, ...]]:
-    if best.extra is None or theta[-1] <= 0:
-        return (), ()
-    size, shape = sixth_term.intervals(best.gls, theta, best.extra, level=level)
+def _process(
+    curve: DeviationCurve, data: Data, best: Attempt, theta: Floats, scale: float, level: float
+) -> tuple[GaussMarkov, ...]:
+    if best.time is None or theta[-1] <= 0:
+        return ()
+    size, time = gauss_markov.intervals(best, data, theta, level=level)
     value, low, high = (math.sqrt(scale) * x for x in size)
-    amplitude = Interval(value=value, low=low, high=high, unit=curve.unit)
-    if best.extra.kind == "gauss_markov":
-        value, low, high = (curve.tau0 * x for x in shape)
-        return (GaussMarkov(sigma=amplitude, time=Interval(value=value, low=low, high=high, unit="s")),), ()
-    value, low, high = (x / curve.tau0 for x in shape)
-    return (), (Sinusoid(amplitude=amplitude, frequency=Interval(value=value, low=low, high=high, unit="Hz")),)
+    sigma = Interval(value=value, low=low, high=high, unit=curve.unit)
+    value, low, high = (curve.tau0 * x for x in time)
+    return (GaussMarkov(sigma=sigma, time=Interval(value=value, low=low, high=high, unit="s")),)

@@ -64,7 +64,7 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
     lines += ["", *(_FITTED[method] for method in methods), *_FIT_LEGEND]
     if plateau:
         lines.append("Bias instability: the flat part of the curve, which most data sheets state, is 0.664 of it.")
-    lines += [f"{term.capitalize()}: {others} have the same slope." for others, term in notes.items()]
+    lines += [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
     return "\n".join(lines)
 
 
@@ -94,7 +94,7 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
     widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
     lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
     lines += ["", *_LEGEND]
-    lines += [f"{term.capitalize()}: {others} have the same slope." for others, term in notes.items()]
+    lines += [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""Noise model of one channel: coefficients of the five terms, Gauss-Markov processes, sinusoids and bandwidth."""
+"""Noise model of one channel: coefficients of the five terms, processes beside them, and the bandwidth."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from sigmatau.model.processes import (
     SMALLEST,
     GaussMarkov,
     LowPass,
+    Resonance,
     Sinusoid,
     coefficients_of,
     interval,
@@ -25,13 +26,17 @@ from sigmatau.model.processes import (
     several,
 )
 from sigmatau.noise import terms
+from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
-from sigmatau.results import Printed
+from sigmatau.results import Printed, duration_text
 
 Floats = NDArray[np.float64]
 
 # Terms that have an autocovariance. Only differences of the other terms are stationary.
 STATIONARY = ("quantization", "random_walk")
+PROCESSES: Mapping[str, type] = {"gauss_markov": GaussMarkov, "resonance": Resonance, "sinusoid": Sinusoid}
+"""The parts beside the terms: their fields, and what they hold."""
+
 _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 
@@ -46,6 +51,7 @@ class ChannelModel(Mapping[str, float], Printed):
     terms : mapping of str to float
         Coefficients by term, as in `sigmatau.noise.terms.TERMS`; positive, a ramp may be negative. [SI]
     gauss_markov : tuple of GaussMarkov
+    resonance : tuple of Resonance
     sinusoid : tuple of Sinusoid
     bandwidth : LowPass or None
         Low-pass filter in front of the sampler, which acts on the white noise.
@@ -56,7 +62,11 @@ class ChannelModel(Mapping[str, float], Printed):
     limits : mapping of str to float
         Upper limits of terms that were not observed, if the model comes from a fit. They are not part of the model. [SI]
     covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of coefficients, if the model comes from a fit. [SI]
+        Names and covariance of coefficients, if the model comes from a fit; those of processes are
+        ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
+    alike_from : GaussMarkov or None
+        If the model comes from a fit with a rate random walk: the process of the shortest correlation time that explains the
+        record as well in its place. So does every slower one.
     level : float
         Probability of the intervals and limits.
     tau_min : float
@@ -86,6 +96,7 @@ class ChannelModel(Mapping[str, float], Printed):
 
     terms: Mapping[str, float] = field(default_factory=dict)
     gauss_markov: tuple[GaussMarkov, ...] = ()
+    resonance: tuple[Resonance, ...] = ()
     sinusoid: tuple[Sinusoid, ...] = ()
     bandwidth: LowPass | None = None
     quantity: str = "angular_rate"
@@ -93,6 +104,7 @@ class ChannelModel(Mapping[str, float], Printed):
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     limits: Mapping[str, float] = field(default_factory=dict)
     covariance: tuple[tuple[str, ...], Floats] = _NO_COVARIANCE
+    alike_from: GaussMarkov | None = None
     level: float = 0.95
     tau_min: float = 0.0
     duration: float = 0.0
@@ -110,14 +122,16 @@ class ChannelModel(Mapping[str, float], Printed):
         for name, value in beside:
             if abs(value) > LARGEST:
                 raise DataError(f"{name}: {value!r}, of its limit or interval, is more than {LARGEST:g} in SI")
-        for field_, kind in (("gauss_markov", GaussMarkov), ("sinusoid", Sinusoid)):
+        for field_, kind in PROCESSES.items():
             object.__setattr__(self, field_, several(field_, kind, getattr(self, field_)))
         if self.bandwidth is not None and not isinstance(self.bandwidth, LowPass):
             raise DataError(f"`bandwidth` must be a LowPass, not {self.bandwidth!r}")
-        if not (given or self.gauss_markov or self.sinusoid):
-            raise DataError(f"no term; terms: {', '.join(TERMS)}, gauss_markov, sinusoid")
+        if not (given or any(getattr(self, kind) for kind in PROCESSES)):
+            raise DataError(f"no term; terms: {', '.join((*TERMS, *PROCESSES))}")
         if self.bandwidth is not None and "random_walk" not in given:
             raise DataError("a bandwidth is that of white noise, and there is no random_walk")
+        if self.alike_from is not None and "rate_random_walk" not in given:
+            raise DataError("`alike_from` stands for a rate random walk, and there is no rate_random_walk")
 
     def __getitem__(self, term: str) -> float:
         try:
@@ -159,14 +173,14 @@ class ChannelModel(Mapping[str, float], Printed):
         return np.asarray(sum(self.avar_of_parts(m=m, tau0=tau0).values()))
 
     def avar_of_parts(self, *, m: ArrayLike, tau0: float) -> dict[str, Floats]:
-        """Expected Allan variance of each part of the model; keys are terms, ``"gauss_markov"`` and ``"sinusoid"``."""
+        """Expected Allan variance of each part of the model; keys are terms and `PROCESSES`."""
         sizes = np.atleast_1d(np.asarray(m))
         parts: dict[str, Floats] = {}
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
                 terms.avar(term, value, m=sizes, tau0=tau0)  # for its checks
-                shape = f"butterworth{self.bandwidth.order}"
-                parts[term] = kernels.band_limited_avar(value, shape, self.bandwidth.corner, sizes, tau0)
+                shape, before = f"butterworth{self.bandwidth.order}", self.bandwidth.before_sampling(value)
+                parts[term] = kernels.band_limited_avar(before, shape, self.bandwidth.corner, sizes, tau0)
             else:
                 parts[term] = terms.avar(term, value, m=sizes, tau0=tau0)
         if not parts:
@@ -174,6 +188,9 @@ class ChannelModel(Mapping[str, float], Printed):
         for gm in self.gauss_markov:
             added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
             parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
+        for one in self.resonance:
+            added = resonance_avar(one.sigma, one.frequency, one.width, sizes, tau0)
+            parts["resonance"] = parts.get("resonance", 0.0) + added
         for line in self.sinusoid:
             added = kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
             parts["sinusoid"] = parts.get("sinusoid", 0.0) + added
@@ -226,12 +243,18 @@ class ChannelModel(Mapping[str, float], Printed):
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
                 order, corner = self.bandwidth.order, self.bandwidth.corner
+                before = self.bandwidth.before_sampling(value)
                 # Far above the corner the sum over the poles is rounding, 1e-16 of N², of either sign.
-                total += np.maximum(kernels.band_limited_psd(value, order, corner, frequency, tau0), 0.0)
+                total += np.maximum(kernels.band_limited_psd(before, order, corner, frequency, tau0), 0.0)
             elif term != "rate_ramp":
                 total += terms.psd(term, value, frequency, tau0=tau0)
         for gm in self.gauss_markov:
             total += kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
+        for one in self.resonance:
+            if tau0 is None:
+                total += resonance_psd(one.sigma, one.frequency, one.width, frequency)
+            else:
+                total += covariances.resonance(one, tau0).psd(frequency, tau0)
         return total
 
     def autocovariance(self, lags: ArrayLike, *, tau0: float) -> Floats:
@@ -270,12 +293,10 @@ class ChannelModel(Mapping[str, float], Printed):
         shape, size, step = np.shape(lags), covariances.whole_lags(lags), interval("tau0", tau0)
         total = np.zeros(size.shape)
         for term, value in self.terms.items():
-            if term == "random_walk" and self.bandwidth is not None:
-                total += covariances.band_limited(value, self.bandwidth.order, self.bandwidth.corner, size, step)
-            else:
+            if term != "random_walk" or self.bandwidth is None:
                 total += covariances.rate_of_term(term, value, size, step)
-        for gm in self.gauss_markov:
-            total += covariances.gauss_markov(gm.sigma, gm.time, size, step)
+        for part in self.damped(step):
+            total += part.autocovariance(size)
         for line in self.sinusoid:
             turns = np.fmod(size * math.fmod(line.frequency * step, 1.0), 1.0)
             total += line.amplitude**2 / 2 * np.cos(2 * math.pi * turns)
@@ -313,29 +334,35 @@ class ChannelModel(Mapping[str, float], Printed):
         shape, size, step = np.shape(l), covariances.whole_lags(l), interval("tau0", tau0)
         total = np.zeros(size.shape)
         for term, value in self.terms.items():
-            if term == "random_walk" and self.bandwidth is not None:
-                order, corner = self.bandwidth.order, self.bandwidth.corner
-                total += covariances.phase_of_band_limited(value, order, corner, size, step)
-            else:
+            if term != "random_walk" or self.bandwidth is None:
                 total += covariances.phase_of_term(term, value, size, step)
-        for gm in self.gauss_markov:
-            total += covariances.phase_of_gauss_markov(gm.sigma, gm.time, size, step)
+        for part in self.damped(step):
+            total += part.phase(size, step)
         for line in self.sinusoid:
             total += covariances.phase_of_sinusoid(line.amplitude, line.frequency, size, step)
         return total.reshape(shape or (1,))
 
+    def damped(self, tau0: float) -> list[covariances.Damped]:
+        """The parts whose samples have a sum of damped exponentials as their autocovariance."""
+        parts = [covariances.gauss_markov(process, tau0) for process in self.gauss_markov]
+        parts += [covariances.resonance(one, tau0) for one in self.resonance]
+        if self.bandwidth is not None:
+            n = self.bandwidth.before_sampling(self.terms["random_walk"])
+            parts.append(covariances.band_limited(n, self.bandwidth, tau0))
+        return parts
+
     def parts(self) -> dict[str, ChannelModel]:
-        """Each part of the noise as a model of its own; keys are terms, ``"gauss_markov"`` and ``"sinusoid"``."""
+        """Each part of the noise as a model of its own; keys are terms and `PROCESSES`."""
         parts = {
             term: replace(
                 self._bare(), terms={term: value}, bandwidth=self.bandwidth if term == "random_walk" else None
             )
             for term, value in self.terms.items()
         }
-        if self.gauss_markov:
-            parts["gauss_markov"] = replace(self._bare(), terms={}, gauss_markov=self.gauss_markov)
-        if self.sinusoid:
-            parts["sinusoid"] = replace(self._bare(), terms={}, sinusoid=self.sinusoid)
+        for kind in PROCESSES:
+            if own := getattr(self, kind):
+                given: dict[str, Any] = {kind: own}
+                parts[kind] = replace(self._bare(), terms={}, **given)
         return parts
 
     def scaled(self, factor: float) -> ChannelModel:
@@ -344,11 +371,15 @@ class ChannelModel(Mapping[str, float], Printed):
             raise DataError(f"a factor must be a positive number, not {factor!r}")
         return ChannelModel(
             terms={term: factor * value for term, value in self.terms.items()},
-            gauss_markov=tuple(GaussMarkov(sigma=factor * g.sigma, time=g.time) for g in self.gauss_markov),
-            sinusoid=tuple(Sinusoid(amplitude=factor * s.amplitude, frequency=s.frequency) for s in self.sinusoid),
+            gauss_markov=tuple(replace(g, sigma=factor * g.sigma) for g in self.gauss_markov),
+            resonance=tuple(replace(r, sigma=factor * r.sigma) for r in self.resonance),
+            sinusoid=tuple(replace(s, amplitude=factor * s.amplitude) for s in self.sinusoid),
             bandwidth=self.bandwidth,
             quantity=self.quantity,
             unit=self.unit,
+            alike_from=None
+            if self.alike_from is None
+            else replace(self.alike_from, sigma=factor * self.alike_from.sigma),
             tau_min=self.tau_min,
             rate=self.rate,
             adequate=self.adequate,
@@ -378,10 +409,18 @@ class ChannelModel(Mapping[str, float], Printed):
         content |= {} if self.adequate else {"adequate": False}
         if self.gauss_markov:
             content["gauss_markov"] = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
+        if self.resonance:
+            content["resonance"] = [
+                {"sigma": r.sigma, "frequency_hz": r.frequency, "width_hz": r.width} for r in self.resonance
+            ]
         if self.sinusoid:
             content["sinusoid"] = [{"amplitude": s.amplitude, "frequency_hz": s.frequency} for s in self.sinusoid]
         if self.bandwidth is not None:
             content["bandwidth"] = {"order": self.bandwidth.order, "corner_hz": self.bandwidth.corner}
+            if self.bandwidth.rate is not None:
+                content["bandwidth"]["rate_hz"] = self.bandwidth.rate
+        if self.alike_from is not None:
+            content["alike_from"] = {"sigma": self.alike_from.sigma, "time_s": self.alike_from.time}
         return content
 
     def __repr__(self) -> str:
@@ -391,9 +430,20 @@ class ChannelModel(Mapping[str, float], Printed):
             rows.append(f"{TERMS[term].label(self.quantity)} {value / factor:.6g} {text}")
         text, factor = display_units("bias_instability", self.quantity, self.unit)[0]
         rows += [f"Gauss-Markov {g.sigma / factor:.4g} {text} over {g.time:.4g} s" for g in self.gauss_markov]
+        rows += [
+            f"resonance {r.sigma / factor:.4g} {text} at {r.frequency:.4g} Hz, half width {r.width:.4g} Hz"
+            for r in self.resonance
+        ]
         rows += [f"sinusoid {s.amplitude / factor:.4g} {text} at {s.frequency:.4g} Hz" for s in self.sinusoid]
         if self.bandwidth is not None:
             rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
+        if self.alike_from is not None:
+            rows.append(alike_text(self.alike_from.time))
         if not self.adequate:
             rows.append("from a fit that is not adequate: no intervals")
         return ", ".join(rows)
+
+
+def alike_text(time: float) -> str:
+    """One line on the other explanation of a rate random walk."""
+    return f"a Gauss-Markov process of {duration_text(time)} or more explains the rate random walk as well"

@@ -10,11 +10,13 @@ All lags are whole samples, and not negative.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import OptionError
+from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
 Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
@@ -64,15 +66,66 @@ def flicker_phase(lags: Floats, tau0: float) -> Floats:
     return np.where(lags < 2, 0.0, -(tau0**2) / (2 * math.pi) * j)
 
 
-def gauss_markov(sigma: float, time: float, lags: Floats, tau0: float) -> Floats:
-    """Autocovariance σ²·exp(−lτ₀/T)."""
-    return np.asarray(sigma**2 * np.exp(-lags * tau0 / time))
+@dataclass(frozen=True, slots=True, eq=False)
+class Damped:
+    """A stationary rate whose samples have the autocovariance Re Σ weight·exp(−decay·l) at the lag l."""
+
+    weights: _Complex
+    decays: _Complex  # per sample; real parts are positive
+
+    @property
+    def slowest(self) -> float:
+        """Least real part of a decay: one over the memory in samples."""
+        return float(self.decays.real.min())
+
+    @property
+    def fastest(self) -> float:
+        """Largest size of a decay."""
+        return float(np.abs(self.decays).max())
+
+    def autocovariance(self, lags: Floats) -> Floats:
+        return np.asarray((self.weights[:, None] * np.exp(-self.decays[:, None] * lags)).sum(axis=0).real)
+
+    def phase(self, lags: Floats, tau0: float) -> Floats:
+        """s(l) of the integral."""
+        ends = np.array([float(math.ceil(_MEMORY / self.slowest))])
+        # From where the process has forgotten, the variance is a straight line.
+        near = lags < ends[0]
+        variance = np.empty(lags.shape)
+        variance[near] = self._sum_variance(lags[near])
+        if not near.all():
+            slope = float((self.weights / np.tanh(self.decays / 2)).sum().real)
+            variance[~near] = self._sum_variance(ends)[0] + slope * (lags[~near] - ends[0])
+        return np.asarray(-(tau0**2) / 2 * variance)
+
+    def psd(self, frequency: Floats, tau0: float) -> Floats:
+        """Two-sided density of the samples, with what folds back."""
+        a = self.decays[:, None]
+        below = np.expm1(-a) ** 2 + 4 * np.exp(-a) * np.sin(np.pi * frequency * tau0) ** 2
+        parts = -self.weights[:, None] * np.expm1(-2 * a) / below
+        return np.asarray(np.maximum(tau0 * parts.sum(axis=0).real, 0.0))
+
+    def _sum_variance(self, lags: Floats) -> Floats:
+        return np.asarray((self.weights[:, None] * exponential_sum_variance(self.decays, lags)).sum(axis=0).real)
 
 
-def phase_of_gauss_markov(sigma: float, time: float, lags: Floats, tau0: float) -> Floats:
-    """s(l) of a sampled Gauss-Markov process."""
-    decay = np.array([tau0 / time], dtype=np.complex128)
-    return np.asarray(-((sigma * tau0) ** 2) / 2 * exponential_sum_variance(decay, lags)[0].real)
+def gauss_markov(process: GaussMarkov, tau0: float) -> Damped:
+    """A sampled Gauss-Markov process, σ²·exp(−lτ₀/T)."""
+    return Damped(np.array([process.sigma**2 + 0j]), np.array([tau0 / process.time + 0j]))
+
+
+def resonance(one: Resonance, tau0: float) -> Damped:
+    """A sampled resonance, σ²·Re[(1 + iγ/ω)·exp((iω − γ)lτ₀)]."""
+    weight = one.sigma**2 * (1 + 1j * one.damping / one.turning)
+    return Damped(np.array([weight]), np.array([(one.damping - 1j * one.turning) * tau0]))
+
+
+def band_limited(n: float, bandwidth: LowPass, tau0: float) -> Damped:
+    """White noise behind a Butterworth filter, sampled: its poles in the left half-plane."""
+    order, corner = bandwidth.order, bandwidth.corner
+    angles = math.pi * (2 * np.arange(order) + order + 1) / (2 * order)
+    poles = np.exp(1j * angles)
+    return Damped(-poles * (n * n * math.pi * corner / order), -poles * 2 * math.pi * corner * tau0)
 
 
 def phase_of_sinusoid(amplitude: float, frequency: float, lags: Floats, tau0: float) -> Floats:
@@ -83,36 +136,6 @@ def phase_of_sinusoid(amplitude: float, frequency: float, lags: Floats, tau0: fl
     # Of the turns only the part beyond whole ones counts, and it alone keeps its digits.
     phase = math.pi * np.fmod(lags * math.fmod(frequency * tau0, 1.0), 1.0)
     return np.asarray(-((amplitude * tau0 * np.sin(phase) / math.sin(turn)) ** 2) / 4)
-
-
-def band_limited(n: float, order: int, corner: float, lags: Floats, tau0: float) -> Floats:
-    """Autocovariance of white noise behind a Butterworth filter, sampled."""
-    poles, weights = _butterworth(n, order, corner)
-    turn = 2 * math.pi * corner * tau0
-    return np.asarray((weights[:, None] * np.exp(poles[:, None] * turn * lags)).sum(axis=0).real)
-
-
-def phase_of_band_limited(n: float, order: int, corner: float, lags: Floats, tau0: float) -> Floats:
-    """s(l) of white noise behind a Butterworth filter, sampled."""
-    poles, weights = _butterworth(n, order, corner)
-    decays = -poles * 2 * math.pi * corner * tau0
-    ends = np.array([float(math.ceil(_MEMORY / float(decays.real.min())))])
-    # From where the filter has forgotten, the variance is a straight line.
-    near = lags < ends[0]
-    variance = np.empty(lags.shape)
-    variance[near] = (weights[:, None] * exponential_sum_variance(decays, lags[near])).sum(axis=0).real
-    if not near.all():
-        slope = float((weights / np.tanh(decays / 2)).sum().real)
-        begin = float((weights[:, None] * exponential_sum_variance(decays, ends)).sum().real)
-        variance[~near] = begin + slope * (lags[~near] - ends[0])
-    return np.asarray(-(tau0**2) / 2 * variance)
-
-
-def _butterworth(n: float, order: int, corner: float) -> tuple[_Complex, _Complex]:
-    """Poles in the left half-plane in units of the corner, and their weights in r(t) = Re Σ w·e^(p·ωc·|t|)."""
-    angles = math.pi * (2 * np.arange(order) + order + 1) / (2 * order)
-    poles = np.exp(1j * angles)
-    return poles, -poles * (n * n * math.pi * corner / order)
 
 
 def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
@@ -126,20 +149,20 @@ def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
 
     `decay`: a, per sample; its real part is positive.
     """
-    a, size = decay[:, None], lags[None, :]
-    whole = a * size
-    slow = np.abs(a) < 1
-    gentle = np.where(slow, a, 1.0)
-    # Two series, since both differences lose their digits where their argument is small.
-    numerator = size * _sinh_less(gentle) + _exponential_less(whole)
-    with np.errstate(under="ignore", over="ignore"):
-        careful = numerator / (2 * np.sinh(gentle / 2) ** 2)
-        p = np.exp(-a)
-        plain = size * (1 + p) / (1 - p) - 2 * p * (1 - np.exp(-whole)) / (1 - p) ** 2
-    return np.asarray(np.where(slow, careful, plain))
+    found = np.empty((len(decay), len(lags)), dtype=np.complex128)
+    for row, a in zip(found, decay, strict=True):
+        whole = a * lags
+        with np.errstate(under="ignore", over="ignore"):
+            if abs(a) < 1:
+                # Two series, since both differences lose their digits where their argument is small.
+                row[:] = (lags * _sinh_less(a) + exponential_less(whole)) / (2 * np.sinh(a / 2) ** 2)
+            else:
+                p = np.exp(-a)
+                row[:] = lags * (1 + p) / (1 - p) - 2 * p * (1 - np.exp(-whole)) / (1 - p) ** 2
+    return found
 
 
-def _sinh_less(a: _Complex) -> _Complex:
+def _sinh_less(a: complex) -> complex:
     """The difference sinh a − a."""
     term = total = a**3 / 6
     for k in range(2, 10):
@@ -148,12 +171,14 @@ def _sinh_less(a: _Complex) -> _Complex:
     return total
 
 
-def _exponential_less(x: _Complex) -> _Complex:
+def exponential_less(x: _Complex) -> _Complex:
     """The difference e^(−x) − 1 + x."""
-    small = np.where(np.abs(x) < _SERIES_BELOW, x, 0.0)
+    found = np.exp(-x) - 1 + x
+    near = np.abs(x) < _SERIES_BELOW
+    small = x[near]
     term = total = small**2 / 2
     for k in range(3, _SERIES):
         term = -term * small / k
         total = total + term
-    with np.errstate(under="ignore"):
-        return np.where(np.abs(x) < _SERIES_BELOW, total, np.exp(-x) - 1 + x)
+    found[near] = total
+    return np.asarray(found)

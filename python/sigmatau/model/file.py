@@ -7,8 +7,10 @@
     bias_instability = "12 deg/h"
     rate_random_walk = "20 deg/h/sqrt(h)"
     gauss_markov = [{ sigma = "5 deg/h", time = "300 s" }]
+    alike_from = { sigma = "600 deg/h", time = "1800 s" }  # explains the rate random walk as well, as do slower ones
+    resonance = [{ sigma = "2 deg/h", frequency = "0.004 Hz", width = "0.001 Hz" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
-    bandwidth = { order = 1, corner = "30 Hz" }
+    bandwidth = { order = 1, corner = "30 Hz" }  # with rate = "100 Hz": random_walk is that of the samples
     adequate = false                           # the fit does not describe its curve: no value has an interval
 
     [correlation.random_walk]
@@ -20,13 +22,14 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from typing import Any
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.model.channel import PROCESSES, ChannelModel, alike_text
+from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import interval_texts, printable
@@ -35,9 +38,13 @@ from sigmatau.units import usual
 NOT_ADEQUATE = "from a fit that is not adequate: no interval"  # Comment on a value from a fit that is not adequate
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
-_UNIT_OF_SECOND_PART = {"time": "s", "frequency": "Hz"}  # units of the second part of a process
+_UNITS_OF_PARTS = {
+    "time": "s",
+    "frequency": "Hz",
+    "width": "Hz",
+}  # units of parts of a process; others: that of the rate
 _DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
-_OTHER_KEYS = ("noise_density", "sided", "gauss_markov", "sinusoid", "bandwidth", "unit", "adequate")
+_OTHER_KEYS = ("noise_density", "sided", *PROCESSES, "alike_from", "bandwidth", "unit", "adequate")
 
 
 def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
@@ -78,21 +85,17 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
             f"{term} = {_quoted(value, channel.unit_of(term))}{_interval_comment(channel, term)}"
             for term, value in channel.terms.items()
         ]
-        if channel.gauss_markov:
-            rows = (
-                f"{{ sigma = {_quoted(g.sigma, channel.unit)}, time = {_quoted(g.time, 's')} }}"
-                for g in channel.gauss_markov
-            )
-            lines.append(f"gauss_markov = [{', '.join(rows)}]")
-        if channel.sinusoid:
-            rows = (
-                f"{{ amplitude = {_quoted(s.amplitude, channel.unit)}, frequency = {_quoted(s.frequency, 'Hz')} }}"
-                for s in channel.sinusoid
-            )
-            lines.append(f"sinusoid = [{', '.join(rows)}]")
+        for kind in PROCESSES:
+            if several := getattr(channel, kind):
+                rows = (_written(one, channel.unit) for one in several)
+                lines.append(f"{kind} = [{', '.join(rows)}]")
+        if channel.alike_from is not None:
+            written = _written(channel.alike_from, channel.unit)
+            lines.append(f"alike_from = {written}  # {alike_text(channel.alike_from.time)}")
         if channel.bandwidth is not None:
             corner = _quoted(channel.bandwidth.corner, "Hz")
-            lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner} }}")
+            rate = "" if channel.bandwidth.rate is None else f", rate = {_quoted(channel.bandwidth.rate, 'Hz')}"
+            lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner}{rate} }}")
         if not channel.adequate:
             lines.append("adequate = false  # the fit does not describe its curve: no value above has an interval")
         lines += _left_out(channel)
@@ -104,6 +107,13 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         lines = [f"{_key(first)} = {{ {', '.join(rows)} }}" for first, rows in rows_of.items()]
         blocks.append("\n".join([f"[correlation.{term}]", *lines]))
     return "\n\n".join(blocks) + "\n"
+
+
+def _written(process: GaussMarkov | Resonance | Sinusoid, unit: str) -> str:
+    """A process as a table: each part with its unit."""
+    parts = ((part.name, getattr(process, part.name)) for part in fields(process))
+    written = ", ".join(f"{name} = {_quoted(x, _UNITS_OF_PARTS.get(name, unit))}" for name, x in parts)
+    return f"{{ {written} }}"
 
 
 def _interval_comment(channel: ChannelModel, term: str) -> str:
@@ -175,20 +185,10 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
     try:
         return ChannelModel(
             terms=terms,
-            gauss_markov=tuple(
-                GaussMarkov(
-                    sigma=_part(name, "gauss_markov", row, "sigma", unit),
-                    time=_part(name, "gauss_markov", row, "time", "s"),
-                )
-                for row in _rows(name, table, "gauss_markov", ("sigma", "time"), unit)
-            ),
-            sinusoid=tuple(
-                Sinusoid(
-                    amplitude=_part(name, "sinusoid", row, "amplitude", unit),
-                    frequency=_part(name, "sinusoid", row, "frequency", "Hz"),
-                )
-                for row in _rows(name, table, "sinusoid", ("amplitude", "frequency"), unit)
-            ),
+            gauss_markov=tuple(_processes(name, table, "gauss_markov", unit)),
+            resonance=tuple(_processes(name, table, "resonance", unit)),
+            sinusoid=tuple(_processes(name, table, "sinusoid", unit)),
+            alike_from=next(_processes(name, table, "alike_from", unit), None),
             bandwidth=_bandwidth(name, table),
             quantity=quantity,
             unit=unit,
@@ -211,15 +211,18 @@ def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
     return "signal", unit.strip()
 
 
-def _rows(name: str, table: Mapping[str, Any], key: str, parts: tuple[str, str], unit: str) -> list[Mapping[str, Any]]:
+def _processes(name: str, table: Mapping[str, Any], key: str, unit: str) -> Iterator[Any]:
+    """The processes of a key: a list of tables, or a single one."""
+    kind = PROCESSES.get(key, GaussMarkov)
+    units = {part.name: _UNITS_OF_PARTS.get(part.name, unit) for part in fields(kind)}
     rows = table.get(key, [])
     rows = [rows] if isinstance(rows, Mapping) else rows
-    if not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(parts) for r in rows):
-        written = ", ".join(
-            f'{part} = "1 {usual(si)}"' for part, si in zip(parts, (unit, _UNIT_OF_SECOND_PART[parts[1]]), strict=True)
-        )
-        raise DataError(f"channel {name!r}: {key} is a list, {key} = [{{ {written} }}], not {rows!r}")
-    return rows
+    alone = key not in PROCESSES and isinstance(rows, list) and len(rows) > 1
+    if alone or not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(units) for r in rows):
+        written = ", ".join(f'{part} = "1 {usual(si)}"' for part, si in units.items())
+        form = f"is a list, {key} = [{{ {written} }}]" if key in PROCESSES else f"is {{ {written} }}"
+        raise DataError(f"channel {name!r}: {key} {form}, not {table[key]!r}")
+    return (kind(**{part: _part(name, key, row, part, si) for part, si in units.items()}) for row in rows)
 
 
 def _part(name: str, key: str, row: Mapping[str, Any], part: str, si: str) -> float:
@@ -230,9 +233,10 @@ def _bandwidth(name: str, table: Mapping[str, Any]) -> LowPass | None:
     row = table.get("bandwidth")
     if row is None:
         return None
-    if not isinstance(row, Mapping) or set(row) != {"order", "corner"}:
+    if not isinstance(row, Mapping) or set(row) - {"rate"} != {"order", "corner"}:
         raise DataError(f'channel {name!r}: bandwidth is {{ order = 1, corner = "30 Hz" }}, not {row!r}')
-    return LowPass(order=row["order"], corner=_part(name, "bandwidth", row, "corner", "Hz"))
+    rate = _part(name, "bandwidth", row, "rate", "Hz") if "rate" in row else None
+    return LowPass(order=row["order"], corner=_part(name, "bandwidth", row, "corner", "Hz"), rate=rate)
 
 
 def _adequate(name: str, table: Mapping[str, Any]) -> bool:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import GaussMarkov, Sinusoid, real
+from sigmatau.model.channel import PROCESSES, ChannelModel
+from sigmatau.model.processes import GaussMarkov, LowPass, real
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
@@ -49,7 +50,7 @@ def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], lis
             fit, quantity, unit = channel["fit"], channel["quantity"], channel["curve"]["unit"]
             if not (isinstance(quantity, str) and isinstance(unit, str)):
                 raise TypeError(f"quantity {quantity!r}, unit {unit!r}")
-            if fit["model"] or fit["terms"]["gauss_markov"] or fit["terms"]["sinusoid"]:
+            if fit["model"] or any(fit["terms"].get(kind) for kind in PROCESSES):
                 models[name] = channel_of_fit(
                     fit, quantity=quantity, unit=unit, duration=_duration(channel), rate=_rate(channel)
                 )
@@ -78,12 +79,9 @@ def channel_of_fit(
     names, matrix = _covariance(fit.get("covariance") or {})
     return ChannelModel(
         terms=model,
-        gauss_markov=tuple(
-            GaussMarkov(sigma=g["sigma"]["value"], time=g["time"]["value"]) for g in terms["gauss_markov"]
-        ),
-        sinusoid=tuple(
-            Sinusoid(amplitude=s["amplitude"]["value"], frequency=s["frequency"]["value"]) for s in terms["sinusoid"]
-        ),
+        **{kind: _processes(terms.get(kind, ()), of) for kind, of in PROCESSES.items()},
+        alike_from=_alike(fit) if "rate_random_walk" in model else None,
+        bandwidth=_bandwidth(fit, rate) if "random_walk" in model else None,
         quantity=quantity,
         unit=unit,
         intervals={
@@ -101,6 +99,22 @@ def channel_of_fit(
         rate=rate,
         adequate=fit["verdict"] in _QUANTIFIED,
     )
+
+
+def _processes(rows: Iterable[Mapping[str, Any]], kind: type) -> tuple[Any, ...]:
+    return tuple(kind(**{part.name: row[part.name]["value"] for part in fields(kind)}) for row in rows)
+
+
+def _alike(fit: Mapping[str, Any]) -> GaussMarkov | None:
+    """The process that explains the record as well as the rate random walk."""
+    time, sigma = fit.get("alike_from_s"), fit.get("alike_sigma")
+    return None if time is None or sigma is None else GaussMarkov(sigma=sigma, time=time)
+
+
+def _bandwidth(fit: Mapping[str, Any], rate: float) -> LowPass | None:
+    """The filter of a fit, if a low-pass of the model is like it."""
+    found = (fit.get("filter") or {}).get("low_pass")
+    return None if found is None else LowPass(order=found["order"], corner=found["corner_hz"], rate=rate)
 
 
 def _number(name: str, value: object) -> float:

@@ -1,4 +1,4 @@
-"""Processes of a noise model besides the five terms: Gauss-Markov processes, sinusoids, and the sensor's bandwidth."""
+"""Processes of a noise model besides the five terms: Gauss-Markov processes, resonances, sinusoids, and the bandwidth."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numbers import Real
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import TERMS, aliasing_inflation
 
 HIGHEST_ORDER = 9  # Highest order of a Butterworth filter
 # Range of any number of a model, in SI; squares and products of numbers outside overflow a double
@@ -46,6 +46,54 @@ class GaussMarkov:
     def __post_init__(self) -> None:
         object.__setattr__(self, "sigma", _positive("the standard deviation of a Gauss-Markov process", self.sigma))
         object.__setattr__(self, "time", _positive("the correlation time of a Gauss-Markov process", self.time))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resonance:
+    """Noise of a band: the speed of a damped oscillator that white noise drives.
+
+    With γ = 2π·width and ω² = (2π·frequency)² − γ² its autocovariance is σ²·exp(−γt)·(cos ωt − γ/ω·sin ωt) at the lag t.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation. [unit of the rate]
+    frequency : float
+        Centre. [Hz]
+    width : float
+        Half width, less than the centre. [Hz]
+
+    See Also
+    --------
+    ChannelModel : the noise of one channel.
+
+    Examples
+    --------
+    >>> from sigmatau import ChannelModel, Resonance
+    >>> ChannelModel(resonance=(Resonance(sigma=1e-3, frequency=0.5, width=0.01),)).avar(m=[1, 2], tau0=1.0).round(8)
+    array([1.94e-06, 3.00e-08])
+    """
+
+    sigma: float
+    frequency: float
+    width: float
+
+    def __post_init__(self) -> None:
+        for name in ("sigma", "frequency", "width"):
+            what = "standard deviation" if name == "sigma" else name
+            object.__setattr__(self, name, _positive(f"the {what} of a resonance", getattr(self, name)))
+        if not self.width < self.frequency:
+            raise DataError(f"the half width of a resonance must be less than its frequency, not {self.width!r} Hz")
+
+    @property
+    def damping(self) -> float:
+        """γ = 2π·width. [1/s]"""
+        return 2 * math.pi * self.width
+
+    @property
+    def turning(self) -> float:
+        """ω = 2π·√(frequency² − width²). [rad/s]"""
+        return 2 * math.pi * math.sqrt((self.frequency - self.width) * (self.frequency + self.width))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,6 +139,9 @@ class LowPass:
     corner : float
         Frequency of −3 dB; 1e-9 to 1e12. The higher it is above the rate, the more noise is aliased. If the noise is
         white up to half the sampling rate, leave the bandwidth out of the model. [Hz]
+    rate : float or None
+        Sampling rate at which the random walk was measured: it is then the density of those samples at low frequencies, with
+        what is aliased. None: it is the density before the sampler. [Hz]
 
     See Also
     --------
@@ -106,6 +157,7 @@ class LowPass:
 
     order: int
     corner: float
+    rate: float | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.order, bool) or self.order not in range(1, HIGHEST_ORDER + 1):
@@ -117,6 +169,14 @@ class LowPass:
                 f"the corner of a bandwidth must be from {_CORNERS[0]:g} to {_CORNERS[1]:g} Hz, not {self.corner:g}; without"
                 " a filter, leave the bandwidth out"
             )
+        if self.rate is not None:
+            object.__setattr__(self, "rate", _positive("the rate of a bandwidth", self.rate))
+
+    def before_sampling(self, random_walk: float) -> float:
+        """The random walk in front of the sampler."""
+        if self.rate is None:
+            return random_walk
+        return random_walk / aliasing_inflation(rate=self.rate, bandwidth=self.corner, order=self.order)
 
 
 def real(value: object) -> float:

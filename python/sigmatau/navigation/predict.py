@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model.channel import ChannelModel
+from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.numbers import changed_processes, kind_of, step_of, without_walk
 from sigmatau.model.processes import real, sampling_rate
 from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, mechanisations, source
 from sigmatau.navigation.prediction import PredictedError, Prediction
@@ -64,7 +65,9 @@ def predict(
     Returns
     -------
     Prediction
-        Terms that the record did not show count as 0; their limits are in `PredictedError.at_most`. If the record shows one
+        Where the record of the model shows a rate random walk or a slow Gauss-Markov process, but not which
+        (`ChannelModel.alike_from`), the interval holds both; the rms is that of the walk. Terms that the record did not show
+        count as 0; their limits are in `PredictedError.at_most`. If the record shows one
         of several terms but not which, the limits of all of them are there, and the interval includes their errors.
 
     Raises
@@ -101,6 +104,53 @@ def predict(
             f" not {type(model).__name__}",
             option="model",
         )
+    made = _predicted(
+        model,
+        after=after,
+        calibration=calibration,
+        rate=rate,
+        earth=earth,
+        turn_on=turn_on,
+        flicker_error=flicker_error,
+        level=level,
+    )
+    alike = {name: one.alike_from.time for name, one in model.items() if one.alike_from is not None}
+    if not alike:
+        return made
+    kept = {term: pairs for term, pairs in model.correlation.items() if term != "rate_random_walk"}
+    other = NoiseModel(channels={name: without_walk(one) for name, one in model.items()}, correlation=kept)
+    beside = predict(
+        other,
+        after=after,
+        calibration=calibration,
+        rate=rate,
+        earth=earth,
+        turn_on=turn_on,
+        flicker_error=flicker_error,
+        level=level,
+    )
+    return replace(made, errors={name: _both(made[name], beside[name]) for name in made}, alike_from=alike)
+
+
+def _both(walk: PredictedError, process: PredictedError) -> PredictedError:
+    """The error with a rate random walk, with the interval of both explanations."""
+    low = np.minimum(*(one.rms if one.low is None else one.low for one in (walk, process)))
+    high = np.maximum(*(one.rms if one.high is None else one.high for one in (walk, process)))
+    limits = [one.at_most for one in (walk, process) if one.at_most is not None]
+    return replace(walk, low=low, high=high, at_most=np.max([high, *limits], axis=0) if limits else None)
+
+
+def _predicted(
+    model: NoiseModel,
+    *,
+    after: ArrayLike,
+    calibration: float | None,
+    rate: float,
+    earth: Earth,
+    turn_on: Mapping[str, float] | None,
+    flicker_error: float,
+    level: float,
+) -> Prediction:
     steps = _steps(after, rate)
     average = 0 if calibration is None else _whole("calibration", calibration, rate)
     if earth not in ("round", "flat"):
@@ -120,6 +170,7 @@ def predict(
         sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         made: dict[tuple[str, str], Source] = {}
         limited: dict[tuple[str, str], tuple[Floats, Floats]] = {}
+        moved: dict[tuple[str, str], Floats] = {}
         for k, channel in enumerate(equations.inputs):
             gains = np.eye(len(equations.inputs))[k]
             longest = (average + int(steps[-1])) * dt
@@ -127,6 +178,9 @@ def predict(
                 name: source(part, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
                 for name, part in model[channel].parts().items()
             }
+            for name, changed in changed_processes(model[channel]).items():
+                made_of = source(changed, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
+                moved[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)[1]
             for name, limit in _limited(model[channel]).items():
                 made_of = source(limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
                 limited[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
@@ -156,6 +210,7 @@ def predict(
                 model,
                 {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()},
                 {key: (m[:, row], v[:, row]) for key, (m, v) in limited.items()},
+                {key: v[:, row] for key, v in moved.items()},
                 steps * dt,
                 level,
             )
@@ -309,6 +364,7 @@ def _error(
     model: NoiseModel,
     sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
     limited: Mapping[tuple[str, str], tuple[Floats, Floats]],
+    moved: Mapping[tuple[str, str], Floats],
     after: Floats,
     level: float,
 ) -> tuple[PredictedError, list[tuple[str, str]]]:
@@ -327,8 +383,10 @@ def _error(
     any_known = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
         names, covariance = _known(model, channel)
-        parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources]
-        without = [key for key in sources if key[0] == channel and key[1] not in names and np.any(of_parts[key])]
+        # A number of a process, "gauss_markov_1.time", is a part of its own in `moved`.
+        parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources or (channel, term) in moved]
+        known = {*names, *(kind for kind in PROCESSES if any(name.startswith(kind) for _, name in parts))}
+        without = [key for key in sources if key[0] == channel and key[1] not in known and np.any(of_parts[key])]
         as_known += [key for key in without if key not in limited]
         beside += [key for key in without if key in limited]
         any_known |= bool(parts or beside)
@@ -336,7 +394,15 @@ def _error(
             if not kept:
                 continue
             # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
-            gradient = np.array([2 * of_parts[channel, term] / model.channels[channel][term] for _, term in kept])
+            gradient = np.array(
+                [
+                    2 * of_parts[channel, term] / model.channels[channel][term]
+                    if (channel, term) in sources
+                    else (moved[channel, term] - sources[channel, kind_of(term)][1])
+                    / step_of(model.channels[channel], term)
+                    for _, term in kept
+                ]
+            )
             index = [k for k, _ in kept]
             added = np.einsum("pt,pq,qt->t", gradient, covariance[np.ix_(index, index)], gradient)
             spread, of_seen = (spread + added, of_seen) if kept is parts else (spread, of_seen + added)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
@@ -25,7 +26,12 @@ __all__ = ["PredictedError", "Prediction"]
 Floats = NDArray[np.float64]
 
 _DISPLAY = {"rad": ("deg", math.pi / 180)}
-_OTHER_LABELS = {"gauss_markov": "Gauss-Markov process", "sinusoid": "sinusoid", "turn_on": "turn-on bias"}
+_OTHER_LABELS = {
+    "gauss_markov": "Gauss-Markov process",
+    "resonance": "resonance",
+    "sinusoid": "sinusoid",
+    "turn_on": "turn-on bias",
+}
 _LEAST_SHARE = 0.01
 """The least share that is printed."""
 
@@ -173,6 +179,9 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Channels and terms that the record did not show: 0 in `rms`, at their limits in `at_most`.
     undecided : tuple of (str, str)
         Channels and terms of which the record shows that one at least is there, but not which.
+    alike_from : mapping of str to float
+        Channels whose record shows a rate random walk or a Gauss-Markov process of this or a longer time, but not which: the
+        intervals hold both. [s]
     duration : float or None
         Length of the shortest record that the model comes from, None if it comes from none. [s]
     limit_level : float
@@ -191,6 +200,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
     as_known: tuple[tuple[str, str], ...] = ()
     not_seen: tuple[tuple[str, str], ...] = ()
     undecided: tuple[tuple[str, str], ...] = ()
+    alike_from: Mapping[str, float] = field(default_factory=dict)
     duration: float | None = None
     limit_level: float = 0.95
 
@@ -219,6 +229,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             "as_known": [list(key) for key in self.as_known],
             "not_seen": [list(key) for key in self.not_seen],
             "undecided": [list(key) for key in self.undecided],
+            "alike_from_s": dict(self.alike_from),
             "record_s": self.duration,
             "errors": {name: error.to_dict() for name, error in self.errors.items()},
         }
@@ -272,6 +283,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients"
                 + (f"; taken as known: {known}." if known else ".")
             )
+        lines += [f"{name}: {alike_text(time)}; the interval holds both." for name, time in self.alike_from.items()]
         if self.not_seen:
             lines.append(
                 "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + ";"

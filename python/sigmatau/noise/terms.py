@@ -300,7 +300,7 @@ def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> floa
     bandwidth : float
         Frequency of -3 dB. [Hz]
     order : int
-        1 (an RC filter) … 8.
+        1 (an RC filter) … 9.
 
     Returns
     -------
@@ -310,7 +310,7 @@ def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> floa
     Raises
     ------
     ValueError
-        For a rate or bandwidth that is not positive, an order outside 1 … 8.
+        For a rate or bandwidth that is not positive, an order outside 1 … 9.
 
     Notes
     -----
@@ -329,8 +329,8 @@ def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> floa
     for name, value in (("rate", rate), ("bandwidth", bandwidth)):
         if not (math.isfinite(value) and value > 0):
             raise ValueError(f"`{name}` must be a positive number of hertz, not {value!r}")
-    if order not in range(1, 9):
-        raise ValueError(f"`order` must be 1 to 8, not {order!r}")
+    if order not in range(1, 10):
+        raise ValueError(f"`order` must be 1 to 9, not {order!r}")
     x = math.pi * bandwidth / rate
     # Half a sample interval times the poles, from the residues −p_j/(2n) of |H|².
     angles = np.pi * (2 * np.arange(order) + order + 1) / (2 * order)

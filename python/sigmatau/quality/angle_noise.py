@@ -23,8 +23,8 @@ from sigmatau.estimators.allan import DeviationCurve, allan
 from sigmatau.estimators.deviation import deviation
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import AngleNoiseUndetermined, FlickerAngleNoise, WhiteAngleNoise
-from sigmatau.fitting.gls import non_negative
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.non_negative import non_negative
 from sigmatau.record.record import Record
 
 __all__ = ["angle_noise", "undetermined"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -14,7 +14,7 @@ from sigmatau._native import generators
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import LowPass, real, sampling_rate
+from sigmatau.model.processes import real, sampling_rate
 from sigmatau.record.record import MIN_SAMPLES, QUANTITIES, stream_name
 from sigmatau.simulation.imperfections import Imperfections, rounded
 from sigmatau.statespace.state_space import state_space
@@ -235,13 +235,16 @@ def noise_of(
             continue
         for number, weight in _shares(model, term, channel):
             if term == "random_walk" and noise.bandwidth is not None:
-                transition, root, start = _low_pass(noise.bandwidth, tau0)
-                made.add_filtered(weight * value, transition, root, start, channel=number)
+                low_pass = ChannelModel(terms={"random_walk": 1.0}, bandwidth=noise.bandwidth)
+                _add_system(made, weight * value, low_pass, tau0, channel=number)
             else:
                 made.add_term(term, weight * value, channel=number, poles=flicker == "poles")
     own = stream_number(channel)
     for k, process in enumerate(noise.gauss_markov):
         made.add_gauss_markov(process.sigma, process.time, index=k, channel=own)
+    for k, one in enumerate(noise.resonance):
+        alone = ChannelModel(resonance=(replace(one, sigma=1.0),))
+        _add_system(made, one.sigma, alone, tau0, channel=stream_number(f"{channel} resonance {k}"))
     for k, line in enumerate(noise.sinusoid):
         made.add_sinusoid(line.amplitude, line.frequency, index=k, channel=own)
     return made
@@ -286,10 +289,10 @@ def correlation_root(matrix: Floats) -> Floats:
     return root
 
 
-def _low_pass(bandwidth: LowPass, tau0: float) -> tuple[Floats, Floats, Floats]:
-    """Transition, root of the added covariance and of that at the start, for white noise of density 1 behind a filter."""
-    system = state_space(ChannelModel(terms={"random_walk": 1.0}, bandwidth=bandwidth), dt=tau0)
-    return np.array(system.F), _root(system.Qd), _root(system.P0)
+def _add_system(made: generators.Generator, scale: float, alone: ChannelModel, tau0: float, *, channel: int) -> None:
+    """Add noise of a model whose state space has its output as the first state."""
+    system = state_space(alone, dt=tau0)
+    made.add_filtered(scale, np.array(system.F), _root(system.Qd), _root(system.P0), channel=channel)
 
 
 def _root(covariance: Floats) -> Floats:

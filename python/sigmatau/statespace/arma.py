@@ -167,9 +167,9 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Returns
     -------
     Arma
-        For m Gauss-Markov processes, including those of flicker noise: ARMA(m, m) with a random walk, ARMA(m, m − 1)
-        without. A rate random walk or a ramp adds one difference. Each of these, and quantization, adds one order of the
-        moving average.
+        For m Gauss-Markov processes, including those of flicker noise, and a resonance counts as two: ARMA(m, m) with a
+        random walk, ARMA(m, m − 1) without. A rate random walk or a ramp adds one difference. Each of these, and
+        quantization, adds one order of the moving average.
 
     Raises
     ------
@@ -206,7 +206,9 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
     terms = model.terms
     ramp = terms.get("rate_ramp", 0.0)
-    if not model.gauss_markov and not any(value for term, value in terms.items() if term != "rate_ramp"):
+    if not (model.gauss_markov or model.resonance) and not any(
+        value for term, value in terms.items() if term != "rate_ramp"
+    ):
         raise DataError("a ramp alone is no ARMA process: it has no noise")
     processes = [(process.sigma, process.time) for process in model.gauss_markov]
     level = terms.get("bias_instability", 0.0)
@@ -220,7 +222,8 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
         quantization=terms.get("quantization", 0.0),
         walk=terms.get("rate_random_walk", 0.0),
         processes=processes,
-        filtered=(n, model.bandwidth) if n and model.bandwidth else None,
+        filtered=(model.bandwidth.before_sampling(n), model.bandwidth) if n and model.bandwidth else None,
+        resonances=model.resonance,
     )
     zeros, variance = spectrum.factor()
     ar_roots, ma_roots = spectrum.poles.array(), zeros.array()

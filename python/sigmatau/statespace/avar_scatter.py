@@ -1,21 +1,23 @@
 """Covariance of the Allan variances of a record if a model is true, and whether noise dominates it.
 
-White noise behind a low-pass filter: with C(l) the covariance of the second differences z_j(n) and z_{j+l}(m) of the phase,
+White noise behind a low-pass filter, and resonances: with C(l) the covariance of the second differences z_j(n) and
+z_{j+l}(m) of the phase,
 that of two Allan variances is Σ w(l)·[C(l)² + 2·R²n²m²τ₀⁴·C(l)]/(2n²m²τ₀⁴·M(n)·M(m)), w(l) the number of pairs at the lag l
-and R a ramp. C is that of filtered noise, F, and of all else, E: the kernels have Σ w·E², and here are Σ w·(F² + 2FE) and
-the ramp's Σ w·F, from the generalised autocovariances of the phase (`sigmatau.model.covariance`).
+and R a ramp. C is that of one such part, F, and of all else, E: the kernels have Σ w·E², and here are Σ w·(F² + 2FE) and
+the ramp's Σ w·F, from the generalised autocovariances of the phase (`sigmatau.model.covariance`); one part after the other.
 
 F is smooth except at the nine lags at which ends of the two clusters coincide, and is negligible beyond the memory of the
-filter. So sums include all lags near those nine, and Gauss points of panels in between, whose lengths grow with the distance
-but not beyond an oscillation of the filter.
+part. So sums include all lags near those nine, and Gauss points of panels in between, whose lengths grow with the distance
+but not beyond an oscillation of the parts.
 """
 
 from __future__ import annotations
 
 import functools
+import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +27,8 @@ from sigmatau.errors import DataError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model import covariance as covariances
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.model.covariance import Damped
+from sigmatau.model.processes import Sinusoid
 
 Floats = NDArray[np.float64]
 
@@ -51,17 +54,10 @@ def covariance_of_model(
         theta[_LINEAR.index("random_walk")] = 0.0
     total = np.einsum("p,q,pqij->ij", theta, theta, noise)
     total += model.terms.get("rate_ramp", 0.0) ** 2 * np.einsum("p,pij->ij", theta, ramp)
-    if model.bandwidth is not None:
+    if model.bandwidth is not None or model.resonance:
         both = np.ones(len(m), dtype=np.bool_) if together is None else together
-        total += _filtered(
-            tuple(model.terms.items()),
-            model.gauss_markov,
-            model.bandwidth,
-            n,
-            tuple(m.tolist()),
-            tau0,
-            tuple(both.tolist()),
-        )
+        noise_ = replace(model, sinusoid=(), intervals={}, limits={}, covariance=((), np.empty((0, 0))))
+        total += _damped(_Same(noise_), n, tuple(m.tolist()), tau0, tuple(both.tolist()))
     if model.sinusoid:
         quiet = replace(model, sinusoid=())
         for line, column, phase in _lines(model, n=n, m=m, tau0=tau0):
@@ -72,40 +68,47 @@ def covariance_of_model(
     return np.asarray(total)
 
 
+@dataclass(frozen=True)
+class _Same:
+    """A model that equals another if its noise does."""
+
+    model: ChannelModel = field(compare=False)
+    key: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "key", json.dumps(self.model.to_dict()))
+
+
 @functools.lru_cache(maxsize=8)
-def _filtered(
-    terms: tuple[tuple[str, float], ...],
-    processes: tuple[GaussMarkov, ...],
-    bandwidth: LowPass,
-    n: int,
-    m: tuple[int, ...],
-    tau0: float,
-    together: tuple[bool, ...],
-) -> Floats:
-    """`filtered_covariance`, cached: it is the same for all records of one length."""
-    coefficients = dict(terms)
+def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tuple[bool, ...]) -> Floats:
+    """What filtered white noise and resonances add; cached: it is the same for all records of one length."""
+    model, filtered = same.model, same.model.bandwidth is not None
+    terms = {
+        term: value
+        for term, value in model.terms.items()
+        if term in _LINEAR and not (filtered and term == "random_walk")
+    }
+    beside = [covariances.gauss_markov(process, tau0) for process in model.gauss_markov]
+    total = np.zeros((len(m), len(m)))
+    # The slowest first: the others of a product are then smooth where the part is not.
+    for part in sorted(replace(model, gauss_markov=()).damped(tau0), key=lambda part: part.fastest):
 
-    def beside(lags: Floats) -> Floats:
-        total = np.zeros(lags.shape)
-        for term in _LINEAR:
-            if term != "random_walk" and term in coefficients:
-                total += covariances.phase_of_term(term, coefficients[term], lags, tau0)
-        for process in processes:
-            total += covariances.phase_of_gauss_markov(process.sigma, process.time, lags, tau0)
-        return total
+        def rest(lags: Floats, others: tuple[Damped, ...] = tuple(beside)) -> Floats:
+            phases = [covariances.phase_of_term(term, value, lags, tau0) for term, value in terms.items()]
+            return np.asarray(sum([*phases, *(other.phase(lags, tau0) for other in others)], np.zeros(lags.shape)))
 
-    found = filtered_covariance(
-        n=n,
-        m=np.array(m, dtype=np.int64),
-        tau0=tau0,
-        random_walk=coefficients["random_walk"],
-        bandwidth=bandwidth,
-        beside=beside,
-        ramp=coefficients.get("rate_ramp", 0.0),
-        together=np.array(together),
-    )
-    found.setflags(write=False)
-    return found
+        total += covariance_with(
+            part,
+            n=n,
+            m=np.array(m, dtype=np.int64),
+            tau0=tau0,
+            beside=rest,
+            ramp=model.terms.get("rate_ramp", 0.0),
+            together=np.array(together),
+        )
+        beside.append(part)
+    total.setflags(write=False)
+    return total
 
 
 def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) -> list[tuple[Sinusoid, Floats, Floats]]:
@@ -124,7 +127,7 @@ def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) ->
 
 def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
     """Raise `DataError` for a model without noise."""
-    if not (set(model.terms) & set(_LINEAR) or model.gauss_markov):
+    if not (set(model.terms) & set(_LINEAR) or model.gauss_markov or model.resonance):
         raise DataError(
             f"the model of {curve.channel} has no noise: nothing in its variances is by chance, and no misfit is more or"
             " less likely; verify a model with noise"
@@ -159,49 +162,69 @@ Phase = Callable[[Floats], Floats]
 
 _SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0])
 
-# Time constants of the slowest pole after which the memory of a filter, e^−20 = 2e-9, is neglected
-_FILTER_MEMORY = 20.0
+# Time constants of the slowest pole after which the memory of a part, e^−20 = 2e-9, is neglected
+_MEMORY = 20.0
+_NARROW = 10.0  # frequency over half width from which a resonance is narrow
+_EXACT_SWINGS = 20.0  # half oscillations around a coincidence in which a narrow resonance is exact
 _WHOLE_LAGS = 24  # Lags on either side of a coincidence of cluster ends that are summed one by one
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
-def filtered_covariance(
+def covariance_with(
+    part: Damped,
     *,
     n: int,
     m: NDArray[np.int64],
     tau0: float,
-    random_walk: float,
-    bandwidth: LowPass,
     beside: Phase,
     ramp: float,
     together: NDArray[np.bool_],
 ) -> Floats:
-    """Covariance of Allan variances minus the covariance without the filtered noise.
+    """Covariance of Allan variances minus the covariance without one part of the noise.
 
     `tau0`: [s]; `beside`: generalised autocovariance of the phase of all other noise, at lags that need not be whole;
-    `together`: sizes whose covariances with each other are asked for; of all others only the variances, the rest is
-    0; Returns to 1e-4 of the whole; at averaging times far below those of the filter, to what the autocovariances
-    have lost (`ChannelModel.phase_autocovariance`).
+    `together`: sizes whose covariances with each other are asked for; of all others only the variances, the rest is 0;
+    Returns to 1e-4 of the whole; at averaging times far below those of the part, to what the autocovariances have lost
+    (`ChannelModel.phase_autocovariance`). Of a narrow resonance, far from the nine lags, F² is its mean over an oscillation,
+    and the product with other noise is neglected.
     """
 
-    def filtered(lags: Floats) -> Floats:
-        return covariances.phase_of_band_limited(random_walk, bandwidth.order, bandwidth.corner, lags, tau0)
+    def own_phase(lags: Floats) -> Floats:
+        return part.phase(lags, tau0)
 
-    turn = 2 * math.pi * bandwidth.corner * tau0
-    memory = math.ceil(_FILTER_MEMORY / (turn * math.sin(math.pi / (2 * bandwidth.order))))
-    panels = _panels(n, memory=min(memory, 2 * n), swing=math.pi / turn)
+    narrow = part.fastest > _NARROW * part.slowest and len(part.decays) == 1
+    memory = math.ceil(_MEMORY / part.slowest)
+    swing = math.pi / part.fastest
+    exact = _EXACT_SWINGS * swing if narrow else math.inf
+    panels = _panels(n, memory=min(memory, exact, 2 * n), swing=swing)
     total = np.zeros((len(m), len(m)))
     for i, first in enumerate(m.tolist()):
         for j, second in enumerate(m[: i + 1].tolist()):
             if i == j or (together[i] and together[j]):
                 pairs = float(n - 2 * first + 1), float(n - 2 * second + 1)
-                lags, weights = _lags(first, second, pairs, memory, panels)
-                own = _differences(filtered, first, second, lags)
-                square = own * (own + 2 * _differences(beside, first, second, lags))
-                scale = 2.0 * (float(first) * second * tau0**2) ** 2
-                found = weights @ (square / scale + ramp**2 * own) / (pairs[0] * pairs[1])
-                total[i, j] = total[j, i] = found
+                meetings = np.subtract.outer(np.arange(3) * first, np.arange(3) * second).ravel()
+                lags, weights = _lags(meetings, pairs, memory, panels)
+                change, near = np.empty(lags.shape), np.abs(lags[:, None] - meetings).min(axis=1) <= exact
+                own = _differences(own_phase, first, second, lags[near])
+                change[near] = own * (own + 2 * _differences(beside, first, second, lags[near]))
+                change[~near] = _mean_square(part, tau0, first, second, lags[~near])
+                change /= 2.0 * (float(first) * second * tau0**2) ** 2
+                change[near] += ramp**2 * own
+                total[i, j] = total[j, i] = weights @ change / (pairs[0] * pairs[1])
     return total
+
+
+def _mean_square(part: Damped, tau0: float, first: int, second: int, lags: Floats) -> Floats:
+    """Mean over an oscillation of the square of C, of a part with a single pole."""
+    decay = complex(part.decays[0])
+    size = tau0**2 / 4 * abs(complex(part.weights[0]) / np.sinh(decay / 2) ** 2)
+    total = np.zeros(lags.shape, dtype=np.complex128)
+    for a, left in enumerate(_SECOND_DIFFERENCE):
+        for b, right in enumerate(_SECOND_DIFFERENCE):
+            distance = lags + float(b * second - a * first)
+            swing = np.exp(-decay * np.abs(distance))
+            total += left * right * np.where(distance < 0, np.conj(swing), swing)
+    return np.asarray((size * np.abs(total)) ** 2 / 2)
 
 
 def _differences(phase: Phase, first: int, second: int, lags: Floats) -> Floats:
@@ -213,9 +236,10 @@ def _differences(phase: Phase, first: int, second: int, lags: Floats) -> Floats:
     return total
 
 
-def _lags(first: int, second: int, pairs: tuple[float, float], memory: int, panels: Floats) -> tuple[Floats, Floats]:
+def _lags(
+    meetings: NDArray[np.int64], pairs: tuple[float, float], memory: int, panels: Floats
+) -> tuple[Floats, Floats]:
     """Lags, and the number of pairs of pairs of clusters of each."""
-    meetings = (np.subtract.outer(np.arange(3) * first, np.arange(3) * second)).ravel()
     low = max(-int(pairs[0]), int(meetings.min()) - memory)
     high = min(int(pairs[1]), int(meetings.max()) + memory)
     ends = np.unique(np.concatenate([meetings[(meetings > low) & (meetings < high)], [low, high]]))
@@ -233,8 +257,8 @@ def _lags(first: int, second: int, pairs: tuple[float, float], memory: int, pane
     return lags, weights * np.maximum(number, 0.0)
 
 
-def _panels(longest: int, *, memory: int, swing: float) -> Floats:
-    """Ends of the panels of distances: growing with the distance, but at most one oscillation of the filter long."""
+def _panels(longest: int, *, memory: float, swing: float) -> Floats:
+    """Ends of the panels of distances: growing with the distance, but at most one oscillation long."""
     ends = [min(_WHOLE_LAGS, longest)]
     while ends[-1] < longest:
         width = ends[-1] / 2

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.model.processes import LowPass
+from sigmatau.model.processes import LowPass, Resonance
 
 Floats = NDArray[np.float64]
 Exact = NDArray[np.object_]
@@ -74,7 +74,8 @@ class Spectrum:
         quantization: float,
         walk: float,
         processes: Sequence[tuple[float, float]],
-        filtered: tuple[float, LowPass] | None,
+        filtered: tuple[float, LowPass] | None = None,
+        resonances: Sequence[Resonance] = (),
     ) -> Self:
         """The spectrum, over dt, of samples. `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K
         [unit/√s]; `processes`: standard deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N
@@ -85,6 +86,8 @@ class Spectrum:
             pace = math.log10(2 * math.pi * filtered[1].corner) + math.log10(dt)
             # The spectrum of order n falls by the power 2n between the corner and half the rate.
             digits += 2 * filtered[1].order * math.ceil(max(1.0, -pace))
+        for one in resonances:  # between the least of its damping and half the rate, as a filter of second order
+            digits += 4 * math.ceil(max(1.0, -math.log10(one.damping) - math.log10(dt)))
         with localcontext() as context:
             context.prec = digits
             step = Decimal(dt)
@@ -107,6 +110,11 @@ class Spectrum:
                 parts += more
                 spread += left
                 real += single
+                pairs += double
+            for one in resonances:
+                more, left, double = _resonance(one, step)
+                parts += more
+                spread += left
                 pairs += double
             return cls(
                 white=spread,
@@ -200,21 +208,40 @@ def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], D
             parts.append(_Part((rho[0] * (1 - kept * kept),), ((1 - kept) ** 2, kept)))
             real.append(float(kept))
             continue
-        c, s = _turned(p[1] * omega * step)
-        phi = (kept * c, kept * s)
-        beside = _times((1 - phi[0], -phi[1]), (1 - phi[0], -phi[1]))
-        squared = _times(phi, phi)
-        height = _times(rho, (1 - squared[0], -squared[1]))
-        # ρ(1 − φ²)/((1 − φ)² + φ·w) and its conjugate over one denominator.
-        mixed = _times(beside, (phi[0], -phi[1]))[0]
-        above = (2 * (height[0] * beside[0] + height[1] * beside[1]), 2 * (height[0] * phi[0] + height[1] * phi[1]))
-        parts.append(_Part(above, (beside[0] ** 2 + beside[1] ** 2, 2 * mixed, phi[0] ** 2 + phi[1] ** 2)))
-        root = complex(float(phi[0]), abs(float(phi[1])))
+        part, root = _pair(rho, kept, p[1] * omega * step)
+        parts.append(part)
         if root.imag:
             pairs.append(root)
         else:
             real += [root.real, root.real]
     return parts, white, real, pairs
+
+
+def _resonance(one: Resonance, step: Decimal) -> tuple[list[_Part], Decimal, list[complex]]:
+    """A sampled resonance: its part, its white share, and its pole. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω − γ)t)]."""
+    turn = _TWO * _pi() * step
+    loss = turn * Decimal(one.width)
+    swing = ((turn * Decimal(one.frequency)) ** 2 - loss**2).sqrt()
+    kept = (-loss).exp()
+    half = Decimal(one.sigma) ** 2 / 2
+    if kept < _NEGLIGIBLE:
+        return [], 2 * half, []
+    part, root = _pair((half, half * loss / swing), kept, swing)
+    return [part], _ZERO, [root]
+
+
+def _pair(rho: tuple[Decimal, Decimal], kept: Decimal, angle: Decimal) -> tuple[_Part, complex]:
+    """The part with the autocovariance ρ·φˡ and its conjugate, φ = kept·exp(i·angle); and φ, above the real line."""
+    c, s = _turned(angle)
+    phi = (kept * c, kept * s)
+    beside = _times((1 - phi[0], -phi[1]), (1 - phi[0], -phi[1]))
+    squared = _times(phi, phi)
+    height = _times(rho, (1 - squared[0], -squared[1]))
+    # ρ(1 − φ²)/((1 − φ)² + φ·w) and its conjugate over one denominator.
+    mixed = _times(beside, (phi[0], -phi[1]))[0]
+    above = (2 * (height[0] * beside[0] + height[1] * beside[1]), 2 * (height[0] * phi[0] + height[1] * phi[1]))
+    part = _Part(above, (beside[0] ** 2 + beside[1] ** 2, 2 * mixed, phi[0] ** 2 + phi[1] ** 2))
+    return part, complex(float(phi[0]), abs(float(phi[1])))
 
 
 def _times(a: tuple[Decimal, Decimal], b: tuple[Decimal, Decimal]) -> tuple[Decimal, Decimal]:

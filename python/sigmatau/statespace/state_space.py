@@ -9,7 +9,7 @@ Terms and their states:
 - random walk: v, or with a bandwidth the states of its filter;
 - rate random walk: ``bias``; the ramp is its slope;
 - bias instability: a few Gauss-Markov states, see `sigmatau.statespace.flicker`;
-- Gauss-Markov process: one state; sinusoid: two states that rotate;
+- Gauss-Markov process: one state; resonance: speed and position of a damped oscillator; sinusoid: two states that rotate;
 - quantization: the last two errors of the angle, whose difference over dt is part of the rate.
 
 In the integrated form y is the angle (velocity), and quantization is v.
@@ -27,9 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native.arguments import whole_sizes
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
-from sigmatau.model.channel import ChannelModel
+from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import LowPass, interval, real
+from sigmatau.model.processes import LowPass, Resonance, interval, real
 from sigmatau.results import Printed, plain
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
@@ -64,6 +64,8 @@ class StateSpace(Printed):
     # Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without
     flicker_error: float = 0.0
     tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
+    # A Gauss-Markov process of this or a longer time explains the record of the model as well as its rate random walk. [s]
+    alike_from: float | None = None
 
     def __post_init__(self) -> None:
         freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)
@@ -134,7 +136,10 @@ class StateSpace(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """The matrices as lists, with the names of the states."""
-        return plain(self, "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max")
+        return plain(
+            self,
+            "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max alike_from_s=alike_from",
+        )
 
     def __repr__(self) -> str:
         lines = [f"{len(self.states)} states every {self.dt:g} s, measured as {self.output}: {', '.join(self.states)}"]
@@ -142,6 +147,8 @@ class StateSpace(Printed):
             lines.append(
                 f"flicker noise: Allan deviation within {100 * self.flicker_error:.2g} % up to {self.tau_max:.4g} s"
             )
+        if self.alike_from is not None:
+            lines.append(alike_text(self.alike_from))
         for name in ("F", "G", "H", "Qd", "R", "P0"):
             rows = np.array2string(getattr(self, name), precision=6, max_line_width=120).splitlines()
             lines.append(f"{name} = " + f"\n{' ' * (len(name) + 3)}".join(rows))
@@ -216,7 +223,7 @@ def state_space(
         if model.bandwidth is None:
             white = terms["random_walk"] ** 2 / dt
         else:
-            system.low_pass(terms["random_walk"], model.bandwidth)
+            system.low_pass(model.bandwidth.before_sampling(terms["random_walk"]), model.bandwidth)
     if "rate_random_walk" in terms or "rate_ramp" in terms or turn_on:
         system.walk(terms.get("rate_random_walk", 0.0), terms.get("rate_ramp", 0.0), turn_on)
     poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
@@ -225,6 +232,8 @@ def state_space(
             system.gauss_markov(f"flicker_{k}", terms["bias_instability"] ** 2 * variance, time)
     for k, process in enumerate(model.gauss_markov, 1):
         system.gauss_markov(f"gauss_markov_{k}", process.sigma**2, process.time)
+    for k, one in enumerate(model.resonance, 1):
+        system.resonance(k, one)
     for k, line in enumerate(model.sinusoid, 1):
         system.sinusoid(k, line.amplitude, line.frequency)
     quantization = terms.get("quantization", 0.0)
@@ -250,6 +259,7 @@ def state_space(
         unit=model.unit,
         flicker_error=poles.error if poles else 0.0,
         tau_max=poles.tau_max if poles else None,
+        alike_from=None if model.alike_from is None else model.alike_from.time,
     )
 
 
@@ -326,34 +336,53 @@ class _System:
 
     def low_pass(self, n: float, bandwidth: LowPass) -> None:
         """Add a Butterworth filter at the sample times, driven by the exact covariance of continuous white noise."""
-        from scipy.linalg import expm, solve_continuous_lyapunov
+        from scipy.linalg import solve_continuous_lyapunov
         from scipy.signal import butter
 
-        corner = 2 * math.pi * bandwidth.corner
+        corner, order = 2 * math.pi * bandwidth.corner, bandwidth.order
         # In units of the corner, controllable form: all states are of one size.
-        _, denominator = butter(bandwidth.order, 1.0, analog=True)
-        order = bandwidth.order
+        _, denominator = butter(order, 1.0, analog=True)
         a = np.zeros((order, order))
         a[:-1, 1:] = np.eye(order - 1)
         a[-1] = -denominator[:0:-1]
         driven = np.zeros((order, order))
         driven[-1, -1] = n**2 * corner
-        p0 = solve_continuous_lyapunov(a, -driven)
-        if corner * self.dt * math.sin(math.pi / (2 * order)) > _FILTER_MEMORY:
+        p0 = np.asarray(solve_continuous_lyapunov(a, -driven), dtype=np.float64)
+        slowest = math.sin(math.pi / (2 * order))
+        self._sampled("filter_{}", "random_walk_{}", a, driven, p0, time=corner * self.dt, slowest=slowest)
+
+    def resonance(self, number: int, one: Resonance) -> None:
+        """Add a damped oscillator, its speed first; of equal variances, in units of its frequency."""
+        loss = 2 * one.width / one.frequency
+        a = np.array([[-loss, -1.0], [1.0, 0.0]])
+        driven = np.diag([2 * loss * one.sigma**2, 0.0])
+        time = 2 * math.pi * one.frequency * self.dt
+        name = f"resonance_{number}"
+        p0 = np.diag([one.sigma**2, one.sigma**2])
+        self._sampled(f"{name}_{{}}", f"{name}_{{}}", a, driven, p0, time=time, slowest=loss / 2)
+
+    def _sampled(
+        self, state: str, noise: str, a: Floats, driven: Floats, p0: Floats, *, time: float, slowest: float
+    ) -> None:
+        """Add ẋ = a·x + white noise of density `driven` at the sample times, `time` apart; its first state is measured.
+        `slowest`: least loss of a pole.
+        """
+        from scipy.linalg import expm
+
+        order = len(a)
+        if time * slowest > _FILTER_MEMORY:
             f, q = np.zeros((order, order)), p0  # the slowest pole has forgotten all: products of this size lose it
         else:
-            f = expm(a * corner * self.dt)
-            q = _driven(a, driven, corner * self.dt)
-        names = [f"filter_{k}" for k in range(1, order + 1)]
-        h = np.eye(1, order)[0]
+            f, q = expm(a * time), _driven(a, driven, time)
+        numbers = range(1, order + 1)
         self._add(
-            names,
+            [state.format(k) for k in numbers],
             f,
             np.eye(order),
-            h,
+            np.eye(1, order)[0],
             (q + q.T) / 2,
             (p0 + p0.T) / 2,
-            [f"random_walk_{k}" for k in range(1, order + 1)],
+            [noise.format(k) for k in numbers],
         )
 
     def integrate(self, white: float) -> None:

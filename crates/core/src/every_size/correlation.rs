@@ -1,17 +1,17 @@
 //! Sums of products at every lag, by Fourier transforms.
 
-use realfft::num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use sigmatau_fft::Complex64;
+use sigmatau_fft::{ComplexToReal, Planner, RealToComplex};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Transforms by length, planned once and shared by all threads.
 pub struct Correlator {
-    planner: Mutex<RealFftPlanner<f64>>,
+    planner: Mutex<Planner>,
 }
 
 impl Correlator {
     pub fn new() -> Self {
-        Self { planner: Mutex::new(RealFftPlanner::new()) }
+        Self { planner: Mutex::new(Planner::new()) }
     }
 
     /// `sums[l] = Σ_k block[k] window[k + l]`; beyond its end the window is 0.
@@ -45,7 +45,7 @@ impl Correlator {
         let length = good_length(least);
         // A planner that another thread left in a panic is only a table of plans.
         let mut planner = self.planner.lock().unwrap_or_else(PoisonError::into_inner);
-        Transform { forward: planner.plan_fft_forward(length), inverse: planner.plan_fft_inverse(length) }
+        Transform { forward: planner.forward(length), inverse: planner.inverse(length) }
     }
 }
 

@@ -48,7 +48,7 @@ fn gamma_deviances(ratio: &[f64], bins: &Bins, parameters: f64) -> f64 {
 }
 
 /// ln x − ψ(x), without cancellation for large x.
-fn log_bias(x: f64) -> f64 {
+pub(crate) fn log_bias(x: f64) -> f64 {
     if x > 1e4 { 0.5 / x + 1.0 / (12.0 * x * x) } else { x.ln() - digamma(x) }
 }
 

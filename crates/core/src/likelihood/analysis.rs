@@ -1,7 +1,7 @@
 //! The whole way from a summary to coefficients with intervals.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::bins::{Bins, Regressor, TERMS, usable};
+use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::{chi2_above, chi2_quantile_above};
@@ -36,6 +36,10 @@ const CURVATURE: f64 = 6.0;
 
 /// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
+
+/// Steps of the search for the ends of its interval.
+const RAMP_DOUBLINGS: usize = 8;
+const RAMP_HALVINGS: usize = 5;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
 const LEAST_BAND: f64 = 20.0;
@@ -127,8 +131,9 @@ pub struct Outcome {
     pub lines: Vec<Line>,
     /// Frequency from which the band was left out. [Hz]
     pub highest: Option<f64>,
-    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well. [s]
-    pub alike_from: Option<f64>,
+    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as
+    /// well; and the variance of the one of this time.
+    pub alike_from: Option<(f64, f64)>,
     /// Rate ramp, per second; and whether it stands out and is part of the model.
     pub ramp: Drift,
     /// See `ramp`.
@@ -151,13 +156,13 @@ pub struct Outcome {
     pub kurtosis: f64,
     /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
     pub parameters: Vec<Part>,
-    /// Covariance of their parameters and of the coefficients of the filter, row after row.
+    /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the
+    /// parts (logarithms of times and widths; frequencies in widths), row after row.
     pub covariance: Vec<f64>,
     /// Bins: frequency [Hz], measured and expected density, degrees of freedom.
     pub bins: Vec<[f64; 4]>,
 }
 
-const ENDS: [usize; 2] = [0, 1];
 const RAMP_AT: usize = 2;
 const WARM_AT: usize = 3;
 const GIVEN_AT: usize = WARM_AT + WARM_UPS.len();
@@ -196,21 +201,28 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     if let Some(j) = plain.model.index(Part::RandomWalk) {
         heavy_tails(&mut terms[j], record);
     }
+    // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
     let processes = limited
         .model
         .processes()
-        .map(|j| Process {
-            part: plain.model.parts[j],
-            variance: Bounds { value: plain.model.theta[j], ..of_part(&limited, &limited_bins, j, at) },
-            shape: match of_time(&limited, &limited_bins, j, at) {
-                Some(time) => [Some(time), None],
-                None => of_resonance(&limited, &limited_bins, j, at).map_or([None, None], |b| b.map(Some)),
-            },
+        .zip(reduced.model.processes())
+        .map(|(j, k)| {
+            let part = reduced.model.parts[k];
+            let shape = match (of_time(&limited, &limited_bins, j, at), part) {
+                (Some(bounds), Part::GaussMarkov { time }) => [Some(bounds.around(time)), None],
+                (_, Part::Resonance { frequency, width }) => of_resonance(&limited, &limited_bins, j, at)
+                    .map_or([None, None], |[centre, half]| {
+                        [Some(centre.around(frequency)), Some(half.around(width))]
+                    }),
+                _ => [None, None],
+            };
+            let variance = of_part(&limited, &limited_bins, j, at).around(reduced.model.theta[k]);
+            Process { part, variance, shape }
         })
         .collect();
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
-    let count = reduced.model.parts.len() + reduced.model.filter.len();
+    let count = covariance.order;
     let unsteadiness = unsteadiness(&plain, &bins);
     let alike_from = process_like_walk(&reduced, &limited_bins, at);
     Outcome {
@@ -274,7 +286,7 @@ fn best_attempt<'a>(
     options: &Options,
 ) -> Attempt<'a> {
     let nyquist = 0.5 / record.tau0;
-    let lowest = record.mode_frequency(record.modes.len());
+    let lowest = record.mode_frequency(record.low_modes());
     let mut attempts: Vec<Attempt<'a>> = Vec::new();
     for share in [1.0, 2.0, 4.0, 8.0, 16.0] {
         let mut mask = mask.to_vec();
@@ -469,9 +481,39 @@ fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted: bool) -> 
     }
     found.warm_up = chosen.map(|(k, gain)| refined(fit, bins, k, gain));
     if found.ramp_observed {
-        found.ramp.value = drift(fit, RAMP_AT).value;
+        found.ramp = profiled_ramp(fit, bins, at);
     }
     found
+}
+
+/// The ramp with half its profile interval, in standard errors: the random walk of the rate may grow where the ramp is held.
+fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
+    let plain = drift(fit, RAMP_AT);
+    let mut bare = fit.model.clone();
+    bare.regressors.retain(|&k| k != RAMP_AT);
+    let rise = |value: f64| {
+        let ramp = &bins.regressors[RAMP_AT].modes;
+        let modes = bins.record.modes.iter().zip(ramp).map(|(x, r)| x - value * r).collect();
+        let record = Summary { modes, ..bins.record.clone() };
+        let held = bare.clone().fit(&bins.of_record(&record));
+        held.deviance - held.restricted
+    };
+    let target = at.interval + rise(plain.value);
+    let end = |sign: f64| {
+        let (mut inside, mut outside) = (0.0, plain.error * at.interval.sqrt());
+        for _ in 0..RAMP_DOUBLINGS {
+            if rise(plain.value + sign * outside) > target {
+                break;
+            }
+            (inside, outside) = (outside, 2.0 * outside);
+        }
+        for _ in 0..RAMP_HALVINGS {
+            let middle = 0.5 * (inside + outside);
+            *if rise(plain.value + sign * middle) > target { &mut outside } else { &mut inside } = middle;
+        }
+        outside
+    };
+    Drift { value: plain.value, error: 0.5 * (end(1.0) + end(-1.0)) / at.interval.sqrt() }
 }
 
 /// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
@@ -598,7 +640,7 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
 }
 
 /// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.
-fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
+fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<(f64, f64)> {
     let walk = fit.model.index(Part::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
     let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
     let reference = fit.model.clone().refit(bins, 40, TOLERANCE, fit).deviance;
@@ -608,10 +650,12 @@ fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<f64> {
         // A process that is slow enough is a random walk with K² = 2σ²/T.
         let mut model = bare.with(Part::GaussMarkov { time }, 0.5 * walk * time);
         model.held_shape = Some((model.parts.len() - 1, Shape::Time));
-        if model.refit(bins, 40, TOLERANCE, fit).deviance > reference + at.interval {
+        let last = model.parts.len() - 1;
+        let alike = model.refit(bins, 40, TOLERANCE, fit);
+        if alike.deviance > reference + at.interval {
             break;
         }
-        found = Some(time);
+        found = Some((time, alike.model.theta[last]));
         time /= 1.5;
     }
     found
@@ -624,9 +668,7 @@ fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
             Some(k) => reduced.model.theta[k],
             _ => plain.model.theta[j],
         };
-        bounds[j].value = value;
-        bounds[j].high = bounds[j].high.max(value);
-        bounds[j].low = bounds[j].low.min(value);
+        bounds[j] = bounds[j].around(value);
     }
 }
 

@@ -20,8 +20,9 @@ const WIDEST: f64 = 64.0;
 pub(crate) const POINTS: usize = 8;
 const MODE_POINTS: usize = 4;
 
-/// Least share of unmasked densities in a bin.
+/// Least share of unmasked densities in a bin, and their least number.
 const LEAST_SHARE: f64 = 0.15;
+const LEAST_COUNT: f64 = 2.0;
 
 /// Half a bin of width more, for every stretch of a bin: the law of the mean of overlapping, tapered densities.
 const EDGE: f64 = 0.5;
@@ -33,10 +34,15 @@ pub(crate) struct Regressor {
     pub modes: Vec<f64>,
 }
 
+/// The regressors that are the end values of the angle; quantization noise has them, with the variance Q².
+pub(crate) const ENDS: [usize; 2] = [0, 1];
+
 /// Sums over the modes of each bin of products of regressors and of the record, for one set of regressors.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Products {
     pub count: usize,
+    /// Whether each is an end value of the angle.
+    pub ends: Vec<bool>,
     /// `count`² a bin.
     pub squares: Vec<f64>,
     /// `count` a bin.
@@ -59,7 +65,9 @@ pub(crate) struct Bins<'a> {
     pub mask: Arc<Vec<bool>>,
     /// Numbers of low bins.
     pub low: usize,
-    /// First mode (from 1) of each low bin, and one past the last.
+    /// Modes that count, less 1.
+    kept: Vec<usize>,
+    /// First of them of each low bin, and one past the last.
     edges: Vec<usize>,
     /// Mean squares of the modes without regressors.
     low_power: Vec<f64>,
@@ -101,7 +109,7 @@ pub(crate) const MOST_FILTER: usize = 6;
 
 /// First density of the periodogram that is used: above the highest mode.
 pub(crate) fn first_density(record: &Summary) -> usize {
-    first_above(record.mode_frequency(record.modes.len()), record.segment, record.tau0)
+    first_above(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
 }
 
 fn first_above(highest_mode: f64, segment: usize, tau0: f64) -> usize {
@@ -138,7 +146,8 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
 impl<'a> Bins<'a> {
     pub(crate) fn new(record: &'a Summary, mask: Arc<Vec<bool>>, regressors: Arc<Vec<Regressor>>) -> Self {
         let blocks = Blocks { samples: record.block, count: record.blocks, tau0: record.tau0 };
-        let edges = low_edges(record.modes.len());
+        let kept = modes_kept(record, &mask);
+        let edges = low_edges(record, &kept);
         let low = edges.len() - 1;
         let mut mode_points = Vec::new();
         let mut mode_starts = vec![0];
@@ -146,20 +155,20 @@ impl<'a> Bins<'a> {
             let count = pair[1] - pair[0];
             let points = count.min(MODE_POINTS);
             for i in 0..points {
-                mode_points
-                    .push(blocks.point(pair[0] + ((i as f64 + 0.5) * count as f64 / points as f64) as usize));
+                let at = pair[0] + ((i as f64 + 0.5) * count as f64 / points as f64) as usize;
+                mode_points.push(blocks.point(kept[at] + 1));
             }
             mode_starts.push(mode_points.len());
         }
-        let low_power: Vec<f64> = edges
-            .windows(2)
-            .map(|p| {
-                record.modes[p[0] - 1..p[1] - 1].iter().map(|x| x * x).sum::<f64>() / (p[1] - p[0]) as f64
-            })
-            .collect();
-        let middle = |p: &[usize]| match record.masked {
-            Some(_) => (p[0]..p[1]).map(|k| record.mode_frequency(k)).sum::<f64>() / (p[1] - p[0]) as f64,
-            None => record.mode_frequency(1) * (p[0] + p[1] - 1) as f64 / 2.0,
+        let low_power = mean_squares(record, &kept, &edges);
+        let middle = |p: &[usize]| {
+            let inside = &kept[p[0]..p[1]];
+            match record.masked {
+                Some(_) => {
+                    inside.iter().map(|&k| record.mode_frequency(k + 1)).sum::<f64>() / inside.len() as f64
+                }
+                None => record.mode_frequency(1) * mean_mode(inside),
+            }
         };
         let mut frequency: Vec<f64> = edges.windows(2).map(middle).collect();
         let mut freedom: Vec<f64> = edges.windows(2).map(|p| (p[1] - p[0]) as f64).collect();
@@ -170,7 +179,7 @@ impl<'a> Bins<'a> {
         for (start, stop) in high_edges(record) {
             let there: Vec<usize> = (start..stop).filter(|&k| mask[k]).collect();
             let count = there.len();
-            if (count as f64) < (LEAST_SHARE * (stop - start) as f64).max(2.0) {
+            if (count as f64) < (LEAST_SHARE * (stop - start) as f64).max(LEAST_COUNT) {
                 continue;
             }
             let stretches = 1 + there.windows(2).filter(|p| p[1] > p[0] + 1).count();
@@ -209,6 +218,7 @@ impl<'a> Bins<'a> {
             cosines_low: Arc::new(each(&frequency[..low])),
             cosines_high: Arc::new(each(&at_points)),
             cap: vec![f64::INFINITY; frequency.len()],
+            kept,
             edges,
             low_power,
             high_power,
@@ -232,6 +242,17 @@ impl<'a> Bins<'a> {
             }
         }
         bins.terms = Arc::new(terms);
+        bins
+    }
+
+    /// The same bins of a record with other modes.
+    pub(crate) fn of_record<'b>(&self, record: &'b Summary) -> Bins<'b>
+    where
+        'a: 'b,
+    {
+        let mut bins: Bins<'b> = self.clone();
+        bins.record = record;
+        bins.low_power = mean_squares(record, &bins.kept, &bins.edges);
         bins
     }
 
@@ -365,8 +386,8 @@ impl<'a> Bins<'a> {
             let all = flicker_modes(blocks, self.record.modes.len());
             let length = self.record.block_length();
             for (slot, pair) in column.low.iter_mut().zip(self.edges.windows(2)) {
-                let inside = &all[pair[0] - 1..pair[1] - 1];
-                *slot = length * inside.iter().sum::<f64>() / inside.len() as f64;
+                let inside = &self.kept[pair[0]..pair[1]];
+                *slot = length * inside.iter().map(|&k| all[k]).sum::<f64>() / inside.len() as f64;
             }
         } else {
             for (slot, pair) in column.low.iter_mut().zip(self.mode_starts.windows(2)) {
@@ -390,18 +411,18 @@ impl<'a> Bins<'a> {
         let mut squares = Vec::with_capacity(self.low * count * count);
         let mut with_record = Vec::with_capacity(self.low * count);
         for pair in self.edges.windows(2) {
-            let modes = pair[0] - 1..pair[1] - 1;
+            let inside = &self.kept[pair[0]..pair[1]];
             for &i in used {
-                let own = &self.regressors[i].modes[modes.clone()];
+                let own = &self.regressors[i].modes;
                 for &j in used {
-                    let other = &self.regressors[j].modes[modes.clone()];
-                    squares.push(own.iter().zip(other).map(|(a, b)| a * b).sum());
+                    let other = &self.regressors[j].modes;
+                    squares.push(inside.iter().map(|&k| own[k] * other[k]).sum());
                 }
-                let record = &self.record.modes[modes.clone()];
-                with_record.push(own.iter().zip(record).map(|(a, b)| a * b).sum());
+                with_record.push(inside.iter().map(|&k| own[k] * self.record.modes[k]).sum());
             }
         }
-        Products { count, squares, with_record }
+        let ends = used.iter().map(|k| ENDS.contains(k)).collect();
+        Products { count, ends, squares, with_record }
     }
 
     /// Mean squares of the modes without what the regressors explain.
@@ -445,28 +466,55 @@ impl<'a> Bins<'a> {
     }
 }
 
-/// Modes singly, then logarithmically.
-pub(crate) fn low_edges(modes: usize) -> Vec<usize> {
-    let mut edges: Vec<usize> = (1..=SINGLE.min(modes) + 1).collect();
+/// Modes that count, less 1: all below the band of the periodogram, and those of a short record that are not masked there.
+fn modes_kept(record: &Summary, mask: &[bool]) -> Vec<usize> {
+    let (first, last) = (first_density(record), record.density.len() - 1);
+    let nearest =
+        |k: usize| (record.mode_frequency(k) * record.segment as f64 * record.tau0).round() as usize;
+    let counts = |k: &usize| *k < record.low_modes() || mask[nearest(*k + 1).clamp(first, last - 1)];
+    (0..record.modes.len()).filter(counts).collect()
+}
+
+fn mean_squares(record: &Summary, kept: &[usize], edges: &[usize]) -> Vec<f64> {
+    let mean = |p: &[usize]| {
+        kept[p[0]..p[1]].iter().map(|&k| record.modes[k].powi(2)).sum::<f64>() / (p[1] - p[0]) as f64
+    };
+    edges.windows(2).map(mean).collect()
+}
+
+fn mean_mode(kept: &[usize]) -> f64 {
+    1.0 + kept.iter().sum::<usize>() as f64 / kept.len() as f64
+}
+
+/// Modes singly, then logarithmically: positions in `kept`.
+pub(crate) fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
+    let modes = record.modes.len();
+    let widest = if modes > record.low_modes() { modes as f64 / WIDEST } else { f64::INFINITY };
+    let mut edges: Vec<usize> = (0..=SINGLE.min(modes)).collect();
     let mut at = SINGLE as f64;
-    let step = 10_f64.powf(1.0 / PER_DECADE);
-    while edges[edges.len() - 1] <= modes {
-        let done = edges[edges.len() - 1] - 1;
-        at = (at * step).max((done + 1) as f64);
-        edges.push((at.round() as usize).min(modes) + 1);
+    let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
+    while edges[edges.len() - 1] < modes {
+        let done = edges[edges.len() - 1];
+        at = (at + (at * step).min(widest)).max((done + 1) as f64);
+        edges.push((at.round() as usize).min(modes));
     }
-    edges
+    let mut found: Vec<usize> = edges.iter().map(|&edge| kept.partition_point(|&k| k < edge)).collect();
+    found.dedup();
+    found
 }
 
 fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
-    high_ranges(record.mode_frequency(record.modes.len()), record.segment, record.tau0)
+    if record.modes.len() > record.low_modes() {
+        return Vec::new();
+    }
+    high_ranges(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
 }
 
 /// Ranges of densities above the highest mode.
 pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(usize, usize)> {
     const FEWEST: f64 = 4.0;
     let (first, last) = (first_above(highest_mode, segment, tau0), segment / 2);
-    let widest = (last as f64 / WIDEST).max(1.0);
+    let widest = (last as f64 / WIDEST).max(LEAST_COUNT);
     let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
     let mut edges = vec![first];
     let mut at = first as f64;
@@ -514,12 +562,23 @@ mod tests {
     #[test]
     fn edges_cover_every_mode_and_density_once() {
         for samples in [256, 1000, 4096, 40_000] {
-            let x: Vec<f64> = (0..samples).map(|i| f64::from((i * 7919) % 1013)).collect();
+            let x: Vec<f64> = (0..samples).map(|i| ((i * 7919) % 1013) as f64).collect();
             let record = Summary::of(&x, 0.01).unwrap();
-            let edges = low_edges(record.modes.len());
-            assert_eq!((edges[0], edges[edges.len() - 1]), (1, record.modes.len() + 1));
+            let mut mask = vec![true; record.density.len()];
+            let kept = modes_kept(&record, &mask);
+            let edges = low_edges(&record, &kept);
+            assert_eq!(
+                (kept.len(), edges[0], edges[edges.len() - 1]),
+                (record.modes.len(), 0, record.modes.len())
+            );
             assert!(edges.windows(2).all(|p| p[1] > p[0]));
             let high = high_edges(&record);
+            if samples <= 4096 {
+                assert!(high.is_empty());
+                mask.fill(false);
+                assert_eq!(modes_kept(&record, &mask).len(), samples / 8);
+                continue;
+            }
             assert!(high.windows(2).all(|p| p[0].1 == p[1].0));
             assert_eq!(high[high.len() - 1].1, record.segment / 2);
         }

@@ -27,7 +27,7 @@ impl Dictionary {
         let column = |part: Part| (part, bins.unit(part));
         let times = spaced(40.0 * tau0, duration / 6.0, TIMES);
         let processes = times.into_iter().map(|time| column(Part::GaussMarkov { time })).collect();
-        let highest_mode = bins.record.mode_frequency(bins.record.modes.len());
+        let highest_mode = bins.record.mode_frequency(bins.record.low_modes());
         let spacing = bins.record.frequency(1);
         let mut resonances = Vec::new();
         for frequency in spaced(4.0 / duration, 0.47 / tau0, CENTRES) {

@@ -1,8 +1,9 @@
 //! What is left of a model's authority where it does not quite agree: a log-normal wiggle, constant in a quarter decade,
 //! whose size is estimated from the record and limits what each band may say.
 
-use crate::likelihood::adequacy::band_of;
+use crate::likelihood::adequacy::{band_of, log_bias};
 use crate::likelihood::bins::Bins;
+use crate::likelihood::laws::trigamma;
 use crate::likelihood::linear::dot;
 use crate::likelihood::model::Fit;
 
@@ -85,7 +86,7 @@ fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
     found
 }
 
-/// Variance of the wiggle in each band: E (ln r)² = (1 − h)(s² + 2/ν), smoothed over bands, h the leverage.
+/// Variance of the wiggle in each band: E (ln r)² = (1 − h)(s² + v), smoothed over bands, h the leverage, v that of chance.
 fn wiggle(bands: &[Band]) -> Vec<f64> {
     bands
         .iter()
@@ -93,11 +94,16 @@ fn wiggle(bands: &[Band]) -> Vec<f64> {
             let (mut above, mut below) = (0.0, 0.0);
             for b in bands {
                 let weight = (-0.5 * ((here.number - b.number) as f64 / SMOOTH).powi(2)).exp();
-                above += weight * (b.log_ratio.powi(2) - (1.0 - b.leverage) * 2.0 / b.freedom);
+                above += weight * (b.log_ratio.powi(2) - (1.0 - b.leverage) * chance(b.freedom));
                 below += weight * (1.0 - b.leverage);
             }
-            let own = OWN_SHARE * (here.log_ratio.powi(2) - BEYOND * 2.0 / here.freedom);
+            let own = OWN_SHARE * (here.log_ratio.powi(2) - BEYOND * chance(here.freedom));
             (above / below).max(own).max(0.0)
         })
         .collect()
+}
+
+/// Mean square of the logarithm of a mean of powers with so many degrees of freedom: 2/ν of many.
+fn chance(freedom: f64) -> f64 {
+    trigamma(0.5 * freedom) + log_bias(0.5 * freedom).powi(2)
 }

@@ -1,7 +1,7 @@
 //! Expected densities of unit amplitude: at the cosine modes of block means, and in Welch's periodogram.
 
 use crate::special::odd_harmonic;
-use realfft::RealFftPlanner;
+use sigmatau_fft::Planner;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
 
@@ -252,7 +252,7 @@ fn twice_summed(l: usize) -> f64 {
 /// an additive constant.
 fn mode_variances(lags: &[f64], modes: usize) -> Vec<f64> {
     let m = lags.len();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(2 * m);
+    let transform = Planner::new().forward(2 * m);
     let contrast = |l: usize| lags[l] - lags[0];
     let mut input = transform.make_input_vec();
     let mut output = transform.make_output_vec();

@@ -1,6 +1,6 @@
 //! A model of the density of a channel, and its fit: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
 
-use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
+use crate::likelihood::bins::{Bins, ENDS, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use std::sync::Arc;
@@ -58,6 +58,10 @@ pub(crate) struct Fit {
     pub restricted: f64,
     pub beta: Vec<f64>,
     pub beta_covariance: Symmetric,
+    /// Degrees of freedom that the regressors take from each bin.
+    leverage: Vec<f64>,
+    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is.
+    slope_of_ends: f64,
     /// Of this set of regressors; shared by the fits that follow.
     products: Arc<Products>,
 }
@@ -106,7 +110,8 @@ impl Model {
 
     /// Numbers that are fitted.
     pub(crate) fn parameters(&self) -> usize {
-        self.parts.len() + self.filter.len() + self.shapes().len() + self.regressors.len()
+        let curves = self.regressors.iter().filter(|k| !ENDS.contains(k)).count();
+        self.parts.len() + self.filter.len() + self.shapes().len() + curves
     }
 
     /// |H|² at the low bins and at the points of the others; None without a filter.
@@ -344,13 +349,25 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
 
 impl Fit {
     fn of(model: Model, spectrum: Vec<f64>, bins: &Bins, products: Arc<Products>, weights: &[f64]) -> Self {
-        let (beta, beta_covariance, restricted) = regress(&products, &spectrum);
-        let powers = bins.powers(&bins.residual_power(&products, &beta));
-        let mut deviance = restricted;
+        let quantization = model.index(Part::Quantization).map_or(0.0, |j| model.theta[j]);
+        let found = regress(&products, &spectrum, quantization);
+        let powers = bins.powers(&bins.residual_power(&products, &found.beta));
+        let mut deviance = found.restricted + found.squares_of_ends;
         for ((s, i), nu) in spectrum.iter().zip(&powers).zip(weights) {
             deviance += nu * (s.ln() + i / s);
         }
-        Self { model, spectrum, powers, deviance, restricted, beta, beta_covariance, products }
+        Self {
+            model,
+            spectrum,
+            powers,
+            deviance,
+            restricted: found.restricted,
+            beta: found.beta,
+            beta_covariance: found.covariance,
+            leverage: found.leverage,
+            slope_of_ends: found.slope_of_ends,
+            products,
+        }
     }
 
     /// Measured over expected densities, minus 1.
@@ -361,8 +378,12 @@ impl Fit {
     fn step(&self, slopes: &[Vec<f64>], weights: &[f64], bins: &Bins) -> Vec<f64> {
         let information = information(slopes, weights);
         let excess = self.excess();
-        let pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
-        let gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        let mut pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
+        pull.iter_mut().zip(&self.leverage).for_each(|(p, h)| *p += 0.5 * h);
+        let mut gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        if let Some(j) = self.model.index(Part::Quantization) {
+            gradient[j] += self.slope_of_ends;
+        }
         let (n, q) = (self.model.parts.len(), self.model.filter.len());
         let shapes = self.model.shapes();
         let mut least: Vec<f64> = self.model.theta.iter().map(|t| -t).collect();
@@ -408,25 +429,54 @@ fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     found
 }
 
-/// Weighted least squares for the regressors, given the density: coefficients, covariance, ln det ZᵀS⁻¹Z. The density is
-/// that of the bin, constant in it.
-fn regress(products: &Products, spectrum: &[f64]) -> (Vec<f64>, Symmetric, f64) {
+struct Regressed {
+    beta: Vec<f64>,
+    covariance: Symmetric,
+    /// ln det ZᵀS⁻¹Z, of the end values ln det(1 + Q²ZᵀS⁻¹Z).
+    restricted: f64,
+    /// Squares of the end values over their variance.
+    squares_of_ends: f64,
+    leverage: Vec<f64>,
+    slope_of_ends: f64,
+}
+
+/// Weighted least squares for the regressors, given the density; the end values of the angle are random with the variance
+/// `quantization`. The density is that of the bin, constant in it.
+fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regressed {
     let n = products.count;
     let mut squares = Symmetric::zero(n);
-    if n == 0 {
-        return (Vec::new(), squares, 0.0);
-    }
     let mut right = vec![0.0; n];
-    for (bin, (record, own)) in
-        products.with_record.chunks_exact(n).zip(products.squares.chunks_exact(n * n)).enumerate()
-    {
+    let scale: Vec<f64> =
+        products.ends.iter().map(|end| if *end { quantization.sqrt() } else { 1.0 }).collect();
+    let bins = products.with_record.chunks_exact(n.max(1)).zip(products.squares.chunks_exact((n * n).max(1)));
+    for (bin, (record, own)) in bins.clone().enumerate() {
         let weight = 1.0 / spectrum[bin];
         right.iter_mut().zip(record).for_each(|(r, x)| *r += weight * x);
         squares.at.iter_mut().zip(own).for_each(|(s, x)| *s += weight * x);
     }
-    let covariance = squares.pseudo_inverse();
-    let beta = covariance.times(&right);
-    (beta, covariance, squares.log_determinant())
+    for i in 0..n {
+        right[i] *= scale[i];
+        for j in 0..=i {
+            let prior = f64::from(u8::from(i == j && products.ends[i]));
+            squares.set(i, j, squares.get(i, j) * scale[i] * scale[j] + prior);
+        }
+    }
+    let mut covariance = squares.pseudo_inverse();
+    let mut beta = covariance.times(&right);
+    let ends = |i: &usize| products.ends[*i];
+    let squares_of_ends: f64 = (0..n).filter(ends).map(|i| beta[i] * beta[i]).sum();
+    let known: f64 = (0..n).filter(ends).map(|i| 1.0 - covariance.get(i, i)).sum();
+    let slope_of_ends = if quantization > 0.0 { 0.5 * (squares_of_ends - known) / quantization } else { 0.0 };
+    for i in 0..n {
+        beta[i] *= scale[i];
+        for j in 0..=i {
+            covariance.set(i, j, covariance.get(i, j) * scale[i] * scale[j]);
+        }
+    }
+    let taken = |(bin, (_, own)): (usize, (&[f64], &[f64]))| dot(&covariance.at, own) / spectrum[bin];
+    let leverage = bins.enumerate().map(taken).collect();
+    let restricted = squares.log_determinant();
+    Regressed { beta, covariance, restricted, squares_of_ends, leverage, slope_of_ends }
 }
 
 impl Model {

@@ -42,6 +42,13 @@ pub struct Bounds {
     pub loss: f64,
 }
 
+impl Bounds {
+    /// The same interval with another value, extended to it.
+    pub(crate) fn around(self, value: f64) -> Self {
+        Self { value, low: self.low.min(value), high: self.high.max(value), ..self }
+    }
+}
+
 /// The interval of the parameter of a part.
 pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bounds {
     let value = fit.model.theta[part];

@@ -118,9 +118,8 @@ fn beside_filter(fit: &Fit, bins: &Bins) -> Model {
 fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
     const AT: f64 = 0.05; // of the sampling rate
     let wanted = AT / bins.record.tau0;
-    let high = bins.low..bins.len();
     let distance = |i: usize| (bins.frequency[i] - wanted).abs();
-    let Some(bin) = high.min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
+    let Some(bin) = (0..bins.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
     fit.model.theta[part] * bins.unit(Part::Quantization)[bin] / fit.spectrum[bin]
 }
 

@@ -92,7 +92,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
 
 
 def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
-    """Gauss-Markov processes with q_c of the standard, sinusoids and the bandwidth."""
+    """Gauss-Markov processes with q_c of the standard, resonances, sinusoids and the bandwidth."""
     units = _UNITS.get(model.quantity, {}).get("bias_instability", ((model.unit, 1.0),))
     text, size = units[0]
     rows = []
@@ -108,6 +108,12 @@ def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
             ),
             (f"Tc{k}", "correlation time", f"{process.time:.6g} s", "", f"{digits(process.time)} s"),
             (f"qc{k}", "driving noise", f"{drive:.6g} {model.unit}/√s", "", f"{digits(drive)} {model.unit}/sqrt(s)"),
+        ]
+    for k, one in enumerate(model.resonance, 1):
+        rows += [
+            (f"σr{k}", "resonance", f"{one.sigma / size:.6g} {text}", "", f"{digits(one.sigma)} {model.unit}"),
+            (f"fr{k}", "its centre", f"{one.frequency:.6g} Hz", "", f"{digits(one.frequency)} Hz"),
+            (f"Δf{k}", "its half width", f"{one.width:.6g} Hz", "", f"{digits(one.width)} Hz"),
         ]
     for k, line in enumerate(model.sinusoid, 1):
         rows += [

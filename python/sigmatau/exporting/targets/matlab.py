@@ -65,8 +65,9 @@ def _bias(numbers: Numbers, sensor: str, unit: str) -> list[str]:
     if not _has_flicker(numbers, sensor):
         if numbers.choices.walk.get(sensor) == "horizon":
             return [f"% {key} stays 0: RandomWalk approximates it, as chosen"]
-        own = any(model.gauss_markov for model in channels.values())
-        more = "; no field for the Gauss-Markov bias of the model" if own else ""
+        kinds = {"Gauss-Markov bias": "gauss_markov", "resonances": "resonance"}
+        own = [text for text, kind in kinds.items() if any(getattr(model, kind) for model in channels.values())]
+        more = f"; no field for the {' and '.join(own)} of the model" if own else ""
         return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'bias_instability')}{more}"]
     values = by_axis(numbers, sensor, lambda one: _bias_of(one, sensor))
     poles, time = _poles(numbers, sensor)

@@ -114,6 +114,7 @@ def _parts(numbers: Numbers, name: str) -> str:
     parts = "N^2*rate" if model.bandwidth is None else "variance behind the low-pass filter"
     parts += " + 2*(Q*rate)^2" if "quantization" in model else ""
     parts += " + sigma^2 of the Gauss-Markov noise" if model.gauss_markov else ""
+    parts += " + sigma^2 of the resonances" if model.resonance else ""
     parts += " + amplitude^2/2 of the sinusoids" if model.sinusoid else ""
     if model.bandwidth is not None:
         independent = noise.value**2 * numbers.rate()
@@ -168,7 +169,8 @@ def _white(numbers: Numbers, name: str) -> float:
 def _modelled(numbers: Numbers, name: str) -> float:
     """Variance of a sample of the model about a constant bias."""
     model, square = numbers.model.channels[name], numbers.choices.noise_factor**2
-    more = sum(g.sigma**2 for g in model.gauss_markov) + sum(line.amplitude**2 / 2 for line in model.sinusoid)
+    more = sum(g.sigma**2 for g in model.gauss_markov) + sum(one.sigma**2 for one in model.resonance)
+    more += sum(line.amplitude**2 / 2 for line in model.sinusoid)
     return _white(numbers, name) + _quantization(numbers, name) + square * more
 
 

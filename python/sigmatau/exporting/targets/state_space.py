@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.values import Numbers, Target, refuse
-from sigmatau.model.channel import ChannelModel
+from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import NOT_ADEQUATE
-from sigmatau.model.processes import GaussMarkov
 from sigmatau.record.record import stream_name
 from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
@@ -90,9 +89,12 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
 
 
 def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
-    """A note if coefficients of a system are from a fit that is not adequate."""
+    """A note if coefficients of a system are from a fit that is not adequate, or a walk has another explanation."""
     doubted = [name for name in channels if not numbers.model.channels[name].adequate]
-    return {"note": f"{', '.join(doubted)}: {NOT_ADEQUATE}"} if doubted else {}
+    notes = [f"{', '.join(doubted)}: {NOT_ADEQUATE}"] if doubted else []
+    alike = {name: numbers.model.channels[name].alike_from for name in channels}
+    notes += [f"{name}: {alike_text(process.time)}" for name, process in alike.items() if process is not None]
+    return {"note": "; ".join(notes)} if notes else {}
 
 
 def _systems(numbers: Numbers) -> dict[str, StateSpace]:
@@ -100,7 +102,9 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
     dt = choices.step if choices.step is not None else 1 / _rate(numbers)
     models = numbers.model.channels.values()
     if (
-        not any(set(model) - {"quantization", "random_walk"} or model.gauss_markov for model in models)
+        not any(
+            set(model) - {"quantization", "random_walk"} or model.gauss_markov or model.resonance for model in models
+        )
         and not choices.walk
     ):
         refuse(numbers, "state-space", "the model has no slow noise", "walk_factor")
@@ -145,8 +149,9 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
         terms["rate_random_walk"] = numbers.walk_of(name).value
     if sensor in choices.noise and "random_walk" not in model:
         terms["random_walk"] = numbers.noise_of(name).value
-    processes = tuple(GaussMarkov(sigma=choices.walk_factor * g.sigma, time=g.time) for g in model.gauss_markov)
-    return replace(model, terms=terms, gauss_markov=processes)
+    processes = tuple(replace(g, sigma=choices.walk_factor * g.sigma) for g in model.gauss_markov)
+    resonances = tuple(replace(r, sigma=choices.walk_factor * r.sigma) for r in model.resonance)
+    return replace(model, terms=terms, gauss_markov=processes, resonance=resonances)
 
 
 def _unit_of_y(system: StateSpace) -> str:

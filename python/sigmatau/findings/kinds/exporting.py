@@ -30,7 +30,7 @@ class OmittedTerm:
     """A coefficient of the model that is not in the file."""
 
     channel: str
-    term: str  # a key of `sigmatau.noise.terms.TERMS`, or ``"gauss_markov"``
+    term: str  # a key of `sigmatau.noise.terms.TERMS`, ``"gauss_markov"`` or ``"resonance"``
     value: float  # coefficient, or standard deviation of the process [SI]
 
 

@@ -26,7 +26,7 @@ class ZeroVariance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misfit:
-    """Not adequate: neither the five terms nor a sixth fit the curve."""
+    """Not adequate: neither the five terms nor a Gauss-Markov process beside them fit the curve."""
 
     kind: str = field(default="misfit", init=False)
     # largest p-value of the goodness of fit of all models tried; None if no model could be fitted
@@ -61,7 +61,7 @@ class IsolatedSamples:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoarseValues:
-    """Not adequate: the resolution of the values is too coarse for the noise, so that the rounding error is unknown."""
+    """Widened: the resolution of the values is too coarse for the noise, so that the rounding error is unknown."""
 
     kind: str = field(default="coarse_values", init=False)
 

@@ -137,7 +137,7 @@ def _coarse_resolution(finding: Finding, details: CoarseResolution) -> Words:
     said = f"the noise is {noise} times the resolution of {details.step:.3g} {details.unit}"
     finer = "Record again with a smaller range or more bits"
     if details.rounding == "unknown":
-        return Words(_joined(said, "random walk and bias instability are unreliable"), finer)
+        return Words(_joined(said, "what rounding adds is unknown, and intervals allow for it"), finer)
     if details.rounding == "quantization":
         added = f"{details.added:.3g} {_integrated(details.unit)}"
         return Words(_joined(said, f"adds up to {added} of quantization noise"))

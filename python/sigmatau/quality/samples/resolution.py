@@ -22,8 +22,8 @@ __all__ = [
     "quantization_mismatch",
     "quantization_step",
     "resolution",
+    "rounded",
     "step_of",
-    "too_coarse",
 ]
 
 # Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
@@ -141,9 +141,9 @@ def quantization_mismatch(
     return [Finding(details=details, severity="info", channels=(channel,), size=quantization / limit)]
 
 
-def too_coarse(finding: Finding) -> bool:
-    """Whether the step is so coarse that no coefficient can be trusted."""
-    return isinstance(finding.details, CoarseResolution) and finding.details.rounding == "unknown"
+def rounded(finding: Finding) -> bool:
+    """Whether rates have steps that may show in the intervals of their coefficients."""
+    return isinstance(finding.details, CoarseResolution) and finding.details.rounding != "quantization"
 
 
 def coarse_resolution(
@@ -152,7 +152,7 @@ def coarse_resolution(
     """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
-    noise, which belongs to increments and accumulated values alone. Below half a step of noise no number can be trusted.
+    noise, which belongs to increments and accumulated values alone. Below half a step of noise it is not known how much.
     The thresholds are factors of the random walk.
     """
     findings = (_coarse(stream, channel, report_factor, warn_factor) for channel in stream.channels)

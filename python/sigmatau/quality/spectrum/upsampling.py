@@ -17,11 +17,10 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import Resampled
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.spectrum import filter_models
-from sigmatau.quality.spectrum.peaks import measured_lines, periodogram, strongest_line
 from sigmatau.record.streams import Stream
 from sigmatau.spectrum.estimate import welch
 from sigmatau.spectrum.result import Spectrum
-from sigmatau.spectrum.tapers import good_length
+from sigmatau.spectrum.tapers import good_length, hann
 
 __all__ = ["resampled", "upsampled"]
 
@@ -37,7 +36,10 @@ EMPTY = 1e-3
 _SAMPLES = 1 << 16
 _SHORTEST = 1 << 10
 _EXACT = 1e-6  # of the root mean square: differences below are none
-_SKIRT = 64.0  # bins: a transform without a taper spreads a line far
+_SKIRT = 64  # bins: a transform without a taper spreads a line far
+_BLOCK = 64  # bins whose median is the noise beside a line
+_STANDS_OUT = 40.0  # bin over the noise: by chance in one of 1e13 times the bins, where the noise is flat
+_CORE = 3  # bins to either side that hold the power of a steady line
 _LEAST_NOTHING = 0.02
 _OUTLIER = 16.0
 _SUDDEN = 10  # edge over its width, at least: a digital filter of fourth order is as steep, but not as sudden
@@ -156,24 +158,46 @@ def _swing(power: Floats) -> tuple[float, float] | None:
     sd = float(z.std()) / mean * math.sqrt(4 / length)
     if turns > max(2 * DEPTH, 6 * sd) and length % 2 == 0:
         return 0.5, turns
-    found = strongest_line(z)
-    if found is None:
+    lines, density = _lines(z[:length])
+    if not lines.any():
         return None
-    frequency, amplitude = found
-    return (frequency, amplitude / mean) if amplitude > DEPTH * mean else None
+    k = int(np.argmax(np.where(lines, density, 0)))
+    core = density[max(k - _CORE, 1) : k + _CORE + 1]
+    middle = max(k - _CORE, 1) + np.arange(len(core))
+    amplitude = 2 * math.sqrt(float(core.sum()) / length)
+    if amplitude <= DEPTH * mean:
+        return None
+    return float(core @ middle) / float(core.sum()) / length, amplitude / mean
+
+
+def _lines(y: Floats) -> tuple[NDArray[np.bool_], Floats]:
+    """Bins of a periodogram that stand out, and the periodogram, whose sum over a line is a quarter of its squared
+    amplitude times the number of samples.
+    """
+    taper = hann(len(y))
+    density = np.abs(np.fft.rfft(y * taper)) ** 2 / float(taper @ taper)
+    blocks = len(density) // _BLOCK
+    lines = np.zeros(len(density), dtype=bool)
+    if blocks < 2:
+        return lines, density
+    whole = density[: blocks * _BLOCK].reshape(blocks, _BLOCK)
+    medians = np.median(whole, axis=1) / math.log(2)
+    beside = np.concatenate((medians[:1], medians, medians[-1:]))
+    noise = np.maximum(np.maximum(beside[:-2], beside[2:]), medians)
+    lines[: blocks * _BLOCK] = (whole > _STANDS_OUT * noise[:, None]).ravel()
+    lines[blocks * _BLOCK :] = density[blocks * _BLOCK :] > _STANDS_OUT * noise[-1]
+    lines[:_BLOCK] = False  # slow noise
+    return lines, density
 
 
 def _without_lines(difference: Floats) -> Floats:
     """Differences without the lines of the record: the square of a sinusoid varies at twice its frequency."""
     length = good_length(len(difference))
-    found = measured_lines(periodogram(difference[:length], 1.0))
-    if not found:
+    lines, _ = _lines(difference[:length])
+    if not lines.any():
         return difference
     transform = np.fft.rfft(difference[:length])
-    frequency = np.arange(len(transform)) / length
-    for line in found:
-        skirt = max(line.high - line.low, _SKIRT / length)
-        transform[(frequency > line.low - skirt) & (frequency < line.high + skirt)] = 0
+    transform[np.convolve(lines, np.ones(2 * _SKIRT + 1), mode="same") > 0.5] = 0
     return np.fft.irfft(transform, length)
 
 

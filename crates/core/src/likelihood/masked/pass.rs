@@ -10,8 +10,7 @@ use crate::likelihood::masked::weights::Weights;
 use crate::likelihood::masked::windows::TaperSums;
 use crate::likelihood::masked::{LEAST_NODES, LEAST_PAIRS, Masked};
 use crate::likelihood::pass::{LEAST_SAMPLES, PARTS, Summary, hann, smooth};
-use realfft::num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
+use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::sync::Arc;
 
 /// Nodes of a record, at least, and samples between two of them, at least.
@@ -209,7 +208,7 @@ struct Segments {
 impl Segments {
     fn new(samples: usize, length: usize, weights: Weights) -> Self {
         let count = (STEPS * samples).div_ceil(length);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let transform = Planner::new().forward(length);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
         Self {
             samples,

@@ -5,8 +5,7 @@
 //! the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by Σ q. c makes the total power right.
 
 use crate::likelihood::pass::smooth;
-use realfft::num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
+use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -45,8 +44,8 @@ pub(super) struct TaperSums {
 
 impl TaperSums {
     pub(super) fn new(length: usize, segments: usize) -> Self {
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (long, short) = (planner.plan_fft_forward(2 * length), planner.plan_fft_forward(length));
+        let mut planner = Planner::new();
+        let (long, short) = (planner.forward(2 * length), planner.forward(length));
         Self {
             length,
             segments,
@@ -146,7 +145,7 @@ impl TaperSums {
 
 /// The first lags of an even series from its spectrum.
 fn lags(spectrum: &[f64], period: usize, count: usize, factor: f64) -> Vec<f64> {
-    let transform = RealFftPlanner::<f64>::new().plan_fft_inverse(period);
+    let transform = Planner::new().inverse(period);
     let mut input: Vec<Complex64> = spectrum.iter().map(|&x| Complex64::new(x, 0.0)).collect();
     let mut output = transform.make_output_vec();
     let done = transform.process(&mut input, &mut output);
@@ -156,7 +155,7 @@ fn lags(spectrum: &[f64], period: usize, count: usize, factor: f64) -> Vec<f64> 
 
 /// Σ over positive and negative lags of x(l) cos 2πkl/period, k = 0 … period/2.
 pub(super) fn spectrum(lags: &[f64], period: usize) -> Vec<f64> {
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(period);
+    let transform = Planner::new().forward(period);
     let mut input = transform.make_input_vec();
     for (l, &x) in lags.iter().enumerate() {
         input[l] += x;
@@ -399,7 +398,7 @@ pub(super) struct LowView {
 impl LowView {
     pub(super) fn new(grid: Grid) -> Self {
         let (n, tau0) = (grid.spacing as f64, grid.tau0);
-        let mut planner = RealFftPlanner::<f64>::new();
+        let mut planner = Planner::new();
         let period = smooth(FINE * grid.count);
         let step = 1.0 / (period as f64 * n * tau0);
         let hats = (0..=period)
@@ -409,8 +408,8 @@ impl LowView {
                 box_of.powi(4) * cos * cos
             })
             .collect();
-        let short = planner.plan_fft_forward(smooth(2 * grid.count));
-        Self { grid, short, long: planner.plan_fft_forward(period), hats, step }
+        let short = planner.forward(smooth(2 * grid.count));
+        Self { grid, short, long: planner.forward(period), hats, step }
     }
 
     /// `shapes`: modes of the bin; `white`: their Σ w² v².

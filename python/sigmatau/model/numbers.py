@@ -1,0 +1,112 @@
+"""What the errors of a fit mean for a model: derivatives by the numbers of processes, interval of the Allan deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from statistics import NormalDist
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau.model.channel import PROCESSES, ChannelModel
+
+Floats = NDArray[np.float64]
+T = TypeVar("T")
+
+_CHANGE = 1e-3  # relative change of a number of a process for its derivative
+
+
+def adev_interval(model: ChannelModel, *, m: ArrayLike, tau0: float, level: float = 0.95) -> tuple[Floats, Floats]:
+    """Interval of the expected Allan deviation by the errors of the numbers of the model, at each averaging time.
+
+    Parameters
+    ----------
+    model : ChannelModel
+        From a fit; without a covariance the interval is the value.
+    m : array_like of int, shape (n_tau,)
+    tau0 : float
+        [s]
+    level : float
+
+    Returns
+    -------
+    low, high : ndarray, shape (n_tau,)
+        The interval holds both explanations of a rate random walk (`ChannelModel.alike_from`), and `high` the terms that
+        were not observed at their limits. [unit of the rate]
+    """
+    avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
+    names, covariance = model.covariance
+    changed = changed_processes(model)
+    gradient = np.zeros((len(names), len(avar)))
+    for k, name in enumerate(names):
+        if name in changed:
+            more = changed[name].avar(m=m, tau0=tau0) - parts[kind_of(name)]
+            gradient[k] = more / step_of(model, name)
+        elif name in model:
+            gradient[k] = 2 * parts[name] / model[name]
+    spread = np.sqrt(np.maximum(np.einsum("pt,pq,qt->t", gradient, covariance, gradient), 0.0)) / (2 * avar)
+    wide = np.exp(NormalDist().inv_cdf(0.5 + level / 2) * spread)
+    low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
+    if model.alike_from is not None:
+        lower, higher = adev_interval(without_walk(model), m=m, tau0=tau0, level=level)
+        low, high = np.minimum(low, lower), np.maximum(high, higher)
+    absent = {term: limit for term, limit in model.limits.items() if term not in model and limit}
+    if absent:
+        high = np.sqrt(high**2 + ChannelModel(terms=absent).avar(m=m, tau0=tau0))
+    return low, high
+
+
+def without_walk(model: ChannelModel) -> ChannelModel:
+    """The model with the process that explains its record as well in place of its rate random walk."""
+    if model.alike_from is None:
+        return model
+
+    def others(of: Mapping[str, T]) -> dict[str, T]:
+        return {term: value for term, value in of.items() if term != "rate_random_walk"}
+
+    return replace(
+        model,
+        terms=others(model.terms),
+        gauss_markov=(*model.gauss_markov, model.alike_from),
+        intervals=others(model.intervals),
+        limits=others(model.limits),
+        alike_from=None,
+    )
+
+
+def changed_processes(model: ChannelModel) -> dict[str, ChannelModel]:
+    """The processes of a kind with one of their numbers larger by `step_of`, for each number with a known error."""
+    parts = model.parts()
+    found = {}
+    for name in model.covariance[0]:
+        if (at := _process(model, name)) is not None:
+            kind, k, number = at
+            own = list(getattr(model, kind))
+            own[k] = replace(own[k], **{number: getattr(own[k], number) + step_of(model, name)})
+            several: dict[str, Any] = {kind: tuple(own)}
+            found[name] = replace(parts[kind], **several)
+    return found
+
+
+def kind_of(name: str) -> str:
+    """Which processes a number is of: ``"gauss_markov"`` of ``"gauss_markov_1.time"``."""
+    return name.partition(".")[0].rpartition("_")[0]
+
+
+def step_of(model: ChannelModel, name: str) -> float:
+    """Change of a number of a process that gives a derivative."""
+    at = _process(model, name)
+    assert at is not None
+    one = getattr(model, at[0])[at[1]]
+    return float(_CHANGE * (one.width if at[2] == "frequency" else getattr(one, at[2])))
+
+
+def _process(model: ChannelModel, name: str) -> tuple[str, int, str] | None:
+    """Kind, place and number of a name such as ``"gauss_markov_1.time"``; None for a coefficient."""
+    process, _, number = name.partition(".")
+    kind, _, k = process.rpartition("_")
+    if not number or kind not in PROCESSES or not k.isdecimal() or not 1 <= int(k) <= len(getattr(model, kind)):
+        return None
+    return kind, int(k) - 1, number

@@ -1,0 +1,89 @@
+"""Whether what is made of a fit agrees with it: verification, Allan deviation and predicted heading of its own model.
+
+``python -m studies.carried`` prints the table; records of 3 h at 100 Hz, as in `studies.likelihood`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sigmatau.estimators.allan import allan
+from sigmatau.fitting.likelihood import fit_samples
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.from_result import channel_of_fit
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.numbers import adev_interval
+from sigmatau.model.processes import GaussMarkov
+from sigmatau.navigation.predict import predict
+from sigmatau.simulation.in_memory import simulate
+from sigmatau.statespace.verify import verify
+from studies.likelihood import BESIDE, CURVE_MARGIN, SIGMA, TIMES
+from studies.runner import run, seed_of
+
+RECORDS = 40
+DURATION, RATE = 10800.0, 100.0
+AFTER = (60.0, 600.0)
+LEVELS = (0.05, 0.002)
+
+
+def cell(_: int, beside: str, time: float, records: int = RECORDS) -> list[dict[str, Any]]:
+    """What is made of the fits of some records, each with a seed of its own name."""
+    truth = ChannelModel(terms=BESIDE[beside], gauss_markov=(GaussMarkov(sigma=SIGMA, time=time),))
+    return [one(truth, seed_of(f"carried {beside}, {time:g} s, {k}")) for k in range(records)]
+
+
+def one(truth: ChannelModel, seed: int) -> dict[str, Any]:
+    """The same of one record."""
+    true = NoiseModel(channels={"gyro_z": truth})
+    record = simulate(true, duration=DURATION, rate=RATE, rng=seed)
+    curve = allan(record)["gyro_z"]
+    fitted = fit_samples(record.streams[0], "gyro_z")
+    model = channel_of_fit(
+        fitted.to_dict(), quantity="angular_rate", unit="rad/s", duration=curve.n * curve.tau0, rate=RATE
+    )
+    sizes = curve.m[3 * curve.m <= curve.n]
+    low, high = adev_interval(model, m=sizes, tau0=curve.tau0)
+    expected = truth.adev(m=sizes, tau0=curve.tau0)
+    ratio = model.adev(m=sizes, tau0=curve.tau0) / expected
+    heading = predict(NoiseModel(channels={"gyro_z": model}), after=AFTER, rate=RATE)["heading"]
+    right = predict(true, after=AFTER, rate=RATE)["heading"].rms
+    ends = (heading.rms if one is None else one for one in (heading.low, heading.high))
+    least, most = ends
+    return {
+        "verdict": fitted.verdict,
+        "verified": verify(model, curve).p_value,
+        "curve": ((low <= expected) & (expected <= high)).tolist(),
+        "near": ((low / (1 + CURVE_MARGIN) <= expected) & (expected <= high * (1 + CURVE_MARGIN))).tolist(),
+        "worst": [float(ratio.min()), float(ratio.max())],
+        "predicted": ((least <= right) & (right <= most)).tolist(),
+        "at_most": None if heading.at_most is None else ((least <= right) & (right <= heading.at_most)).tolist(),
+        "ratio": (heading.rms / right).tolist(),
+    }
+
+
+def table(found: Mapping[str, list[dict[str, Any]]]) -> str:
+    """A row a cell: shares in per cent."""
+    head = "case; adequate; verify p < " + "; ".join(f"{level:g}" for level in LEVELS)
+    rows = [head + "; curve inside at every tau; at a tau; within a tenth of the interval; " + f"heading after {AFTER}"]
+    for name, every in [*found.items(), ("all", [row for rows in found.values() for row in rows])]:
+        good = [row for row in every if row["verdict"] in ("adequate", "adequate_with")]
+        numbers = [len(good) / len(every)]
+        numbers += [float(np.mean([row["verified"] < level for row in good])) for level in LEVELS]
+        numbers += [
+            float(np.mean([all(row["curve"]) for row in every])),
+            float(np.mean([row["curve"] for row in every])),
+        ]
+        numbers += [float(np.mean([all(row["near"]) for row in every]))]
+        numbers += np.mean([row["predicted"] for row in every], axis=0).tolist()
+        numbers += np.mean([row["at_most"] or row["predicted"] for row in every], axis=0).tolist()
+        rows.append(f"{name}; {len(every)} records; " + "; ".join(f"{100 * x:.1f}" for x in numbers))
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    cells = {f"carried {b}, {t:g} s": (cell, (b, t)) for b in BESIDE for t in TIMES}
+    sys.stdout.write(table(run("carried", cells, settings=f"{RECORDS} {DURATION}")) + "\n")

@@ -1,0 +1,57 @@
+"""Allowance for rounding: the law of rounded normal noise, and intervals that hold for any mean."""
+
+import math
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import Record, analyze
+from sigmatau.fitting.rounding import Rounding
+
+N = 2**15
+
+
+@pytest.mark.parametrize("sigma", [0.2, 0.3, 0.4, 0.5, 0.8])
+def test_noise_before_rounding_is_between_its_bounds(sigma):
+    """The two bounds are the means at a level and halfway between two; the log of another mean is between its factors."""
+    rng = np.random.default_rng(seed_of(f"bounds {sigma}"))
+    x = sigma * rng.standard_normal(200_000)
+    seen = {phase: float(np.round(x + phase).std()) for phase in (0.0, 0.25, 0.5)}
+    for phase, one in seen.items():
+        rounding = Rounding(one)
+        assert rounding.least <= sigma * 1.02, phase
+        assert rounding.most >= sigma * 0.98, phase
+        low, high = rounding.white
+        assert low * 0.98 <= min(seen.values()) / one <= max(seen.values()) / one <= high * 1.02, phase
+    assert Rounding(seen[0.0]).most == pytest.approx(sigma, rel=0.02)
+    if sigma >= 0.3:
+        assert Rounding(seen[0.5]).least == pytest.approx(sigma, rel=0.05)
+
+
+def test_slow_changes_through_the_rounding():
+    """The mean of rounded noise differs from its own by the stated error at most, in slope by twice the dither."""
+    rng = np.random.default_rng(seed_of("slow"))
+    sigma, means = 0.4, np.linspace(0, 1, 21)
+    x = sigma * rng.standard_normal(400_000)
+    off = np.array([np.round(x + mean).mean() - x.mean() - mean for mean in means])
+    rounding = Rounding(float(np.round(x + 0.5).std()))  # the mean at which the bound is the noise itself
+    chance = 0.5 / math.sqrt(len(x))
+    assert np.abs(off).max() == pytest.approx(rounding.slow_error, abs=4 * chance)
+    assert np.abs(np.gradient(off, means)).max() == pytest.approx(2 * rounding.dither, rel=0.1)
+
+
+@pytest.mark.parametrize("ratio", [0.15, 0.3, 0.4, 0.7])
+def test_no_value_without_an_interval(ratio):
+    """White noise of `ratio` steps: the random walk of the log at any mean is inside, also below half a step."""
+    rng = np.random.default_rng(seed_of(f"coarse {ratio}"))
+    y = np.round(ratio * rng.standard_normal(N) + 0.45)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=y)).fits["gyro_x"]
+    walk = fitted["random_walk"]
+    assert walk.observed
+    assert walk.low <= 0.1 * math.sqrt(ratio**2 + 1 / 12) <= walk.high
+    for name in ("bias_instability", "rate_random_walk"):
+        assert fitted[name].high is not None or fitted[name].upper_limit is not None, name
+    assert (fitted.verdict == "widened") == (ratio < 0.5)
+    if ratio > 0.5:
+        assert walk.high / walk.low < 1.1

@@ -40,14 +40,20 @@ pub struct Line {
     pub error: f64,
 }
 
-/// Lines above running medians of the density, which are taken out of the mask.
-pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
+/// Degrees of freedom of one density.
+fn freedom_of_one(record: &Summary) -> f64 {
+    let whole = FREEDOM * record.samples as f64 / record.segment as f64;
+    record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
+}
+
+/// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given.
+pub(crate) fn above_medians(record: &Summary, mask: &mut [bool], least: Option<&[f64]>) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     if first + RUNNING > last {
         return Vec::new();
     }
     let density = &record.density[first..last];
-    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let freedom = freedom_of_one(record);
     let bias = chi2_quantile_above(0.5, freedom) / freedom;
     let mut centres = Vec::new();
     let mut start = 0;
@@ -58,8 +64,11 @@ pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
         centres.push((middle, median(&density[from..to]).max(1e-300).ln()));
         start = end;
     }
-    let reference: Vec<f64> =
+    let mut reference: Vec<f64> =
         (first..last).map(|k| interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
+    if let Some(least) = least {
+        reference.iter_mut().zip(&least[first..]).for_each(|(r, l)| *r = r.max(*l));
+    }
     standing_out(record, mask, &reference, UNSURE)
 }
 
@@ -70,7 +79,25 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     if first >= last {
         return Vec::new();
     }
-    let reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
+    let mut reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
+    if record.masked.is_some() && bins.ranges.len() > 1 {
+        // What leaks between frequencies changes slowly beside the density itself.
+        let spectrum = model.spectrum(bins);
+        let leaks: Vec<(f64, f64)> = bins
+            .ranges
+            .iter()
+            .enumerate()
+            .map(|(i, &(start, stop))| {
+                let there = (start..stop).filter(|&k| bins.mask[k]);
+                let count = there.clone().count() as f64;
+                let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
+                (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
+            })
+            .collect();
+        for (k, slot) in (first..last).zip(&mut reference) {
+            *slot *= interpolated(&leaks, record.frequency(k).ln()).exp();
+        }
+    }
     standing_out(record, mask, &reference, 1.0)
 }
 
@@ -86,7 +113,7 @@ fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
 
 fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: f64) -> Vec<Line> {
     let first = first_density(record);
-    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let freedom = freedom_of_one(record);
     let count = reference.len();
     let ratio: Vec<f64> = reference.iter().zip(&record.density[first..]).map(|(s, p)| p / s).collect();
     let threshold = chi2_quantile_above(FALSE_ALARM / count as f64, freedom) / freedom * factor;
@@ -122,10 +149,19 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
         let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
-        let amplitude = (4.0 * power * spacing).max(0.0).sqrt();
+        let stretch = (first + start, first + k);
+        let captured = record
+            .masked
+            .as_ref()
+            .map_or(1.0, |masked| masked.captured(stretch, record.frequency(first + peak), spacing));
+        let amplitude = (4.0 * power * spacing / captured).max(0.0).sqrt();
         found.push(Line {
             amplitude,
-            error: if amplitude > 0.0 { 2.0 * spacing * variance.sqrt() / amplitude } else { 0.0 },
+            error: if amplitude > 0.0 {
+                2.0 * spacing * variance.sqrt() / (amplitude * captured)
+            } else {
+                0.0
+            },
             from: record.frequency(first + start),
             to: record.frequency(first + k - 1),
             frequency: record.frequency(first + peak),

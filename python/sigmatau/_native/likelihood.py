@@ -11,7 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
 
-__all__ = ["LEAST_SAMPLES", "TERMS", "Bounds", "Line", "Outcome", "Process", "Summary", "enough", "summarize", "summarize_masked"]
+__all__ = [
+    "LEAST_SAMPLES",
+    "TERMS",
+    "Bounds",
+    "Line",
+    "Outcome",
+    "Process",
+    "Summary",
+    "enough",
+    "summarize",
+    "summarize_masked",
+]
 
 Floats = NDArray[np.float64]
 
@@ -180,9 +191,7 @@ def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Summary
     return _walked(_core.LikelihoodPass(samples, tau0), pieces)
 
 
-def summarize_masked(
-    pieces: Callable[[], Iterable[Floats]], *, present: NDArray[np.bool_], tau0: float
-) -> Summary:
+def summarize_masked(pieces: Callable[[], Iterable[Floats]], *, present: NDArray[np.bool_], tau0: float) -> Summary:
     """The same for a record with missing samples: one pass, or two if there is quantization noise.
 
     Parameters

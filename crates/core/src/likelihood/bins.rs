@@ -348,14 +348,21 @@ impl<'a> Bins<'a> {
     /// Adds what lines leak into the bins.
     pub(crate) fn see(&mut self, lines: &[Line]) {
         let (Some(rows), Some(masked)) = (&self.leak, &self.record.masked) else { return };
-        self.lines = vec![0.0; self.frequency.len()];
+        let spacing = self.record.frequency(1);
+        let mut sums = vec![0.0; self.frequency.len()];
         for line in lines {
+            let power = 0.25 * line.amplitude * line.amplitude;
             let cell = masked.cells.of(line.frequency);
-            let density = 0.25 * line.amplitude * line.amplitude / masked.cells.width(cell);
-            for (sum, row) in self.lines.iter_mut().zip(rows.chunks_exact(masked.cells.at.len())) {
-                *sum += density * row[cell];
+            let rows = rows.chunks_exact(masked.cells.at.len());
+            for (sum, row) in sums[..self.low].iter_mut().zip(rows) {
+                *sum += power * row[cell] / masked.cells.width(cell);
+            }
+            for (sum, &(start, stop)) in sums[self.low..].iter_mut().zip(&self.ranges) {
+                let there: Vec<usize> = (start..stop).filter(|&k| self.mask[k]).collect();
+                *sum += power * masked.of_line(&stretches_of(&there), line.frequency, spacing) / spacing;
             }
         }
+        self.lines = sums;
     }
 
     /// Degrees of freedom of the bins of the periodogram for a share of the information of a complete record.

@@ -24,6 +24,9 @@ const SHARED: f64 = 4.16;
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
 
+/// Share of a line that stronger lines explain, above which it is an image of them.
+const IMAGE: f64 = 0.3;
+
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
@@ -101,6 +104,24 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     standing_out(record, mask, &reference, 1.0)
 }
 
+/// The lines that are no images of others: the mask of a record with missing samples puts some at other frequencies.
+pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line> {
+    let Some(masked) = &record.masked else { return lines };
+    let spacing = record.frequency(1);
+    let number = |f: f64| (f / spacing).round() as usize;
+    lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    let mut found: Vec<Line> = Vec::new();
+    for line in lines {
+        let stretch = [(number(line.from), number(line.to) + 1)];
+        let of = |one: &Line| one.amplitude.powi(2) * masked.of_line(&stretch, one.frequency, spacing);
+        let leaked: f64 = found.iter().map(of).sum();
+        if leaked < IMAGE * of(&line) {
+            found.push(line);
+        }
+    }
+    found
+}
+
 /// Linear between points, and beyond the first and the last one.
 fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
     if centres.len() < 2 {
@@ -149,11 +170,11 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
         let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
-        let stretch = (first + start, first + k);
-        let captured = record
-            .masked
-            .as_ref()
-            .map_or(1.0, |masked| masked.captured(stretch, record.frequency(first + peak), spacing));
+        // The rest of its power leaks to other frequencies through missing samples.
+        let captured = record.masked.as_ref().map_or(1.0, |masked| {
+            let mean = masked.of_line(&[(first + start, first + k)], record.frequency(first + peak), spacing);
+            mean * (k - start) as f64
+        });
         let amplitude = (4.0 * power * spacing / captured).max(0.0).sqrt();
         found.push(Line {
             amplitude,

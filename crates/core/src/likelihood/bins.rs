@@ -314,13 +314,11 @@ impl<'a> Bins<'a> {
 
     /// Means over all bins from values at the low bins and at the points; with missing samples, at the cells alone.
     pub(crate) fn gathered(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
-        match &self.leak {
-            Some(rows) => rows.chunks_exact(high.len()).map(|row| dot_of_many(row, high)).collect(),
-            None => {
-                let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
-                low.iter().copied().chain(means).collect()
-            }
+        if let Some(rows) = &self.leak {
+            return rows.chunks_exact(high.len()).map(|row| dot_of_many(row, high)).collect();
         }
+        let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
+        low.iter().copied().chain(means).collect()
     }
 
     /// Means over all bins of cos 2πk f τ₀ − 1, k = 0 for the first.

@@ -68,7 +68,7 @@ impl TaperSums {
 
     /// Adds a segment; the sum of its squared weights.
     pub(super) fn add(&mut self, mask: &[f64], taper: &[f64]) -> f64 {
-        let whole = mask.iter().all(|&m| m == 1.0);
+        let whole = mask.iter().all(|&m| m >= 1.0);
         if let (true, Some(own)) = (whole, self.whole) {
             self.wholes += 1;
             self.total += own;
@@ -211,7 +211,9 @@ impl Windows {
         };
         let mut found: Vec<f64> = cells.edges.windows(2).zip(&cells.at).map(cell).collect();
         let scale = 0.5 / (tau0 * found.iter().sum::<f64>());
-        found.iter_mut().for_each(|x| *x *= scale);
+        for x in &mut found {
+            *x *= scale;
+        }
         found
     }
 

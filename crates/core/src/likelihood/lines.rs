@@ -1,7 +1,8 @@
 //! Narrow lines: densities of the periodogram that stand out, which the fit leaves out.
 
-use crate::likelihood::bins::{Bins, first_density, median};
+use crate::likelihood::bins::{Bins, TERMS, first_density, median};
 use crate::likelihood::laws::chi2_quantile_above;
+use crate::likelihood::masked::Masked;
 use crate::likelihood::model::Model;
 use crate::likelihood::pass::Summary;
 
@@ -82,26 +83,47 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     if first >= last {
         return Vec::new();
     }
-    let mut reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
-    if record.masked.is_some() && bins.ranges.len() > 1 {
-        // What leaks between frequencies changes slowly beside the density itself.
-        let spectrum = model.spectrum(bins);
-        let leaks: Vec<(f64, f64)> = bins
-            .ranges
-            .iter()
-            .enumerate()
-            .map(|(i, &(start, stop))| {
-                let there = (start..stop).filter(|&k| bins.mask[k]);
-                let count = there.clone().count() as f64;
-                let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
-                (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
-            })
-            .collect();
-        for (k, slot) in (first..last).zip(&mut reference) {
-            *slot *= interpolated(&leaks, record.frequency(k).ln()).exp();
+    let reference: Vec<f64> = match &record.masked {
+        Some(masked) => through_mask(bins, model, masked, first..last),
+        None => (first..last).map(|k| model.density(record.frequency(k), record)).collect(),
+    };
+    standing_out(record, mask, &reference, 1.0)
+}
+
+/// Expected densities with missing samples: terms as the mask shows them, and processes; what a filter and leaks make of them
+/// changes slowly.
+fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
+    let mut processes = model.clone();
+    processes.filter.clear();
+    let mut terms = [0.0; TERMS.len()];
+    for (part, theta) in model.parts.iter().zip(&mut processes.theta) {
+        if let Some(at) = TERMS.iter().position(|term| term == part) {
+            terms[at] = std::mem::take(theta);
         }
     }
-    standing_out(record, mask, &reference, 1.0)
+    let seen = masked.densities(&terms);
+    let first = range.start;
+    let mut reference: Vec<f64> =
+        range.map(|k| seen[k] + processes.density(bins.record.frequency(k), bins.record)).collect();
+    if bins.ranges.is_empty() {
+        return reference;
+    }
+    let spectrum = model.spectrum(bins);
+    let leaks: Vec<(f64, f64)> = bins
+        .ranges
+        .iter()
+        .enumerate()
+        .map(|(i, &(start, stop))| {
+            let there = (start..stop).filter(|&k| bins.mask[k]);
+            let count = there.clone().count() as f64;
+            let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
+            (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
+        })
+        .collect();
+    for (k, slot) in (first..).zip(&mut reference) {
+        *slot *= interpolated(&leaks, bins.record.frequency(k).ln()).exp();
+    }
+    reference
 }
 
 /// The lines that are no images of others: the mask of a record with missing samples puts some at other frequencies.

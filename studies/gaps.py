@@ -145,11 +145,11 @@ def page(results: Mapping[str, list[Row]]) -> str:
                     f" {100 * share:.1f} |"
                 )
             shares = _false_parts(rows, truth)
-            for what, false in shares.items():
+            for what, found in shares.items():
                 limit = 0.05 if what in LETTERS.values() or what == "R" else 0.02
-                if false is not None and _above(false, limit, len(rows)):
-                    failures.append(f"{cell}: false {what} in {100 * false:.1f} %")
-            texts = ["" if each is None else f"{100 * each:.1f}" for each in shares.values()]
+                if found is not None and _above(found, limit, len(rows)):
+                    failures.append(f"{cell}: false {what} in {100 * found:.1f} %")
+            texts = ["" if found is None else f"{100 * found:.1f}" for found in shares.values()]
             seconds = 1000 * float(np.median([row["seconds"] for row in rows]))
             false.append(f"| {mask} | {name} | {' | '.join(texts)} | {seconds:.0f} |")
     lines += ["", _COVERAGE]

@@ -99,7 +99,7 @@ class TestLimits:
 
 
 def test_a_record_without_missing_samples_has_no_mask():
-    """The likelihood of a complete record is not that of an empty mask: it has the same digits as ever."""
+    """A complete channel has the same digits whatever is missing in others; with an empty mask, about the same result."""
     y = kernels.simulate(2**14, 1.0, {"random_walk": 1.0}, seed=seed_of("complete"), stream=1)
     record = Record.from_arrays(rate=1.0, gyro_x=y)
     with_column = Record.from_arrays(rate=1.0, gyro_x=y, gyro_y=np.where(np.arange(2**14) == 77, np.nan, y))

@@ -5,7 +5,7 @@ use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::{chi2_above, chi2_quantile_above};
-use crate::likelihood::lines::{Line, above_medians, above_model};
+use crate::likelihood::lines::{Line, above_medians, above_model, without_images};
 use crate::likelihood::masked::Levels;
 use crate::likelihood::model::{Fit, Model, Shape, TOLERANCE};
 use crate::likelihood::pass::{PARTS, Summary};
@@ -183,6 +183,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             lines.extend(found);
         }
     }
+    let lines = without_images(record, lines);
     let Attempt { mut bins, mut fit, lines, highest, .. } =
         best_attempt(record, &mask, &lines, &regressors, options);
     let thresholds = thresholds(options.level);
@@ -356,6 +357,7 @@ fn attempt<'a>(
             break;
         }
         lines.extend(found);
+        lines = without_images(record, lines);
         bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
         bins.see(&lines);
         fit = informed(fit.model.clone().fit(&bins), &mut bins);

@@ -329,13 +329,11 @@ impl<'a> Bins<'a> {
 
     /// Means over all bins from values at the low bins and at the points; with missing samples, at the cells alone.
     pub(crate) fn gathered(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
-        match &self.leak {
-            Some(rows) => rows.chunks_exact(high.len()).map(|row| dot_of_many(row, high)).collect(),
-            None => {
-                let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
-                low.iter().copied().chain(means).collect()
-            }
+        if let Some(rows) = &self.leak {
+            return rows.chunks_exact(high.len()).map(|row| dot_of_many(row, high)).collect();
         }
+        let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
+        low.iter().copied().chain(means).collect()
     }
 
     /// Means over all bins of cos 2πk f τ₀ − 1, k = 0 for the first.
@@ -363,14 +361,21 @@ impl<'a> Bins<'a> {
     /// Adds what lines leak into the bins.
     pub(crate) fn see(&mut self, lines: &[Line]) {
         let (Some(rows), Some(masked)) = (&self.leak, &self.record.masked) else { return };
-        self.lines = vec![0.0; self.frequency.len()];
+        let spacing = self.record.frequency(1);
+        let mut sums = vec![0.0; self.frequency.len()];
         for line in lines {
+            let power = 0.25 * line.amplitude * line.amplitude;
             let cell = masked.cells.of(line.frequency);
-            let density = 0.25 * line.amplitude * line.amplitude / masked.cells.width(cell);
-            for (sum, row) in self.lines.iter_mut().zip(rows.chunks_exact(masked.cells.at.len())) {
-                *sum += density * row[cell];
+            let rows = rows.chunks_exact(masked.cells.at.len());
+            for (sum, row) in sums[..self.low].iter_mut().zip(rows) {
+                *sum += power * row[cell] / masked.cells.width(cell);
+            }
+            for (sum, &(start, stop)) in sums[self.low..].iter_mut().zip(&self.ranges) {
+                let there: Vec<usize> = (start..stop).filter(|&k| self.mask[k]).collect();
+                *sum += power * masked.of_line(&stretches_of(&there), line.frequency, spacing) / spacing;
             }
         }
+        self.lines = sums;
     }
 
     /// Degrees of freedom of the bins of the periodogram for a share of the information of a complete record.

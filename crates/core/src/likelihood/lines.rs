@@ -1,7 +1,8 @@
 //! Narrow lines: densities of the periodogram that stand out, which the fit leaves out.
 
-use crate::likelihood::bins::{Bins, first_density, median};
+use crate::likelihood::bins::{Bins, TERMS, first_density, median};
 use crate::likelihood::laws::chi2_quantile_above;
+use crate::likelihood::masked::Masked;
 use crate::likelihood::model::Model;
 use crate::likelihood::pass::Summary;
 
@@ -23,6 +24,9 @@ const SHARED: f64 = 4.16;
 /// Densities of a running median, and how much larger a line must then be: a median is not a model.
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
+
+/// Share of a line that stronger lines explain, above which it is an image of them.
+const IMAGE: f64 = 0.3;
 
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,26 +83,65 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     if first >= last {
         return Vec::new();
     }
-    let mut reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
-    if record.masked.is_some() && bins.ranges.len() > 1 {
-        // What leaks between frequencies changes slowly beside the density itself.
-        let spectrum = model.spectrum(bins);
-        let leaks: Vec<(f64, f64)> = bins
-            .ranges
-            .iter()
-            .enumerate()
-            .map(|(i, &(start, stop))| {
-                let there = (start..stop).filter(|&k| bins.mask[k]);
-                let count = there.clone().count() as f64;
-                let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
-                (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
-            })
-            .collect();
-        for (k, slot) in (first..last).zip(&mut reference) {
-            *slot *= interpolated(&leaks, record.frequency(k).ln()).exp();
+    let reference: Vec<f64> = match &record.masked {
+        Some(masked) => through_mask(bins, model, masked, first..last),
+        None => (first..last).map(|k| model.density(record.frequency(k), record)).collect(),
+    };
+    standing_out(record, mask, &reference, 1.0)
+}
+
+/// Expected densities with missing samples: terms as the mask shows them, and processes; what a filter and leaks make of them
+/// changes slowly.
+fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
+    let mut processes = model.clone();
+    processes.filter.clear();
+    let mut terms = [0.0; TERMS.len()];
+    for (part, theta) in model.parts.iter().zip(&mut processes.theta) {
+        if let Some(at) = TERMS.iter().position(|term| term == part) {
+            terms[at] = std::mem::take(theta);
         }
     }
-    standing_out(record, mask, &reference, 1.0)
+    let seen = masked.densities(&terms);
+    let first = range.start;
+    let mut reference: Vec<f64> =
+        range.map(|k| seen[k] + processes.density(bins.record.frequency(k), bins.record)).collect();
+    if bins.ranges.is_empty() {
+        return reference;
+    }
+    let spectrum = model.spectrum(bins);
+    let leaks: Vec<(f64, f64)> = bins
+        .ranges
+        .iter()
+        .enumerate()
+        .map(|(i, &(start, stop))| {
+            let there = (start..stop).filter(|&k| bins.mask[k]);
+            let count = there.clone().count() as f64;
+            let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
+            (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
+        })
+        .collect();
+    for (k, slot) in (first..).zip(&mut reference) {
+        *slot *= interpolated(&leaks, bins.record.frequency(k).ln()).exp();
+    }
+    reference
+}
+
+/// The lines that are no images of others: the mask of a record with missing samples puts some at other frequencies.
+pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line> {
+    let Some(masked) = &record.masked else { return lines };
+    let spacing = record.frequency(1);
+    let number = |f: f64| (f / spacing).round() as usize;
+    lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    let mut found: Vec<Line> = Vec::new();
+    for line in lines {
+        let stretch = [(number(line.from), number(line.to) + 1)];
+        let of = |one: &Line| one.amplitude.powi(2) * masked.of_line(&stretch, one.frequency, spacing);
+        let leaked: f64 = found.iter().map(of).sum();
+        if leaked < IMAGE * of(&line) {
+            found.push(line);
+        }
+    }
+    found
 }
 
 /// Linear between points, and beyond the first and the last one.
@@ -149,11 +192,11 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
         let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
-        let stretch = (first + start, first + k);
-        let captured = record
-            .masked
-            .as_ref()
-            .map_or(1.0, |masked| masked.captured(stretch, record.frequency(first + peak), spacing));
+        // The rest of its power leaks to other frequencies through missing samples.
+        let captured = record.masked.as_ref().map_or(1.0, |masked| {
+            let mean = masked.of_line(&[(first + start, first + k)], record.frequency(first + peak), spacing);
+            mean * (k - start) as f64
+        });
         let amplitude = (4.0 * power * spacing / captured).max(0.0).sqrt();
         found.push(Line {
             amplitude,

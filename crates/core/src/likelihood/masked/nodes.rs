@@ -119,7 +119,9 @@ impl Nodes {
         let largest = self.mass.iter().fold(0.0_f64, |a, &b| a.max(b));
         let there: Vec<usize> = (0..self.count).filter(|&j| self.mass[j] > LEAST_MASS * largest).collect();
         let mut mass = vec![0.0; self.count];
-        there.iter().for_each(|&j| mass[j] = self.mass[j]);
+        for &j in &there {
+            mass[j] = self.mass[j];
+        }
         // The mean of the record is no mode; without it the sums have their digits.
         let mean = self.record.iter().sum::<f64>() / self.mass.iter().sum::<f64>();
         let record: Vec<f64> = self.record.iter().zip(&self.mass).map(|(s, c)| s - mean * c).collect();
@@ -184,8 +186,8 @@ fn straight(at: &[usize], values: &[f64], count: usize) -> Vec<f64> {
     let mut found = vec![values[0]; count];
     for (pair, value) in at.windows(2).zip(values.windows(2)) {
         let step = (value[1] - value[0]) / (pair[1] - pair[0]) as f64;
-        for j in pair[0]..pair[1] {
-            found[j] = value[0] + step * (j - pair[0]) as f64;
+        for (i, slot) in found[pair[0]..pair[1]].iter_mut().enumerate() {
+            *slot = value[0] + step * i as f64;
         }
     }
     let last = at[at.len() - 1];

@@ -147,9 +147,13 @@ impl MaskedPass {
         let (samples, tau0) = (self.present.len(), self.tau0);
         let Segments { length: segment, taper, mut density, mut parts, totals, sums, .. } = self.segments;
         let total: f64 = totals.iter().sum();
-        density.iter_mut().for_each(|x| *x *= tau0 / total);
+        for x in &mut density {
+            *x *= tau0 / total;
+        }
         for (part, own) in parts.iter_mut().zip(&totals) {
-            part.iter_mut().for_each(|x| *x *= if *own > 0.0 { tau0 / own } else { 0.0 });
+            for x in part {
+                *x *= if *own > 0.0 { tau0 / own } else { 0.0 };
+            }
         }
         let (spacing, blocks) = (self.nodes.spacing, self.nodes.count);
         let string = self.nodes.solve(tau0);

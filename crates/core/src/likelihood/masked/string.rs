@@ -120,7 +120,9 @@ fn narrow(found: usize, at: f64, wanted: usize, low: &mut f64, high: &mut f64) {
 fn scale(x: &mut [f64]) {
     let largest = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let norm = largest * x.iter().map(|a| (a / largest).powi(2)).sum::<f64>().sqrt();
-    x.iter_mut().for_each(|a| *a /= norm);
+    for a in x {
+        *a /= norm;
+    }
 }
 
 /// Triangular factors of T − λ with row exchanges.

@@ -68,7 +68,7 @@ impl TaperSums {
 
     /// Adds a segment; the sum of its squared weights.
     pub(super) fn add(&mut self, mask: &[f64], taper: &[f64]) -> f64 {
-        let whole = mask.iter().all(|&m| m == 1.0);
+        let whole = mask.iter().all(|&m| m >= 1.0);
         if let (true, Some(own)) = (whole, self.whole) {
             self.wholes += 1;
             self.total += own;
@@ -196,6 +196,25 @@ impl Windows {
         let seen: Vec<f64> =
             self.overlap.iter().zip(covariance).map(|(a, r)| tau0 * a * (r + level)).collect();
         spectrum(&seen, 2 * self.length).into_iter().step_by(2).collect()
+    }
+
+    /// What the mask shows of the noise in each cell where the nodes resolve nothing: the spectrum of the weights, times the
+    /// fourth power of low frequencies, since hat functions describe a straight line; its sum is half the rate.
+    pub(super) fn between_nodes(&self, cells: &Cells, grid: Grid) -> Vec<f64> {
+        let (n, tau0) = (grid.spacing as f64, grid.tau0);
+        let spacing = 1.0 / (self.length as f64 * tau0);
+        let sums = Running::plain(&self.at_zero);
+        let cell = |(e, f): (&[f64], &f64)| {
+            let comb = ((PI * f * n * tau0).sin() / (PI * f * tau0).sin()).powi(2);
+            let different = 1.0 - (comb - n) / (n * (n - 1.0));
+            different.powi(2) * (sums.to(e[1] / spacing) - sums.to(e[0] / spacing))
+        };
+        let mut found: Vec<f64> = cells.edges.windows(2).zip(&cells.at).map(cell).collect();
+        let scale = 0.5 / (tau0 * found.iter().sum::<f64>());
+        for x in &mut found {
+            *x *= scale;
+        }
+        found
     }
 
     /// Weights of the cells in the mean of the densities of some stretches.
@@ -436,9 +455,8 @@ impl LowView {
         LowWindow { lags, within }
     }
 
-    /// Weights of the cells in a bin.
-    pub(super) fn row(&self, window: &LowWindow, cells: &Cells) -> Vec<f64> {
-        let (n, tau0) = (self.grid.spacing as f64, self.grid.tau0);
+    /// Weights of the cells in a bin; `between`: see [`Windows::between_nodes`].
+    pub(super) fn row(&self, window: &LowWindow, cells: &Cells, between: &[f64]) -> Vec<f64> {
         // An even series of the same sum over both signs.
         let mut input = self.long.make_input_vec();
         let period = input.len();
@@ -456,14 +474,11 @@ impl LowView {
             self.hats.iter().enumerate().map(|(i, hat)| hat * power[i.min(period - i)].re).collect();
         let last = seen.len() as f64 - 0.5;
         let sums = Running::plain(&seen);
-        let pairs = n * (n - 1.0);
-        let cell = |(e, f): (&[f64], &f64)| {
+        let cell = |(e, between): (&[f64], &f64)| {
             let hats = sums.to((e[1] / self.step).min(last)) - sums.to((e[0] / self.step).min(last));
-            let comb = ((PI * f * n * tau0).sin() / (PI * f * tau0).sin()).powi(2);
-            let different = 1.0 - (comb - n) / pairs;
-            2.0 * (hats * self.step + window.within * different * (e[1] - e[0]))
+            2.0 * (hats * self.step + window.within * between)
         };
-        cells.edges.windows(2).zip(&cells.at).map(cell).collect()
+        cells.edges.windows(2).zip(between).map(cell).collect()
     }
 }
 

@@ -235,7 +235,7 @@ class TestCovariance:
 
 class TestFit:
     def test_unbiased_and_covered(self):
-        """Least squares on the curve of a record with gaps: the free fit of the terms that are there, and their intervals."""
+        """Least squares on the curve of a record with gaps: a free fit of the terms that are there, with intervals."""
         truth, count = {"quantization": 0.002, "random_walk": 0.05, "bias_instability": 0.1}, 6
         rng = np.random.default_rng(seed_of("gaps Q N B both"))
         fits = [fit(curve_with_gaps(truth, rng), terms=truth) for _ in range(count)]

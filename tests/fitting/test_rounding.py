@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import Record, analyze
-from sigmatau.fitting.rounding import Rounding
+from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, analyze, simulate
+from sigmatau.fitting.likelihood import fit_samples
+from sigmatau.fitting.rounding import Rounding, allowing_for_rounding
 
 N = 2**15
 
@@ -55,3 +56,22 @@ def test_no_value_without_an_interval(ratio):
     assert (fitted.verdict == "widened") == (ratio < 0.5)
     if ratio > 0.5:
         assert walk.high / walk.low < 1.1
+
+
+def test_the_errors_of_a_process_are_wider_as_its_interval_is():
+    """A Gauss-Markov process of a coarse log: the covariance has it by name, its σ widened and its time as it was."""
+    noise = ChannelModel(
+        terms={"random_walk": 0.04}, gauss_markov=(GaussMarkov(sigma=0.3, time=3.0),), unit="1", quantity="signal"
+    )
+    record = simulate(NoiseModel(channels={"volts": noise}), duration=3600, rate=100, rng=seed_of("coarse process"))
+    plain = fit_samples(record.streams[0], "volts")
+    assert len(plain.gauss_markov) == 1
+    coarse = allowing_for_rounding(plain, step=1.0, noise=0.4)
+    names, before = plain.covariance
+    assert coarse.covariance[0] == names
+    after = coarse.covariance[1]
+    sigma, time = names.index("gauss_markov_1.sigma"), names.index("gauss_markov_1.time")
+    widths = [one.gauss_markov[0].sigma.high - one.gauss_markov[0].sigma.low for one in (coarse, plain)]
+    assert widths[0] > widths[1]
+    assert math.sqrt(after[sigma, sigma] / before[sigma, sigma]) == pytest.approx(widths[0] / widths[1])
+    assert after[time, time] == before[time, time]

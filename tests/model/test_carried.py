@@ -8,7 +8,7 @@ from sigmatau import ChannelModel, NoiseModel, allan, analyze, predict, simulate
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.numbers import adev_interval
-from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
+from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 
 N = {"random_walk": 8.7e-5}
 
@@ -64,3 +64,21 @@ def test_a_process_has_an_interval_in_the_prediction():
     value = model.adev(m=sizes, tau0=0.01)
     assert ((low < value) & (value < high)).all()
     assert verify(model, found.curves["gyro_z"]).p_value > 0.002
+
+
+def test_the_errors_of_processes_are_those_of_the_processes_of_the_model():
+    """A resonance of the least width is a line of the fit: the errors of the others keep their places."""
+    truth = ChannelModel(
+        terms=N,
+        sinusoid=(Sinusoid(amplitude=1e-4, frequency=0.004),),
+        resonance=(Resonance(sigma=6e-5, frequency=0.02, width=0.004),),
+    )
+    fitted, model, _ = _fitted(truth, "carried resonance beside a slow line", duration=7200)
+    assert len(fitted.sinusoid) == len(fitted.resonance) == 1
+    names, covariance = model.covariance
+    assert [name for name in names if name.startswith("resonance")] == [
+        f"resonance_1.{number}" for number in ("sigma", "frequency", "width")
+    ]
+    error = np.sqrt(covariance[names.index("resonance_1.frequency"), names.index("resonance_1.frequency")])
+    found = fitted.resonance[0].frequency
+    assert error == pytest.approx((found.high - found.low) / 3.92, rel=0.5)  # the interval is one of the profile

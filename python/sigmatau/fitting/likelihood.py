@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import likelihood as native
-from sigmatau._native.likelihood import Bounds, Outcome
+from sigmatau._native.likelihood import Bounds, Outcome, Process
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.components import LINEAR, power_of_interval
@@ -187,7 +187,7 @@ def _stated(
         tau_min=tau0,
         tau_max=n // _LONGEST_SHARE * tau0,
         p_value=found.p_value,
-        covariance=_covariance(found, model),
+        covariance=_covariance(found, model, stream.grid.duration),
         level=level,
         method="likelihood",
     )
@@ -255,18 +255,22 @@ def _processes(
 ) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...], tuple[Sinusoid, ...]]:
     """Processes, resonances, and lines below the band in which lines are left out: resonances of the least width."""
     processes, resonances, lines = [], [], []
-    narrowest = 0.5 / stream.grid.duration
     for process in found.processes:
         sigma = _root(process.variance, stream.unit)
         if process.kind == "gauss_markov":
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
             continue
         centre, width = (_plain(bounds, "Hz") for bounds in process.shape)
-        if width.value <= narrowest * (1 + 1e-9):
+        if _is_line(process, stream.grid.duration):
             lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2)), frequency=centre))
         else:
             resonances.append(Resonance(sigma=sigma, frequency=centre, width=width))
     return tuple(processes), tuple(resonances), tuple(lines)
+
+
+def _is_line(process: Process, duration: float) -> bool:
+    """Whether a resonance has the least width, and counts as a line."""
+    return process.kind == "resonance" and process.shape[1].value <= 0.5 / duration * (1 + 1e-9)
 
 
 def _scaled(one: Interval, factor: float) -> Interval:
@@ -307,7 +311,7 @@ def _alike_sigma(found: Outcome, model: Mapping[str, float]) -> float | None:
     return math.sqrt(variance) if variance > 0 else model["rate_random_walk"] * math.sqrt(time / 2)
 
 
-def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, ...], Floats]:
+def _covariance(found: Outcome, model: Mapping[str, float], duration: float) -> tuple[tuple[str, ...], Floats]:
     """Names and covariance of the coefficients √θ and of the numbers of processes, from that of θ and the shapes."""
     at: list[int] = []
     names: list[str] = []
@@ -321,12 +325,14 @@ def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, 
         if part not in counts:
             continue
         process = next(processes)
-        counts[part] += 1
         own = [one.value for one in process.shape]
         sigma = math.sqrt(process.variance.value)
         numbers = ("sigma", "time") if part == "gauss_markov" else ("sigma", "frequency", "width")
         rows = [k, *range(shape, shape + len(own))]
         shape += len(own)
+        if _is_line(process, duration):
+            continue
+        counts[part] += 1
         if sigma > 0:
             at += rows
             names += [f"{part}_{counts[part]}.{number}" for number in numbers]

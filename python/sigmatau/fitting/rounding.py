@@ -122,20 +122,28 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         return replace(sigma, low=low, high=high)
 
     terms = {name: term(name, one) for name, one in fitted.terms.items()}
+    gauss_markov = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov)
+    resonance = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance)
     names, covariance = fitted.covariance
-    factors = np.array([_width(terms[name]) / _width(fitted.terms[name]) for name in names])
+    factor = {name: _width(terms[name]) / _width(fitted.terms[name]) for name in terms}
+    for kind, pairs in (
+        ("gauss_markov", [(a.sigma, b.sigma) for a, b in zip(gauss_markov, fitted.gauss_markov, strict=True)]),
+        ("resonance", [(a.sigma, b.sigma) for a, b in zip(resonance, fitted.resonance, strict=True)]),
+    ):
+        factor |= {f"{kind}_{k}.sigma": _width(after) / _width(before) for k, (after, before) in enumerate(pairs, 1)}
+    factors = np.array([factor.get(name, 1.0) for name in names])  # times and frequencies are as sure as before
     return replace(
         fitted,
         terms=terms,
-        gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
-        resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
+        gauss_markov=gauss_markov,
+        resonance=resonance,
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
         covariance=(names, covariance * np.outer(factors, factors)),
     )
 
 
-def _width(term: FittedTerm) -> float:
+def _width(term: FittedTerm | Interval) -> float:
     if term.low is None or term.high is None or not term.high > term.low:
         return 1.0
     return term.high - term.low

@@ -48,8 +48,7 @@ def build() -> Path:
         "--release",
         "--locked",
         "--quiet",
-        "-p",
-        "sigmatau-formats",
+        "--workspace",
         "--example",
         "instructions",
     ]

@@ -23,8 +23,9 @@ run() {
     types) python -m mypy ;;
     stubs) python -m mypy.stubtest --mypy-config-file pyproject.toml sigmatau._core ;;
     imports) lint-imports --no-logo ;;
-    # Optimised, so that what the extension was built from is not compiled again; `make fuzz` has overflow checks.
-    rust) cargo test --release -p sigmatau-core -p sigmatau-formats --lib --tests --locked --quiet ;;
+    # Optimised, and of the whole workspace, so that what the extension was built from is not compiled again; `make fuzz`
+    # has overflow checks.
+    rust) cargo test --release --workspace --tests --locked --quiet ;;
     instructions) python benches/instructions.py ;;
     python) python_tests ;;
     *) echo "no step $1; the steps are: $READ_STEPS $RUN_STEPS $RUST_STEPS" >&2 && return 2 ;;

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
-from sigmatau.fitting.components import components
+from sigmatau.fitting.components import components, half_octaves
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.goodness import p_value
 from sigmatau.fitting.noise_fit import Interval
-from sigmatau.fitting.outlook import half_octaves
 from sigmatau.units import to_si
 from studies.runner import run
 

@@ -59,7 +59,7 @@ def test_sum_of_images(order):
         )
 
 
-@pytest.mark.parametrize("wrong", [{"rate": 0.0}, {"bandwidth": -1.0}, {"order": 0}, {"order": 9}, {"rate": math.inf}])
+@pytest.mark.parametrize("wrong", [{"rate": 0.0}, {"bandwidth": -1.0}, {"order": 0}, {"order": 10}, {"rate": math.inf}])
 def test_wrong_arguments(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         aliasing_inflation(**{"rate": 100.0, "bandwidth": 30.0, **wrong})

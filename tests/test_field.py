@@ -2,6 +2,7 @@
 
 import csv
 import gzip
+import itertools
 import json
 
 import numpy as np
@@ -75,23 +76,24 @@ class TestAdisFitted:
 def test_adis_checks(adis_analysis):
     """What the set is known for."""
     found = adis_analysis.findings
-    assert any(f.code == "low_pass_filter" and f.channel == "gyro_x" for f in found)
+    assert {"gyro_x", "gyro_y", "gyro_z"} <= {f.channel for f in found if f.code == "low_pass_filter"}
     lines = {finding.channel: finding for finding in found if finding.code == "spectral_line"}
     for channel in ("accel_x", "accel_y", "accel_z"):
         (line,) = (one for one in lines[channel].details.lines if 0.53 <= one.frequency <= 0.57)
-        assert any(one.frequency == pytest.approx(1.69, abs=0.01) for one in line.harmonics)
+        assert any(one.frequency == pytest.approx(1.69, abs=0.005) for one in line.harmonics)
     coarse = {finding.channel for finding in found if finding.code == "coarse_resolution"}
     assert coarse >= {"accel_x", "accel_y", "accel_z"}
 
 
 def test_adis_by_the_command_line(field_data, tmp_path, capsys):
-    figure, result = tmp_path / "adis.svg", tmp_path / "adis.json"
-    log = field_data / "adis16405_static.csv.gz"
+    figure, result, log = tmp_path / "adis.svg", tmp_path / "adis.json", tmp_path / "adis.csv.gz"
+    with gzip.open(field_data / "adis16405_static.csv.gz", "rt") as whole, gzip.open(log, "wt") as part:
+        part.writelines(itertools.islice(whole, 36_001))
     # Read off, because the tests above have the fits.
     options = ["--rate", "100", "--method", "read-off", "--plot", str(figure), "--json", str(result)]
     assert main(["analyze", str(log), *options]) == 0
     out = capsys.readouterr().out
-    assert "gyro: 3 channels, 1000000 samples at 100 Hz (given), 2.778 h" in out
+    assert "gyro: 3 channels, 36000 samples at 100 Hz (given), 360 s" in out
     assert list(json.loads(result.read_text())["channels"]) == [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]
     assert b"Gyroscopes" in figure.read_bytes() or figure.stat().st_size > 20_000
 

@@ -123,7 +123,7 @@ def option_seconds(value: float) -> str:
 
 
 def interval_texts(value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """Value and interval as text, with two digits of half the interval.
+    """Value and interval as text, with two digits of half the interval; the value with one digit of its own at least.
 
     Without an interval the value has three digits.
 
@@ -131,6 +131,8 @@ def interval_texts(value: float, low: float | None, high: float | None) -> tuple
     --------
     >>> interval_texts(0.512, 0.505, 0.519)
     ('0.5120', '[0.5050, 0.5190]')
+    >>> interval_texts(5.14, 0, 710)
+    ('5', '[0, 710]')
     """
     if low is None or high is None:
         return f"{value:.3g}", ""
@@ -141,7 +143,9 @@ def interval_texts(value: float, low: float | None, high: float | None) -> tuple
     if decimals > 9 or decimals < -6:
         digits = min(max(2 + math.floor(math.log10(max(abs(value), half) / half)), 2), 12)
         return f"{value:.{digits}g}", f"[{low:.{digits}g}, {high:.{digits}g}]"
-    value_text, low_text, high_text = (f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value, low, high))
+    own = max(decimals, min(-math.floor(math.log10(abs(value))), 9)) if value else decimals
+    value_text = f"{round(value, own):.{max(own, 0)}f}"
+    low_text, high_text = (f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (low, high))
     return value_text, f"[{low_text}, {high_text}]"
 
 

@@ -43,7 +43,7 @@ class TestCommand:
     def test_a_folder(self, folder, tmp_path, capsys):
         results, plots = tmp_path / "r", tmp_path / "p"
         code, out, err = run(
-            "analyze", folder, "--jobs", 2, "--json", results, "--plot", plots, "--taus", "octave", capsys=capsys
+            "analyze", folder, "--jobs", 2, "--json", results, "--plot", plots, "--method", "read-off", capsys=capsys
         )
         assert code == 1
         assert [line.split()[0] for line in out.splitlines() if line and line[0] != " "] == [
@@ -54,7 +54,7 @@ class TestCommand:
         assert f"skipped, not a log: {folder / 'notes.md'}" in err
         assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
         assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
-        alone = st.analyze(st.read(folder / "a.csv"), taus="octave").to_dict()
+        alone = st.analyze(st.read(folder / "a.csv"), method="read-off").to_dict()
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
 
     def test_read_off_and_order(self, folder, capsys):
@@ -75,8 +75,8 @@ class TestCommand:
         assert f"a.csv: error: {damaged.message}" in err
 
     def test_one_in_a_pattern(self, folder, tmp_path, capsys):
-        assert run("analyze", folder / "a.csv", "--jobs", 4, capsys=capsys)[0] == 0
-        assert run("analyze", folder / "a.csv", "--json", tmp_path, "-q", capsys=capsys)[0] == 0
+        options = ("--jobs", 4, "--json", tmp_path, "--method", "read-off", "-q")
+        assert run("analyze", folder / "a.csv", *options, capsys=capsys)[0] == 0
         assert (tmp_path / "a.csv.json").exists()
 
     @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_the_summary_says_length_rate_and_damage(tmp_path, capsys):
         write(tmp_path / name, seed)
     text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
     (tmp_path / "b.csv").write_text(text)  # broken off
-    code, out, _ = run("analyze", tmp_path, "-q", "--taus", "octave", capsys=capsys)
+    code, out, _ = run("analyze", tmp_path, "-q", "--method", "read-off", capsys=capsys)
     assert code == 4
     whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
     assert "20 s" in whole

@@ -28,6 +28,14 @@ def log(tmp_path):
     return path
 
 
+@pytest.fixture
+def one(tmp_path):
+    """A log of one channel."""
+    path = tmp_path / "one.csv"
+    path.write_text("\n".join(line.partition(",")[0] for line in table(rows=200).splitlines()) + "\n")
+    return path
+
+
 def run(*argv, capsys):
     code = main([str(a) for a in argv])
     out, err = capsys.readouterr()
@@ -124,11 +132,11 @@ class TestAnalyze:
         assert gyro["curve"]["tau_s"][0] == 0.01
         assert gyro["curve"]["unit"] == "rad/s"
 
-    def test_every_averaging_time(self, log, tmp_path, capsys):
+    def test_every_averaging_time(self, one, tmp_path, capsys):
         """The curve has them all; the fit is that of the default grid, the reading that of eight an octave of them."""
         schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
         figure, result = tmp_path / "all.svg", tmp_path / "all.json"
-        command = ["analyze", log, "--rate", 100]
+        command = ["analyze", one, "--rate", 100]
         code, table, _ = run(*command, "--taus", "all", "--plot", figure, "--json", result, capsys=capsys)
         assert code == 0
         content = json.loads(result.read_text(encoding="utf-8"))
@@ -143,10 +151,10 @@ class TestAnalyze:
         assert figure.stat().st_size < 500_000
 
     @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])
-    def test_figures(self, log, tmp_path, ending, capsys):
+    def test_figures(self, one, tmp_path, ending, capsys):
         path = tmp_path / f"a.{ending}"
         options = ("--rate", 100, "--method", "read-off", "--plot", path, "-q")
-        assert run("analyze", log, *options, capsys=capsys)[0] == 0
+        assert run("analyze", one, *options, capsys=capsys)[0] == 0
         assert path.stat().st_size > 5000
 
     def test_the_same_result_whatever_the_input_kind(self, tmp_path, capsys):
@@ -173,8 +181,9 @@ class TestAnalyze:
         y = np.loadtxt(log, delimiter=",", skiprows=1)[:, 0]
         np.savetxt(volts, 2.5 + y * 0.02, header="gyro_x", comments="", fmt="%.12g")
         args = ["--rate", 100, "--unit", "gyro=deg/s", "--scale", "gyro=50", "--offset", "gyro_x=2.5", "--json", "-"]
+        args += ["--method", "read-off"]
         _, out, _ = run("analyze", volts, *args, capsys=capsys)
-        _, expected, _ = run("analyze", log, "--rate", 100, "--json", "-", capsys=capsys)
+        _, expected, _ = run("analyze", log, "--rate", 100, "--json", "-", "--method", "read-off", capsys=capsys)
         a, b = (json.loads(t)["channels"]["gyro_x"]["curve"]["adev"] for t in (out, expected))
         assert a == pytest.approx(b, rel=1e-9)  # the twelve digits written
 
@@ -316,7 +325,7 @@ def test_two_outputs_of_one_name(log, tmp_path, capsys):
 
 
 def test_scale_as_a_fraction(tmp_path, log, capsys):
-    args = ["analyze", log, "--rate", 100, "--json", "-", "--scale"]
+    args = ["analyze", log, "--rate", 100, "--method", "read-off", "--json", "-", "--scale"]
     one, other = (
         json.loads(run(*args, f"gyro={s}", capsys=capsys)[1])["channels"]["gyro_x"]["curve"]["adev"]
         for s in ("1/8", "0.125")
@@ -328,7 +337,7 @@ def test_scale_as_a_fraction(tmp_path, log, capsys):
 def test_full_disk(log):
     with open("/dev/full", "w") as full:  # noqa: PTH123
         done = subprocess.run(
-            [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],
+            [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100", "--method", "read-off"],
             stdout=full, stderr=subprocess.PIPE, text=True, check=False,
         )  # fmt: skip
     assert done.returncode == 1
@@ -336,12 +345,14 @@ def test_full_disk(log):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_terminal_without_unicode(log):
+def test_as_a_module_on_a_terminal_without_unicode(one):
     done = subprocess.run(
-        [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],
+        [sys.executable, "-m", "sigmatau", "analyze", str(one), "--rate", "100"],
         capture_output=True, text=True, check=True, env={**os.environ, "PYTHONIOENCODING": "ascii"},
     )  # fmt: skip
+    assert "angle random walk" in done.stdout
     assert "deg/?h" in done.stdout
+    assert done.stderr == ""
 
 
 class TestSimulate:
@@ -392,14 +403,3 @@ def test_help(argv, capsys):
 
 def test_help_has_examples(capsys):
     assert "--channels time=1,gyro=2:4" in run("analyze", "--help", capsys=capsys)[1]
-
-
-def test_as_a_module(log):
-    done = subprocess.run(
-        [sys.executable, "-m", "sigmatau", "analyze", str(log), "--rate", "100"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert "angle random walk" in done.stdout
-    assert done.stderr == ""

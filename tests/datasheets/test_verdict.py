@@ -168,7 +168,7 @@ class TestHowOften:
         """White noise of 41 s at 100 Hz: an error of N below 3 %; docs/study/datasheets.md has more records and terms."""
         rng = np.random.default_rng(seed_of("verdicts of records"))
         out = {0.85: 0, 1.0: 0, 1.2: 0}
-        records, axes = 5, 3
+        records, axes = 2, 3
         for _ in range(records):
             record = Record.from_arrays(
                 rate=100.0, gyro=N * 10 * rng.standard_normal((4096, axes)), unit={"gyro": "rad/s"}

@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from studies.gaps import LOSSES, MIXTURES, bias, covered, fits, lost
+from studies.gaps import MIXTURES, bias, covered, fits, lost
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, deviation, fit, simulate
@@ -220,10 +220,9 @@ class TestCovariance:
 
 
 class TestFit:
-    @pytest.mark.parametrize(("name", "kind"), list(zip(("Q N B", "N B", "Q N B"), LOSSES[1:], strict=True)))
-    def test_unbiased_and_covered(self, name, kind):
+    def test_unbiased_and_covered(self):
         """The study of studies/gaps.py, short."""
-        count = 24
+        name, kind, count = "Q N B", "both", 6
         records = fits(seed_of(f"gaps {name} {kind}"), name, kind, count)
         assert np.mean([r["verdict"] != "adequate" for r in records]) <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / count)
         for term, value in MIXTURES[name].truth.items():
@@ -246,11 +245,11 @@ class TestFit:
         """Lost samples leave noise in the mean differences of short clusters, which looks like a ramp."""
         rng = np.random.default_rng(seed_of("no ramp"))
         model = NoiseModel(channels={"gyro_x": {"random_walk": 0.05, "rate_random_walk": 0.05}})
-        seen, count = [], 40
+        seen, count = [], 10
         for k in range(count):
             whole = simulate(model, duration=327.68, rate=100, rng=rng).streams[0].column("gyro_x")
-            # Four masks: what is expected of each takes most of the time.
-            y = lost(whole, "5 % at random", np.random.default_rng(seed_of(f"no ramp, mask {k % 4}")))
+            # Two masks: what is expected of each takes most of the time.
+            y = lost(whole, "5 % at random", np.random.default_rng(seed_of(f"no ramp, mask {k % 2}")))
             curve = allan(Record.from_arrays(rate=100, gyro_x=y))["gyro_x"]
             seen.append(fit(curve, terms=["random_walk", "rate_random_walk", "rate_ramp"])["rate_ramp"].observed)
         assert np.mean(seen) <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / count)
@@ -325,7 +324,7 @@ class TestMuchMissing:
     def test_a_good_model_is_called_good(self, share):
         """Of 200 records of 10⁵ samples 2 were refused at 50 %, none at 70 %; a third before."""
         model = NoiseModel(channels={"gyro_x": {"random_walk": 0.05, "bias_instability": 0.08}})
-        good, white, count = [], [], 8
+        good, white, count = [], [], 2
         for k in range(count):
             y = simulate(model, duration=400, rate=100, rng=seed_of(f"good {share} {k}") % 2**60)
             x = np.where(missing(f"good mask {share} {k}", 40_000, share=share), np.nan, y.streams[0].column("gyro_x"))

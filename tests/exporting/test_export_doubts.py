@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sigmatau import DataError, NoiseModel, OptionError
+from sigmatau import DataError, NoiseModel, OptionError, Record, analyze
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare, prepare_all
@@ -274,3 +274,11 @@ def test_a_comment_of_gazebo_can_be_pasted():
     text = export(model_of(FIVE), to="gazebo", choices=Choices(rate=100.0))
     assert "- -" not in text
     assert "gyro_turn_on_bias=VALUE" in text
+
+
+def test_a_spectrum_without_a_corner():
+    """A finding of an uneven spectrum has no size; the result is exported all the same."""
+    content = analyze(Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).standard_normal(4096))).to_dict()
+    details = {"shape": "uneven", "order": None, "corner": None, "low": None, "high": None}
+    content["findings"] = [{"code": "low_pass_filter", "severity": "info", "channels": ["gyro_x"], "details": details}]
+    assert Source.of_result(content).corners == {}

@@ -73,7 +73,7 @@ def test_channels(name, evil, monkeypatch):
         )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(name=st.text(max_size=40))
 def test_channels_of_any_name(name):
     with pytest.MonkeyPatch.context() as patch:

@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from sigmatau import DataError, OptionError
+from sigmatau import DataError, OptionError, Record, analyze
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.model.channel import ChannelModel
@@ -298,3 +298,12 @@ def test_sheet_of_what_was_not_seen_and_what_is_beside_the_five():
     ):
         with pytest.raises(OptionError, match="ieee952"):
             export(NoiseModel(channels={"gyro_x": gyro}), to="ieee952", choices=Choices(**choice))
+
+
+def test_a_filter_without_a_corner():
+    """Its finding has no size."""
+    x = np.random.default_rng(1).standard_normal(20_001)
+    analysis = analyze(Record.from_arrays(rate=100, gyro_x=1e-3 * (x[1:] + 0.1 * x[:-1])))
+    (found,) = (finding for finding in analysis.findings if finding.code == "low_pass_filter")
+    assert found.size is None
+    assert analysis.to_source().corners == {}

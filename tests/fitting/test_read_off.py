@@ -219,7 +219,7 @@ def test_notebooks_show_what_is_printed():
 def test_missing_samples_do_not_change_what_is_read(term, gaps):
     """Clusters that are half full show up to 1.3 times the random walk, and several times the quantization noise."""
     rng = np.random.default_rng(seed_of(f"read off {term} {gaps}"))
-    n, values = 60_000, []
+    n, values = 20_000, []
     lost = {"two in five": rng.random(n) < 0.4, "one in twenty": rng.random(n) < 0.05}.get(gaps, np.arange(n) % 2 > 0)
     if gaps != "every second of all":
         lost &= np.arange(n) > n / 3

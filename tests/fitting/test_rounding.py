@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, analyze, simulate
-from sigmatau.fitting.likelihood import fit_samples
+from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.rounding import Rounding, allowing_for_rounding
 
 N = 2**15
@@ -58,20 +58,41 @@ def test_no_value_without_an_interval(ratio):
         assert walk.high / walk.low < 1.1
 
 
-def test_the_errors_of_a_process_are_wider_as_its_interval_is():
-    """A Gauss-Markov process of a coarse log: the covariance has it by name, its σ widened and its time as it was."""
-    noise = ChannelModel(
-        terms={"random_walk": 0.04}, gauss_markov=(GaussMarkov(sigma=0.3, time=3.0),), unit="1", quantity="signal"
-    )
-    record = simulate(NoiseModel(channels={"volts": noise}), duration=3600, rate=100, rng=seed_of("coarse process"))
-    plain = fit_samples(record.streams[0], "volts")
-    assert len(plain.gauss_markov) == 1
-    coarse = allowing_for_rounding(plain, step=1.0, noise=0.4)
-    names, before = plain.covariance
-    assert coarse.covariance[0] == names
-    after = coarse.covariance[1]
-    sigma, time = names.index("gauss_markov_1.sigma"), names.index("gauss_markov_1.time")
-    widths = [one.gauss_markov[0].sigma.high - one.gauss_markov[0].sigma.low for one in (coarse, plain)]
-    assert widths[0] > widths[1]
-    assert math.sqrt(after[sigma, sigma] / before[sigma, sigma]) == pytest.approx(widths[0] / widths[1])
-    assert after[time, time] == before[time, time]
+def test_the_numbers_of_a_process_get_wider_too():
+    """In the covariance that a model takes over, as in the intervals."""
+    process = GaussMarkov(sigma=0.6, time=10.0)
+    model = NoiseModel(channels={"gyro_x": ChannelModel(terms={"random_walk": 0.04}, gauss_markov=(process,))})
+    x = simulate(model, duration=N / 100, rate=100.0, rng=seed_of("coarse process")).streams[0].column("gyro_x")
+    fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=np.asarray(x)), "gyro_x")
+    names, before = fitted.covariance
+    k = names.index("gauss_markov_1.sigma")
+    after = allowing_for_rounding(fitted, step=1.0, noise=0.45)
+    assert after.covariance[0] == names
+    wider = after.gauss_markov[0].sigma.high - after.gauss_markov[0].sigma.low
+    width = fitted.gauss_markov[0].sigma.high - fitted.gauss_markov[0].sigma.low
+    assert wider > width
+    assert after.covariance[1][k, k] == pytest.approx(before[k, k] * (wider / width) ** 2)
+
+
+def test_a_process_beside_the_rounding():
+    """Coarse samples with a Gauss-Markov process: the covariance of its numbers is kept."""
+    rng = np.random.default_rng(seed_of("coarse process"))
+    process = np.empty(2 * N)
+    decay, state = math.exp(-1 / 200), 0.0
+    for k, step in enumerate(rng.standard_normal(2 * N)):
+        state = decay * state + math.sqrt(1 - decay**2) * step
+        process[k] = 0.8 * state
+    y = np.round(process + 0.8 * rng.standard_normal(2 * N) + 0.3)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=y)).fits["gyro_x"]
+    assert "gauss_markov_1.sigma" in fitted.covariance[0]
+    assert fitted.gauss_markov[0].sigma.low <= 0.8 <= fitted.gauss_markov[0].sigma.high
+
+
+def test_coarse_values_with_a_resonance():
+    """The covariance holds the numbers of processes beside the terms; each has the factor of its own interval."""
+    x = np.tile([1.0, -1.0], 10_000)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=x)).fits["gyro_x"]
+    names, covariance = fitted.covariance
+    assert fitted.verdict == "widened"
+    assert "resonance_1.sigma" in names
+    assert np.isfinite(covariance).all()

@@ -80,7 +80,7 @@ def test_mutated(tmp_path, kind):
     rng = np.random.default_rng(seed_of(f"mutated {kind}"))
     path, values = made(kind, tmp_path, n=12)
     whole = path.read_bytes()
-    shorter, count = 0, 200 * MUTANTS
+    shorter, count = 0, 80 * MUTANTS
     for _ in range(count):
         data = bytearray(whole)
         for _ in range(int(rng.integers(1, 4))):

@@ -154,7 +154,7 @@ def test_mutated_files(tmp_path):
     forms.append(gzip.compress(small))
     path = tmp_path / "log.csv"
     outcomes = {"read": 0, "refused": 0}
-    count = 700 * MUTANTS
+    count = 240 * MUTANTS
     for turn in range(count):
         raw = bytearray(forms[turn % len(forms)])
         for _ in range(int(rng.integers(1, 4))):

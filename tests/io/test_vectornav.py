@@ -139,7 +139,7 @@ def test_mutated_files(tmp_path):
     path = tmp_path / "log.txt"
     known = {tuple(row) for row in VALUES[:40, 9:12]}
     outcomes = {"read": 0, "refused": 0}
-    whole, count = b"".join(log()[:40]), 300 * MUTANTS
+    whole, count = b"".join(log()[:40]), 120 * MUTANTS
     for _ in range(count):
         raw = bytearray(whole)
         for _ in range(int(rng.integers(1, 20))):

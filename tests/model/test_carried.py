@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from known import seed_of
-from sigmatau import ChannelModel, NoiseModel, allan, analyze, predict, simulate, verify
+from sigmatau import ChannelModel, NoiseModel, OptionError, Record, allan, analyze, predict, simulate, verify
+from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.numbers import adev_interval
-from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
+from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
 N = {"random_walk": 8.7e-5}
 
@@ -66,19 +68,62 @@ def test_a_process_has_an_interval_in_the_prediction():
     assert verify(model, found.curves["gyro_z"]).p_value > 0.002
 
 
-def test_the_errors_of_processes_are_those_of_the_processes_of_the_model():
-    """A resonance of the least width is a line of the fit: the errors of the others keep their places."""
-    truth = ChannelModel(
-        terms=N,
-        sinusoid=(Sinusoid(amplitude=1e-4, frequency=0.004),),
-        resonance=(Resonance(sigma=6e-5, frequency=0.02, width=0.004),),
-    )
-    fitted, model, _ = _fitted(truth, "carried resonance beside a slow line", duration=7200)
-    assert len(fitted.sinusoid) == len(fitted.resonance) == 1
-    names, covariance = model.covariance
-    assert [name for name in names if name.startswith("resonance")] == [
-        f"resonance_1.{number}" for number in ("sigma", "frequency", "width")
-    ]
-    error = np.sqrt(covariance[names.index("resonance_1.frequency"), names.index("resonance_1.frequency")])
-    found = fitted.resonance[0].frequency
-    assert error == pytest.approx((found.high - found.low) / 3.92, rel=0.5)  # the interval is one of the profile
+def test_a_line_between_modes_and_segments():
+    """Bins are wide there: the interval of the frequency is no narrower than they are, and that of N holds it."""
+    t = np.arange(60_000) / 100
+    for seed, frequency in ((3, 0.4), (1, 1.3), (2, 1.0), (0, 1.5)):
+        rng = np.random.default_rng(seed)
+        x = 1e-4 * (rng.standard_normal(len(t)) + np.sin(2 * np.pi * frequency * t + 6 * rng.random()))
+        fitted = analyze(Record.from_arrays(rate=100, gyro_z=x)).fits["gyro_z"]
+        (line,) = fitted.sinusoid
+        assert line.frequency.low <= frequency <= line.frequency.high
+        walk = fitted["random_walk"]
+        assert walk.high - walk.low > 0.005 * walk.value
+        assert not any(name.startswith("resonance") for name in fitted.covariance[0])
+
+
+def test_a_line_behind_a_filter():
+    """Its amplitude is that in the log, also where the fit has it as a resonance before the filter."""
+    rng = np.random.default_rng(seed_of("line behind a filter"))
+    t = np.arange(60_000) / 100
+    x = lfilter(*butter(4, 0.1), 1e-4 * rng.standard_normal(len(t))) + 1e-4 * np.sin(60 * np.pi * t)
+    fitted = analyze(Record.from_arrays(rate=100, gyro_z=x)).fits["gyro_z"]
+    assert fitted.response is not None
+    assert max(line.amplitude.value for line in fitted.sinusoid) < 1.2e-4
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"terms": ["walk"]},
+        {"terms": "random_walk"},
+        {"terms": []},
+        {"terms": ["rate_ramp"]},
+        {"processes": [float("nan")]},
+        {"processes": [0.0]},
+        {"regressors": {"x": np.arange(5.0)}},
+        {"regressors": {"x": np.full(1000, np.nan)}},
+        {"regressors": {"x": np.ones(1000)}},
+        {"regressors": {"x": np.ones((1000, 2))}},
+        {"level": 1.0},
+    ],
+)
+def test_what_a_fit_of_samples_refuses(options):
+    record = Record.from_arrays(rate=100, gyro_z=np.random.default_rng(1).standard_normal(1000))
+    with pytest.raises(OptionError):
+        fit_samples(record.streams[0], "gyro_z", **options)
+
+
+def test_an_interval_of_an_observed_ramp_excludes_0():
+    t = np.arange(60_000) / 100
+    ramps = [fit_channel(Record.from_arrays(rate=100, gyro_x=ramp_of(size, t)), "gyro_x") for size in (1e-6, 1e-5)]
+    for fitted in ramps:
+        ramp = fitted["rate_ramp"]
+        assert ramp.observed == (ramp.value is not None)
+        assert ramp.value is None or ramp.low * ramp.high > 0
+        assert ramp.value is not None or ramp.upper_limit > 0
+    assert ramps[1]["rate_ramp"].observed
+
+
+def ramp_of(size, t):
+    return 1e-4 * np.random.default_rng(seed_of("ramp")).standard_normal(len(t)) + size * t

@@ -28,7 +28,7 @@ def channels(draw):
     )
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=20)
 @given(some.dictionaries(names.map("gyro_".__add__), channels(), min_size=1, max_size=3))
 def test_a_model_file_reads_back_to_the_same_bits(tmp_path_factory, given_channels):
     model = NoiseModel(channels=given_channels)

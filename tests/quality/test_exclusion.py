@@ -229,7 +229,23 @@ def test_the_command_line(log, capsys):
     assert main(["inspect", str(log), "--leave-out", "300s:301s"]) == 0
     assert "warning" not in (out := capsys.readouterr().out)
     assert "100 of 60000 samples" in out
-    assert main(["analyze", str(log), "--leave-out", "300s:301s", "--leave-out", "0:1s", "--window", "0:500s"]) == 0
+    assert (
+        main(
+            [
+                "analyze",
+                str(log),
+                "--leave-out",
+                "300s:301s",
+                "--leave-out",
+                "0:1s",
+                "--window",
+                "0:500s",
+                "--method",
+                "read-off",
+            ]
+        )
+        == 0
+    )
     captured = capsys.readouterr()
     assert "warning" not in captured.err
     assert "200 of 60000 samples" in captured.err

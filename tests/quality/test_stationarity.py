@@ -34,7 +34,7 @@ def fits_of(stream):
 def test_law_of_the_segments_and_the_cusum(name):
     """The size of both tests at 5 % and 1 %; at 1e-4 docs/study/stability.md has it from 36,000 records."""
     rng = np.random.default_rng(seed_of(f"law {name}"))
-    records, p = 300, []
+    records, p = 120, []
     for _ in range(records):
         y = kernels.simulate(N, 1.0, MIXTURES[name], seed=int(rng.integers(1 << 62)), stream=1)
         p.append([segment_test(y, true_fit(MIXTURES[name])).p_value, cusum(y).p_value])
@@ -47,7 +47,7 @@ def test_law_of_the_segments_and_the_cusum(name):
 
 
 def test_clean_records_raise_nothing():
-    """Fits and all: 30 records of two axes; a warning in 0.1 % of channels is asked for, so that one is a chance of 6 %."""
+    """Fits and all: 10 records of two axes; a warning in 0.1 % of channels is asked for, so that one is a chance of 2 %."""
     rng = np.random.default_rng(seed_of("clean"))
     model = NoiseModel(
         channels={
@@ -56,7 +56,7 @@ def test_clean_records_raise_nothing():
         }
     )
     warned = 0
-    for _ in range(30):
+    for _ in range(10):
         stream = simulate(model, duration=600, rate=20, rng=rng).streams[0]
         found = [*non_stationary(stream, fits_of(stream)), *cross_axis(stream)]
         warned += sum(finding.severity == "warning" for finding in found)
@@ -175,7 +175,7 @@ def test_correlated_axes():
 def test_intervals_of_a_mean_over_correlated_axes_are_too_short():
     """The effect that is stated: the variance of the mean of two axes' Allan variances is (1 + r²)/2 of one, not 1/2."""
     rng = np.random.default_rng(seed_of("mean of axes"))
-    r, records = 0.6, 2000
+    r, records = 0.6, 800
     found = []
     for _ in range(records):
         shared, own = rng.standard_normal(400), rng.standard_normal((2, 400))
@@ -186,8 +186,8 @@ def test_intervals_of_a_mean_over_correlated_axes_are_too_short():
         found.append([pair[0][0], pair[1][0]])
     found = np.array(found)
     ratio = found.mean(axis=1).var() / found.var(axis=0).mean()
-    # The variance of 2000 draws has an error of √(2/2000) = 3 %, that of the ratio no more.
-    assert ratio == pytest.approx((1 + r**2) / 2, abs=3 * 0.03 * (1 + r**2) / 2)
+    # The variance of 800 draws has an error of √(2/800) = 5 %, that of the ratio no more.
+    assert ratio == pytest.approx((1 + r**2) / 2, abs=3 * 0.05 * (1 + r**2) / 2)
 
 
 def test_slow_common_noise():
@@ -296,6 +296,7 @@ def test_real_accelerometers_share_a_line(field_data):
     (finding,) = cross_axis(accel)
     assert finding.severity == "warning"
     assert any((p.first, p.second, p.mean_length) == ("accel_x", "accel_y", 1.0) for p in finding.details.pairs)
+    accel = accel.only("accel_x")
     fits = fits_of(accel)
     # It is not quite steady: the deviation moves by a tenth.
     found = non_stationary(accel, fits)

@@ -166,8 +166,8 @@ def test_what_is_not_filled():
 
 
 def test_no_false_alarm():
-    """Not one in 360 clean channels of any mixture; by the law of single lines 1e-4 a record."""
+    """Not one in 120 clean channels of any mixture; by the law of single lines 1e-4 a record."""
     rng = np.random.default_rng(seed_of("clean of lines"))
-    for _ in range(60):
+    for _ in range(20):
         for stream in record(rng, most=20_000).streams:
             assert interpolated(stream) == []

@@ -100,8 +100,8 @@ class TestRepeated:
         (finding,) = repeated_samples(gyro(x))
         assert finding.size == pytest.approx(2, rel=0.02)
 
-    @pytest.mark.parametrize("bias", [1e-3, 1e-2, 0.1])
-    @pytest.mark.parametrize("sigma", [1e-5, 3e-5, 1e-4])
+    @pytest.mark.parametrize("bias", [1e-3, 0.1])
+    @pytest.mark.parametrize("sigma", [1e-5, 1e-4])
     def test_angles_in_single_precision_do_not_repeat(self, bias, sigma):
         """Their step doubles with the angle, on all axes at once; the differences of printed ones are equal but for dust."""
         rng = np.random.default_rng(seed_of(f"single precision {bias} {sigma}"))

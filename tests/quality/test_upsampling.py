@@ -136,8 +136,8 @@ def test_filters_lines_and_coarse_steps_are_no_interpolation():
 
 
 def test_false_alarms():
-    """A swing of 0.25 is twelve standard errors of the largest by chance: in 200 channels of clean mixtures not one."""
-    for stream in pairs("false alarms of interpolation", 100):
+    """A swing of 0.25 is twelve standard errors of the largest by chance: in 60 channels of clean mixtures not one."""
+    for stream in pairs("false alarms of interpolation", 30):
         assert upsampled(stream) == []
 
 

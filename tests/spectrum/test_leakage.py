@@ -41,7 +41,7 @@ def test_the_model_that_made_the_record_is_not_called_wrong(method):
         sinusoid=(Sinusoid(amplitude=0.3, frequency=9.1), Sinusoid(amplitude=30.0, frequency=LINE)),
     )
     rng = np.random.default_rng(seed_of(f"line beside noise {method}"))
-    called_wrong, records = 0, 60
+    called_wrong, records = 0, 20
     for _ in range(records):
         made = simulate(NoiseModel(channels={"gyro_x": model}), duration=N / RATE, rate=RATE, rng=rng)
         found = psd(made, method=method, **ALL[method])["gyro_x"]

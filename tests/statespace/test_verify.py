@@ -16,7 +16,7 @@ from sigmatau.statespace.avar_scatter import covariance_of_model, covariance_wit
 from sigmatau.statespace.verify import verify
 
 RATE = 10.0
-RECORDS = 200
+RECORDS = 60
 TERMS = {"quantization": 2e-4, "random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-3}
 
 
@@ -54,12 +54,12 @@ class TestStatistics:
     def test_random_walk_that_is_5_percent_off(self):
         """1.05² is 10 % of a variance that 2^16 samples show to 0.7 %: the misfit is hundreds."""
         wrong = ChannelModel(terms={**TERMS, "random_walk": 1.05 * TERMS["random_walk"]})
-        for curve in simulated(TERMS, "verify N off", n=1 << 16, records=10):
+        for curve in simulated(TERMS, "verify N off", n=1 << 16, records=3):
             assert verify(wrong, curve).p_value < 1e-6
 
     def test_missing_rate_random_walk(self):
         wrong = ChannelModel(terms={t: v for t, v in TERMS.items() if t != "rate_random_walk"})
-        found = [verify(wrong, curve).p_value for curve in simulated(TERMS, "verify K missing", n=1 << 16, records=10)]
+        found = [verify(wrong, curve).p_value for curve in simulated(TERMS, "verify K missing", n=1 << 16, records=3)]
         assert max(found) < 1e-3
 
     def test_gauss_markov_process(self):
@@ -77,7 +77,7 @@ class TestStatistics:
         """White noise behind a filter: p as often below 5 % as it says, and 95 % of ratios inside their bands."""
         terms = {"random_walk": 0.005, "rate_random_walk": 1e-3}
         model = ChannelModel(terms=terms, bandwidth=LowPass(order=order, corner=corner))
-        found = [verify(model, curve) for curve in simulated(model, f"verify bandwidth {order}", records=150)]
+        found = [verify(model, curve) for curve in simulated(model, f"verify bandwidth {order}", records=50)]
         assert_uniform([v.p_value for v in found])
         inside = np.mean([~v.outside[v.used] for v in found], axis=0)
         assert inside.min() >= 0.95 - 4 * np.sqrt(0.05 * 0.95 / len(found))  # 4: the least of eleven octaves

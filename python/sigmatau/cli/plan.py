@@ -107,7 +107,7 @@ def plan_command(
         if channel.verdict not in QUANTIFIED:
             say(f"warning: {name}: {source} has no adequate model of it, so the plan is uncertain", quiet=quiet)
         if channel.beside:
-            say(f"warning: {name}: its {channel.beside} is ignored", quiet=quiet)
+            say(f"warning: {name}: the plan ignores its {channel.beside}", quiet=quiet)
         with working(f"planning {name}", quiet=quiet):
             plans.append(
                 plan(

@@ -64,7 +64,8 @@ class Source(Printed):
         samples: dict[str, Sample] = {}
         try:
             for finding in content.get("findings", ()):
-                if finding.get("code") == _FILTER:
+                # An uneven spectrum has no corner.
+                if finding.get("code") == _FILTER and finding.get("size") is not None:
                     channels = finding.get("channels") or [finding.get("channel")]
                     corners |= {name: float(finding["size"]) for name in channels if name in plain.model.channels}
             for name in plain.model.channels:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -262,3 +263,9 @@ def _modes(n: int) -> tuple[Floats, Floats]:
     k = np.unique(np.concatenate([low, high]))
     edges = np.concatenate([[0.5], (k[1:] + k[:-1]) / 2, [n - 0.5]])
     return np.pi * k / n, np.diff(edges)
+
+
+def half_octaves(smallest: int, largest: int) -> Sequence[int]:
+    """Those of the cluster sizes 1, 2, 3, 4, 6, 8, 12 … that lie between two sizes."""
+    sizes = {seed << j for seed in (1, 3) for j in range(largest.bit_length())}
+    return tuple(sorted(size for size in sizes if smallest <= size <= largest))

@@ -14,9 +14,8 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
 from sigmatau.fitting.attempt import LONGEST_SHARE, Data
-from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.components import LINEAR, half_octaves
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.selection import LEAST_TIMES, best_attempt
 from sigmatau.fitting.statement import descriptive, no_fit, stated
 from sigmatau.noise.terms import TERMS

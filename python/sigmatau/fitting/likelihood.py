@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import Bounds, Outcome, Process
+from sigmatau.errors import OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.components import LINEAR, power_of_interval
@@ -24,10 +25,9 @@ from sigmatau.fitting.noise_fit import (
     Verdict,
     WarmUp,
 )
-from sigmatau.fitting.outlook import Outlook
-from sigmatau.fitting.response import named
+from sigmatau.fitting.response import FittedFilter, named
 from sigmatau.model.channel import ChannelModel
-from sigmatau.noise.terms import coefficient_unit
+from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.record.streams import Stream
 
 __all__ = ["LEAST_SAMPLES", "MOST_FILLED", "fit_samples", "usable"]
@@ -85,20 +85,48 @@ def fit_samples(
         Curves at the samples that the mean may follow, by name.
     level : float
         Of intervals and limits.
+
+    Raises
+    ------
+    OptionError
+        For an unknown term or no noise term, a correlation time that is not positive, a regressor of another length, that is
+        not finite or never changes, or a level outside 0.5 … 0.999.
     """
+    given_terms = set(TERMS) if terms is None else set(terms)
+    _refuse(given_terms, processes, regressors, stream.grid.n, level)
     summary = native.summarize(_pieces(stream, channel), samples=stream.grid.n, tau0=stream.grid.tau0)
-    wanted = set(LINEAR) if terms is None else set(terms) & set(LINEAR)
+    wanted = given_terms & set(LINEAR)
     given = regressors or {}
     found = summary.analyse(
         terms=wanted,
         processes=processes is None,
         resonances=processes is None,
-        drifts=terms is None or "rate_ramp" in set(terms),
+        drifts="rate_ramp" in given_terms,
         times=processes or (),
         regressors=[_at(summary.centres, curve, stream.grid.tau0) for curve in given.values()],
         level=level,
     )
     return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+
+
+def _refuse(
+    terms: set[str],
+    processes: Sequence[float] | None,
+    regressors: Mapping[str, ArrayLike] | None,
+    n: int,
+    level: float,
+) -> None:
+    if not 0.5 <= level <= 0.999:
+        raise OptionError(f"{{option}} must lie in 0.5 … 0.999, not {level!r}", option="level")
+    if terms - set(TERMS) or not terms & set(LINEAR):
+        known = ", ".join(TERMS)
+        raise OptionError(f"{{option}} must be of {known}, one of them a noise, not {sorted(terms)}", option="terms")
+    if any(not 0 < time < math.inf for time in processes or ()):
+        raise OptionError(f"{{option}} must be positive times in s, not {processes!r}", option="processes")
+    for name, curve in (regressors or {}).items():
+        values = np.asarray(curve, dtype=float)
+        if values.shape != (n,) or not np.isfinite(values).all() or not np.ptp(values) > 0:
+            raise OptionError(f"{{option}} {name!r} must be {n} finite numbers that change", option="regressors")
 
 
 def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
@@ -133,7 +161,6 @@ def _stated(
     terms["rate_ramp"] = ramp
     if ramp.value is not None:
         model["rate_ramp"] = ramp.value
-    processes, resonances, steady = _processes(stream, found)
     response = None
     if found.filter:
         own = len(found.parameters)
@@ -141,6 +168,7 @@ def _stated(
         response = named(found.filter, found.covariance[rows, rows], tau0=tau0, quantile=quantile)
         if found.highest is None:
             response = replace(response, known_to=float(found.bins[:, 0].max()))
+    processes, resonances, steady = _processes(stream, found, response)
     warm_up = None
     if found.warm_up is not None:
         time, size, error, _ = found.warm_up
@@ -182,12 +210,13 @@ def _stated(
         alike_sigma=_alike_sigma(found, model),
         discrepancy=found.discrepancy if found.widened else (),
         model=model,
+        unclear=tuple(name for name in model if not terms[name].observed),
         verdict=verdict,
         reasons=reasons,
         tau_min=tau0,
         tau_max=n // _LONGEST_SHARE * tau0,
         p_value=found.p_value,
-        covariance=_covariance(found, model, stream.grid.duration),
+        covariance=_covariance(found, model),
         level=level,
         method="likelihood",
     )
@@ -214,20 +243,14 @@ def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float],
             p_value=p_value,
         )
     limit = high if math.isfinite(high) else None
-    outlook = None
-    if limit is not None:
-        squares = {key: value**2 for key, value in model.items() if key in LINEAR}
-        outlook = Outlook.of_limit(name, limit**2, squares, n=stream.grid.n, tau0=stream.grid.tau0)
-    return FittedTerm(
-        term=name, unit=unit, observed=False, level=level, upper_limit=limit, p_value=p_value, outlook=outlook
-    )
+    return FittedTerm(term=name, unit=unit, observed=False, level=level, upper_limit=limit, p_value=p_value)
 
 
 def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> FittedTerm:
     value, error = found.ramp
     unit = coefficient_unit("rate_ramp", stream.quantity, stream.unit)
     p_value = math.erfc(abs(value / error) / math.sqrt(2)) if error > 0 else 1.0
-    if found.ramp_observed:
+    if found.ramp_observed and abs(value) > quantile * error:  # a profile is wider than the test
         around = _around(value, quantile * error, unit)
         return FittedTerm(
             term="rate_ramp",
@@ -251,9 +274,9 @@ def _ramp(stream: Stream, found: Outcome, quantile: float, level: float) -> Fitt
 
 
 def _processes(
-    stream: Stream, found: Outcome
+    stream: Stream, found: Outcome, response: FittedFilter | None
 ) -> tuple[tuple[GaussMarkov, ...], tuple[Resonance, ...], tuple[Sinusoid, ...]]:
-    """Processes, resonances, and lines below the band in which lines are left out: resonances of the least width."""
+    """Processes, resonances before the filter, and lines behind it: resonances of the least width."""
     processes, resonances, lines = [], [], []
     for process in found.processes:
         sigma = _root(process.variance, stream.unit)
@@ -261,16 +284,28 @@ def _processes(
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
             continue
         centre, width = (_plain(bounds, "Hz") for bounds in process.shape)
-        if _is_line(process, stream.grid.duration):
-            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2)), frequency=centre))
+        centre = _at_bins(centre, width.value, found.bins[:, 0])
+        if _steady(process):
+            power = 1.0 if response is None else float(response.power(np.array([centre.value]))[0])
+            lines.append(Sinusoid(amplitude=_scaled(sigma, math.sqrt(2 * power)), frequency=centre))
         else:
             resonances.append(Resonance(sigma=sigma, frequency=centre, width=width))
     return tuple(processes), tuple(resonances), tuple(lines)
 
 
-def _is_line(process: Process, duration: float) -> bool:
-    """Whether a resonance has the least width, and counts as a line."""
-    return process.kind == "resonance" and process.shape[1].value <= 0.5 / duration * (1 + 1e-9)
+def _steady(process: Process) -> bool:
+    """Whether a process is a line: a resonance of the least width that the points of the spectrum can show."""
+    return process.kind == "resonance" and process.shape[1].low >= process.shape[1].value * (1 - 1e-9)
+
+
+def _at_bins(centre: Interval, width: float, bins: Floats) -> Interval:
+    """The frequency of a resonance; one that is narrower than the bins may be anywhere between two of them."""
+    near = np.searchsorted(bins, centre.value)
+    spacing = float(np.diff(bins[max(near - 2, 0) : near + 2]).max(initial=0.0))
+    if width >= spacing or centre.low is None or centre.high is None:
+        return centre
+    low, high = max(centre.value - spacing, 0.0), centre.value + spacing
+    return replace(centre, low=min(centre.low, low), high=max(centre.high, high))
 
 
 def _scaled(one: Interval, factor: float) -> Interval:
@@ -311,7 +346,7 @@ def _alike_sigma(found: Outcome, model: Mapping[str, float]) -> float | None:
     return math.sqrt(variance) if variance > 0 else model["rate_random_walk"] * math.sqrt(time / 2)
 
 
-def _covariance(found: Outcome, model: Mapping[str, float], duration: float) -> tuple[tuple[str, ...], Floats]:
+def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, ...], Floats]:
     """Names and covariance of the coefficients √θ and of the numbers of processes, from that of θ and the shapes."""
     at: list[int] = []
     names: list[str] = []
@@ -330,7 +365,7 @@ def _covariance(found: Outcome, model: Mapping[str, float], duration: float) -> 
         numbers = ("sigma", "time") if part == "gauss_markov" else ("sigma", "frequency", "width")
         rows = [k, *range(shape, shape + len(own))]
         shape += len(own)
-        if _is_line(process, duration):
+        if _steady(process):  # among the lines
             continue
         counts[part] += 1
         if sigma > 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -57,16 +57,6 @@ class FittedTerm:
     high: float | None = None
     upper_limit: float | None = None  # Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
     p_value: float | None = None  # P-value of the term, all others free; None if it was not tested
-    # Computes `shows_in` and `shows`: a record of `shows_in` seconds shows a coefficient of `shows` in nine of ten cases.
-    outlook: Callable[[], tuple[float | None, float | None]] | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def shows_in(self) -> float | None:
-        return None if self.outlook is None else self.outlook()[0]
-
-    @property
-    def shows(self) -> float | None:
-        return None if self.outlook is None else self.outlook()[1]
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
@@ -83,7 +73,7 @@ class FittedTerm:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        known = plain(self, "value low high upper_limit p_value record_at_least_s=shows_in record_shows=shows")
+        known = plain(self, "value low high upper_limit p_value")
         kept = {key: value for key, value in known.items() if value is not None}
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
 
@@ -284,7 +274,8 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         theta = {name: self.model.get(name, 0.0) ** 2 * self.tau0 ** (power_of_interval(name) - 2) for name in LINEAR}
         process = self.gauss_markov[0] if self.gauss_markov else None
-        line = self.sinusoid[0] if self.sinusoid else None
+        # `components_with_gaps` takes one of the two; a line has no scatter of its own.
+        line = self.sinusoid[0] if self.sinusoid and process is None else None
         if process is not None:
             theta["gauss_markov"] = process.sigma.value**2
         if not any(theta.values()):  # a line alone has no scatter
@@ -321,18 +312,14 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         return result
 
     def why_not(self, term: str) -> str:
-        """Why a term was not observed, and how long a record would have to be to show it."""
+        """Why a term was not observed."""
         t = self[term]
         if t.p_value is None:
             hidden = "the filter hides the short times" if self.response is not None else "the short times"
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
-        text = f"not seen in {duration_text(self.n * self.tau0)}"
-        if t.shows_in is not None and t.shows is not None:
-            factor = display_units(term, self.quantity, self.rate_unit)[0][1]
-            text += f"; a record of about {duration_text(t.shows_in)} would show {two_digits(t.shows / factor)}"
-        return text
+        return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def headline(self, *, method: bool = True) -> str:
         """Method (or, without it, verdict), averaging times and p-value in one line."""
@@ -344,7 +331,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             verdict = "adequate"
             if self.verdict == "widened":
                 off = any(isinstance(reason, BandsOff) for reason in self.reasons)
-                verdict = f"widened: {'the model is not quite right' if off else 'the resolution is coarse'}"
+                if off:
+                    return f"widened: the model{self._with()} is not quite right, p = {self.p_value:.2g}"
+                verdict = "widened: the resolution is coarse"
             return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.fitting.attempt import LONGEST_SHARE
-from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
+from sigmatau.fitting.components import LINEAR, Components, components, half_octaves, power_of_interval
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.inference import detectable_theta
-from sigmatau.fitting.outlook import half_octaves
 from sigmatau.fitting.ramp import least_ramp
 from sigmatau.fitting.selection import LEAST_TIMES
 from sigmatau.fitting.statement import coefficient

@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.fitting.roots import root
 from sigmatau.model.covariance import band_limited
 from sigmatau.model.processes import LowPass
 from sigmatau.results import plain
@@ -27,6 +28,7 @@ _LEAST_POWER = 0.1  # |H|² from which a shape is compared
 _ALIKE = 0.2  # largest difference of ln |H|² of a shape with a name: 0.9 dB
 _MOST_ORDER, _LONGEST_MEAN = 4, 32
 _FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond
+_SAME_CORNER = 1e-9  # relative error of a corner that is converted
 _MOST_WARPED = 3.0  # corner of a filter over that of its samples
 _AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/8
 
@@ -73,8 +75,6 @@ class FittedFilter:
         """The Butterworth filter in front of the sampler whose samples have half their power at the corner; None for other
         shapes, and if there is none.
         """
-        from scipy.optimize import brentq
-
         order = 1 if self.shape == "smoothing" else self.order
         if self.corner is None or order is None or self.shape not in ("butterworth", "smoothing"):
             return None
@@ -85,9 +85,11 @@ class FittedFilter:
             return float(density[1] / density[0]) - 0.5
 
         low, high = self.corner / _MOST_WARPED, self.corner * _MOST_WARPED
-        if off(low) * off(high) > 0:
+        at_low, at_high = off(low), off(high)
+        if at_low * at_high > 0:
             return None
-        return LowPass(order=order, corner=float(brentq(off, low, high)), rate=1 / self.tau0)
+        corner = root(off, (low, at_low), (high, at_high), absolute=_SAME_CORNER * self.corner)
+        return LowPass(order=order, corner=corner, rate=1 / self.tau0)
 
     def to_dict(self) -> dict[str, Any]:
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")

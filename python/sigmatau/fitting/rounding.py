@@ -121,26 +121,28 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         low, high = ends(sigma.low, sigma.high, error)
         return replace(sigma, low=low, high=high)
 
-    terms = {name: term(name, one) for name, one in fitted.terms.items()}
-    gauss_markov = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov)
-    resonance = tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance)
-    names, covariance = fitted.covariance
-    factor = {name: _width(terms[name]) / _width(fitted.terms[name]) for name in terms}
-    for kind, pairs in (
-        ("gauss_markov", [(a.sigma, b.sigma) for a, b in zip(gauss_markov, fitted.gauss_markov, strict=True)]),
-        ("resonance", [(a.sigma, b.sigma) for a, b in zip(resonance, fitted.resonance, strict=True)]),
-    ):
-        factor |= {f"{kind}_{k}.sigma": _width(after) / _width(before) for k, (after, before) in enumerate(pairs, 1)}
-    factors = np.array([factor.get(name, 1.0) for name in names])  # times and frequencies are as sure as before
-    return replace(
+    widened = replace(
         fitted,
-        terms=terms,
-        gauss_markov=gauss_markov,
-        resonance=resonance,
+        terms={name: term(name, one) for name, one in fitted.terms.items()},
+        gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
+        resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
+    )
+    names, covariance = fitted.covariance
+    before, after = _widths(fitted), _widths(widened)
+    factors = np.array([after.get(name, 1.0) / before.get(name, 1.0) for name in names])
+    return replace(
+        widened,
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
         covariance=(names, covariance * np.outer(factors, factors)),
     )
+
+
+def _widths(fitted: NoiseFit) -> dict[str, float]:
+    """Widths of intervals, by the names of the covariance."""
+    found = {name: _width(term) for name, term in fitted.terms.items()}
+    found |= {f"gauss_markov_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.gauss_markov, 1)}
+    return found | {f"resonance_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.resonance, 1)}
 
 
 def _width(term: FittedTerm | Interval) -> float:

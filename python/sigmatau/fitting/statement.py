@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.goodness import p_value
 from sigmatau.fitting.inference import Evidence, evidence
 from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit
-from sigmatau.fitting.outlook import Outlook
 from sigmatau.fitting.selection import LEAST_P
 from sigmatau.noise.terms import coefficient_unit
 
@@ -68,7 +66,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
             without = Gls(gls.parts, gls.avar, [*observed, *extra], tangent=gls.tangent[:, 0] if extra else None)
             alone = _evidence(without, p, selected, level)
             e = replace(e, low=min(e.low, alone.low), high=max(e.high, alone.high))
-        terms[LINEAR[p]] = _term(curve, data, p, value, e, linear, scale, level)
+        terms[LINEAR[p]] = _term(curve, data, p, value, e, scale, level)
     model = {
         LINEAR[p]: coefficient(selected[p] * scale, LINEAR[p], tau0) for p in range(len(LINEAR)) if selected[p] > 0
     }
@@ -210,7 +208,6 @@ def _term(
     term: int,
     value: float | None,
     e: Evidence,
-    linear: Sequence[int],
     scale: float,
     level: float,
 ) -> FittedTerm:
@@ -237,15 +234,6 @@ def _term(
         level=level,
         p_value=e.p_value,
         upper_limit=high if math.isfinite(high) else None,
-        outlook=Outlook(
-            n=data.n,
-            tau0=tau0,
-            first=data.m[0],
-            term=term,
-            linear=tuple(linear),
-            others=e.null[: len(LINEAR)] * scale,
-            high=e.high * scale,
-        ),
     )
 
 

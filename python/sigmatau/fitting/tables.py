@@ -23,8 +23,8 @@ _FITTED = {
     "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
 }
 _FIT_LEGEND = (
-    '"below": 95 % upper limit of a term that is not observed; "would show": with a probability of 90 %, if the other terms',
-    "that are not observed are absent. p: p-value of the model; one with p < 0.002 is not adequate.",
+    '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
+    "p: p-value of the model; one with p < 0.002 is not adequate.",
     "Read off: lines of the term's slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line includes the other terms at",
     "its averaging times, and its ± is a rule of thumb: therefore the two columns differ.",
 )
@@ -52,7 +52,7 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
             elif fitted.quantified:
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
-                also = f"; read off {reading[0]}" if reading else ""
+                also = f"; read off {' '.join(reading)}" if reading else ""
                 rows.append((f"  {term.label(fitted.quantity)}", text + also))
         rows += [("  " + text,) for text in fitted.notes()]
     full = [row for row in rows if len(row) == _COLUMNS]
@@ -63,7 +63,7 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
     methods = dict.fromkeys(fitted.method for fitted in fits.values())
     lines += ["", *(_FITTED[method] for method in methods), *_FIT_LEGEND]
     if plateau:
-        lines.append("Bias instability: the flat part of the curve, which most data sheets state, is 0.664 of it.")
+        lines.append("Bias instability: the flat part of the curve, which most datasheets state, is 0.664 of it.")
     lines += [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
     return "\n".join(lines)
 

@@ -286,16 +286,16 @@ class Prediction(Mapping[str, PredictedError], Printed):
         lines += [f"{name}: {alike_text(time)}; the interval holds both." for name, time in self.alike_from.items()]
         if self.not_seen:
             lines.append(
-                "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + ";"
+                "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + "."
             )
         if self.undecided:
             lines.append(
-                "The record shows that one at least is there, not which, and the rms has what fits best: "
+                "Not distinguished from other noise; the rms has what fits best: "
                 + ", ".join(_label(*key) for key in self.undecided)
-                + ";"
+                + "."
             )
         if self.not_seen or self.undecided:
-            lines.append(f"at most: with each of them at its {100 * self.limit_level:g} % limit.")
+            lines.append(f"At most: the rms with each of these terms at its {100 * self.limit_level:g} % limit.")
         if self.duration is not None and self.after[-1] > self.duration:
             lines.append(
                 f"Beyond the {duration_text(self.duration)} of the record nothing was measured of the noise: what is slower"

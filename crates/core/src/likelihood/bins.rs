@@ -226,6 +226,21 @@ impl<'a> Bins<'a> {
         bins
     }
 
+    /// Half width of the narrowest resonance that the points at which densities are evaluated can show: their distance.
+    pub(crate) fn least_width(&self, frequency: f64) -> f64 {
+        let bin = self.frequency.partition_point(|&f| f < frequency).min(self.len().saturating_sub(1));
+        let nearest = |bin: usize| (self.frequency[bin] - frequency).abs();
+        let bin = if bin > 0 && nearest(bin - 1) < nearest(bin) { bin - 1 } else { bin };
+        let apart = if bin < self.low {
+            let points = self.mode_starts[bin + 1] - self.mode_starts[bin];
+            self.record.mode_frequency(1) * (self.edges[bin + 1] - self.edges[bin]) as f64 / points as f64
+        } else {
+            let (start, stop) = self.ranges[bin - self.low];
+            self.record.frequency(1) * ((stop - start) as f64 / POINTS as f64).max(1.0)
+        };
+        apart.max(0.5 / self.record.duration())
+    }
+
     /// Number of bins.
     pub(crate) fn len(&self) -> usize {
         self.frequency.len()

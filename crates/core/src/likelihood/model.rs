@@ -304,14 +304,15 @@ impl Model {
                     let (shortest, longest) = time_limits(bins);
                     Part::GaussMarkov { time: (time * x.exp()).clamp(shortest, longest) }
                 }
-                (Part::Resonance { frequency, width }, Shape::Frequency) => Part::Resonance {
-                    frequency: (frequency + x * width).clamp(2.0 / duration, 0.6 / tau0),
-                    width,
-                },
-                (Part::Resonance { frequency, width }, _) => Part::Resonance {
-                    frequency,
-                    width: (width * x.exp()).clamp(0.5 / duration, (0.25 * frequency).max(0.5 / duration)),
-                },
+                (Part::Resonance { frequency, width }, Shape::Frequency) => {
+                    let frequency = (frequency + x * width).clamp(2.0 / duration, 0.5 / tau0);
+                    Part::Resonance { frequency, width: width.max(bins.least_width(frequency)) }
+                }
+                (Part::Resonance { frequency, width }, _) => {
+                    let least = bins.least_width(frequency);
+                    let width = (width * x.exp()).clamp(least, (0.25 * frequency).max(least));
+                    Part::Resonance { frequency, width }
+                }
                 (part, _) => part,
             };
         }

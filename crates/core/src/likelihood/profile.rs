@@ -97,6 +97,7 @@ pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) 
     let target = at.interval.sqrt();
     let centre = |model: &mut Model, x: f64| {
         if let Part::Resonance { width, .. } = model.parts[part] {
+            let width = width.max(bins.least_width(x.exp()));
             model.parts[part] = Part::Resonance { frequency: x.exp(), width };
         }
         model.held_shape = Some((part, Shape::Frequency));
@@ -107,12 +108,18 @@ pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) 
         }
         model.held_shape = Some((part, Shape::Width));
     };
-    let bounds = |hold: &dyn Fn(&mut Model, f64), value: f64, step: f64| {
+    let bounds = |hold: &dyn Fn(&mut Model, f64), value: f64, step: f64, limits: [f64; 2]| {
         let search = Search { fit, bins, target, nearness: None, hold };
-        let ends = [-step, step].map(|s| search.until(value.ln(), s, value.ln() + s.signum() * 5.0).exp());
-        Bounds { value, low: ends[0], high: ends[1], observed: true, loss: f64::NAN }
+        let [low, high] = limits.map(f64::ln);
+        let ends =
+            [search.until(value.ln(), -step, low.min(value.ln())), search.until(value.ln(), step, high)];
+        Bounds { value, low: ends[0].exp(), high: ends[1].exp(), observed: true, loss: f64::NAN }
     };
-    Some([bounds(&centre, frequency, 0.2 * width / frequency), bounds(&half, width, 0.3)])
+    // Within what can be told apart: from two cycles a record to half the sampling rate, and from the least width on.
+    let centres = [2.0 / bins.record.duration(), 0.5 / bins.record.tau0];
+    let least = bins.least_width(frequency);
+    let widths = [least, (0.25 * frequency).max(least).max(width)];
+    Some([bounds(&centre, frequency, 0.2 * width / frequency, centres), bounds(&half, width, 0.3, widths)])
 }
 
 struct Search<'a, 'b> {
@@ -214,7 +221,8 @@ impl Search<'_, '_> {
         outside
     }
 
-    /// The crossing between two points, by the Illinois rule.
+    /// The crossing between two points, by the Illinois rule. Each fit starts from the last one inside: one outside may be at
+    /// another maximum, from which no step leads back.
     fn between(&self, inside: (f64, f64), outside: (f64, f64), mut from: Fit) -> f64 {
         let ((mut a, mut fa), (mut b, mut fb)) = (inside, outside);
         let mut x = b;
@@ -224,12 +232,11 @@ impl Search<'_, '_> {
             if fx.abs() < PRECISION {
                 return x;
             }
-            from = fit;
             if fx > 0.0 {
                 (b, fb) = (x, fx);
                 fa *= 0.5;
             } else {
-                (a, fa) = (x, fx);
+                (a, fa, from) = (x, fx, fit);
                 fb *= 0.5;
             }
         }

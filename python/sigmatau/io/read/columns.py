@@ -207,6 +207,12 @@ def _example(columns: Sequence[Column]) -> str:
     if 0 < len(signals) <= _EXAMPLE_SIGNALS:
         return ",".join(f"{name}={index + 1}" for name, index in signals.items())
     n = len(columns)
+    named = {
+        sensor: [index + 1 for index, column in enumerate(columns) if part in column.name.lower()]
+        for sensor, part in (("gyro", "gyr"), ("accel", "acc"))
+    }
+    if all(len(at) == 3 and at[2] - at[0] == 2 for at in named.values()):
+        return ",".join(f"{sensor}={at[0]}:{at[2]}" for sensor, at in named.items())
     if n >= 7:
         return "time=1,gyro=2:4,accel=5:7"
     if n == 6:

@@ -1,163 +1,219 @@
-"""Does the fit stay unbiased, and do its intervals hold, where samples are missing."""
+"""The likelihood of records with missing samples: coverage, bias, false parts, time.
+
+``python -m studies.gaps`` writes docs/study/gaps.md; ``--parts 2`` stops after half of the records of every cell.
+"""
 
 from __future__ import annotations
 
+import argparse
 import math
+import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import sigmatau as st
-from studies.mixtures import Mixture
+from sigmatau._native import kernels
+from sigmatau._native.likelihood import TERMS, Outcome, summarize, summarize_masked
+from studies.likelihood import LETTERS, _above, _below, _holds, _origin, _row
+from studies.mixtures import SHORT, Mixture
 from studies.runner import run
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Row = dict[str, Any]
 
-RECORDS = 320
-PARTS = 8
-_N, _RATE = 2**15, 100.0
-_LOSS, _OUTAGE = 0.05, 60.0
+N = 2**15
+RECORDS = 200
+PARTS = 4
+MIXTURES: dict[str, Mixture] = {name: SHORT[name] for name in ("N", "N B", "N K", "N B K", "Q N", "Q N B", "Q K")}
 
-# Terms well above what such a record can just show: the squared coefficient of one that is sometimes not seen has no mean.
-MIXTURES: dict[str, Mixture] = {
-    "N B": Mixture(_N, _RATE, {"random_walk": 0.05, "bias_instability": 0.08}),
-    "N B K": Mixture(_N, _RATE, {"random_walk": 0.05, "bias_instability": 0.15, "rate_random_walk": 0.1}),
-    "Q N B": Mixture(_N, _RATE, {"quantization": 0.002, "random_walk": 0.05, "bias_instability": 0.1}),
-    "N K": Mixture(_N, _RATE, {"random_walk": 0.05, "rate_random_walk": 0.05}),
+SHORTEST, LONGEST = 20, 2000  # blocks of missing samples, log-uniform
+MASKS: dict[str, tuple[str, float]] = {
+    "none": ("random", 0.0),
+    "5 % at random": ("random", 0.05),
+    "20 % at random": ("random", 0.2),
+    "50 % at random": ("random", 0.5),
+    "5 % in blocks": ("blocks", 0.05),
+    "20 % in blocks": ("blocks", 0.2),
+    "50 % in blocks": ("blocks", 0.5),
+    "every second": ("second", 0.5),
+    "1 gap of 10 %": ("gaps", 1),
+    "4 gaps of 5 %": ("gaps", 4),
+    "10 gaps of 5 %": ("gaps", 10),
+    "8 single samples": ("singles", 8),
 }
-LOSSES = ("none", "5 % at random", "60 s outage", "both")
 
 
-def lost(rate: Floats, kind: str, rng: np.random.Generator) -> Floats:
-    """A record with samples taken away."""
-    y = rate.copy()
-    if kind in ("5 % at random", "both"):
-        y[rng.random(len(y)) < _LOSS] = np.nan
-    if kind in ("60 s outage", "both"):
-        length = round(_OUTAGE * _RATE)
-        start = int(rng.integers(0, len(y) - length))
-        y[start : start + length] = np.nan
-    return y
+def missing(kind: str, size: float, n: int, rng: np.random.Generator) -> Mask:
+    """Where samples are missing."""
+    found = np.zeros(n, dtype=bool)
+    if kind == "random":
+        return np.asarray(rng.random(n) < size)
+    if kind == "second":
+        found[1::2] = True
+    elif kind == "singles":
+        found[rng.choice(n, int(size), replace=False)] = True
+    elif kind == "gaps":
+        length = int((0.1 if size == 1 else 0.05) * n)
+        for _ in range(int(size)):
+            start = int(rng.integers(0, n - length))
+            found[start : start + length] = True
+    else:
+        while found.mean() < size:
+            length = int(math.exp(rng.uniform(math.log(SHORTEST), math.log(LONGEST))))
+            start = int(rng.integers(0, n - length))
+            found[start : start + length] = True
+    return found
 
 
-def fits(seed: int, name: str, kind: str, records: int) -> list[dict[str, Any]]:
-    """What a fit states of each record: verdict, and of each term whether it is there, free value, low, high, limit.
+def analysed(y: Floats, absent: Mask, tau0: float) -> Outcome:
+    """The outcome for one record; as `sigmatau.fitting.likelihood` does it."""
+    if not absent.any():
+        return summarize([y], samples=len(y), tau0=tau0).analyse()
+    first, last = int(np.argmin(absent)), len(absent) - int(np.argmin(absent[::-1]))
+    span = slice(first, last)
 
-    The mean over records is that of the least-squares values of all terms that may be there, found or not.
-    """
+    def pieces() -> Iterator[Floats]:
+        yield y[span]
+
+    return summarize_masked(pieces, present=~absent[span], tau0=tau0).analyse()
+
+
+def records(seed: int, name: str, mask: str) -> list[Row]:
+    """What is stated of a part of the records of a mixture."""
+    mixture, (kind, size) = MIXTURES[name], MASKS[mask]
+    rng, tau0 = np.random.default_rng(seed), 1 / mixture.rate
+    rows = []
+    for _ in range(RECORDS // PARTS):
+        y = kernels.simulate(N, tau0, dict(mixture.truth), seed=int(rng.integers(1 << 62)), stream=1)
+        absent = missing(kind, size, N, rng)
+        started = time.process_time()
+        row = _row(analysed(y, absent, tau0))
+        rows.append({**row, "seconds": time.process_time() - started})
+    return rows
+
+
+def truth_of(name: str, mask: str) -> dict[str, float]:
+    """True coefficients. Without neighbours, the random walk stands for quantization noise, too: N² + 2 Q²/τ₀."""
     mixture = MIXTURES[name]
-    model = st.NoiseModel(channels={mixture.channel: mixture.truth})
-    rng = np.random.default_rng(seed)
-    results = []
-    for _ in range(records):
-        record = st.simulate(model, duration=mixture.n / mixture.rate, rate=mixture.rate, rng=rng)
-        y = lost(record.streams[0].column(mixture.channel), kind, rng)
-        curve = st.allan(st.Record.from_arrays(rate=mixture.rate, gyro_x=y), threads=1)["gyro_x"]
-        # The terms that are there: what else may be there would be part of them now and then, with or without gaps.
-        fitted, given = st.fit(curve), st.fit(curve, terms=mixture.truth)
-        results.append(
-            {
-                "verdict": fitted.verdict,
-                "moved": fitted.tau_min is None or fitted.tau_min > 1.5 * curve.tau0,
-                "given": {term: given.model.get(term, 0.0) for term in mixture.truth},
-                "adequate": given.verdict == "adequate",
-                "terms": {term: [t.observed, t.value, t.low, t.high, t.upper_limit] for term, t in fitted.items()},
-            }
-        )
-    return results
+    truth = dict(mixture.truth)
+    if mask == "every second" and "quantization" in truth:
+        steps = truth.pop("quantization")
+        truth["random_walk"] = math.sqrt(truth.get("random_walk", 0.0) ** 2 + 2 * steps**2 * mixture.rate)
+    return truth
 
 
-def bias(records: list[dict[str, Any]], term: str, value: float) -> tuple[float, float]:
-    """Mean of the squared coefficient over the true one, less 1, and its standard error."""
-    ratios = np.array([(r["given"][term] / value) ** 2 for r in records if r["adequate"]])
-    return float(ratios.mean() - 1), float(ratios.std(ddof=1) / math.sqrt(len(ratios)))
-
-
-def covered(records: list[dict[str, Any]], term: str, value: float) -> float:
-    """Share of the adequate fits whose interval, or limit, holds the true coefficient."""
-    hold = []
-    for r in records:
-        if r["verdict"] == "adequate":
-            observed, _, low, high, limit = r["terms"][term]
-            hold.append(low <= value <= high if observed else limit is None or value <= limit)
-    return float(np.mean(hold))
-
-
-def main() -> None:
+def main(parts: int = PARTS) -> None:
     """Run the study and write docs/study/gaps.md."""
     cells = {
-        f"{name}, {kind} {k}": (fits, (name, kind, RECORDS // PARTS))
-        for k in range(PARTS)
-        for name in MIXTURES
-        for kind in LOSSES
+        f"{name}, {mask} {k}": (records, (name, mask)) for k in range(parts) for mask in MASKS for name in MIXTURES
     }
-    results = run("gaps", cells, settings=repr((RECORDS, MIXTURES, _LOSS, _OUTAGE)))
+    results = run("gaps", cells, settings=repr((N, RECORDS, PARTS, MIXTURES, MASKS)))
     Path("docs/study/gaps.md").write_text(page(results), encoding="utf-8")
 
 
-def page(results: dict[str, Any]) -> str:
-    """The page, from the parts of the cells that are there."""
-    lines, failures = [_HEAD.format(n=_N)], []
-    refused: list[str] = [_VERDICTS]
-    for name, mixture in MIXTURES.items():
-        shares = {}
-        for kind in LOSSES:
-            parts = (results.get(f"{name}, {kind} {k}", []) for k in range(PARTS))
-            records = [record for part in parts for record in part]
-            bad = float(np.mean([r["verdict"] != "adequate" for r in records]))
-            moved = float(np.mean([r["moved"] for r in records]))
-            shares[kind] = (bad, moved)
-            for term, value in mixture.truth.items():
-                off, error = bias(records, term, value)
-                share = covered(records, term, value)
-                found = f"{100 * off:+.1f} ± {100 * error:.1f} | {100 * share:.1f}"
-                lines.append(f"| {name} | {kind} | {len(records)} | {term} | {found} |")
-                if abs(off) > 3 * error:
-                    failures.append(f"- {name}, {kind}: {term}² is {100 * off:+.1f} ± {100 * error:.1f} % off")
-                beyond = 3 * math.sqrt(0.05 * 0.95 / len(records))
-                if not 0.92 - beyond <= share <= 0.98 + beyond:
-                    failures.append(f"- {name}, {kind}: {term} covered in {100 * share:.1f} % of the records")
-        for kind, (bad, moved) in shares.items():
-            refused.append(f"| {name} | {kind} | {100 * bad:.1f} | {100 * moved:.1f} |")
-            for what, share, without in (
-                ("refused", bad, shares["none"][0]),
-                ("τ_min moved", moved, shares["none"][1]),
-            ):
-                mean = 0.5 * (share + without)
-                if share - without > 3 * math.sqrt(max(2 * mean * (1 - mean), 0.02) / len(records)):
-                    failures.append(
-                        f"- {name}, {kind}: {what} in {100 * share:.1f} % of the records, {100 * without:.1f} % without gaps"
-                    )
-    lines += [*refused, "", "## Gates", "", *(failures or ["All gates are met."])]
+def page(results: Mapping[str, list[Row]]) -> str:
+    """The page, of the cells that are there."""
+    failures: list[str] = []
+    pooled: dict[str, list[bool]] = {}
+    by_mask: dict[str, list[bool]] = {}
+    lines = [_HEAD.format(origin=_origin(), n=N)]
+    false = [_FALSE]
+    for mask in MASKS:
+        for name in MIXTURES:
+            rows = [row for k in range(PARTS) for row in results.get(f"{name}, {mask} {k}", ())]
+            if not rows:
+                continue
+            truth, cell = truth_of(name, mask), f"- {name}, {mask}"
+            for term, value in truth.items():
+                stated = [row["terms"].get(term) for row in rows]
+                cover = [_holds(s, value) for s in stated]
+                pooled.setdefault(LETTERS[term], []).extend(cover)
+                by_mask.setdefault(mask, []).extend(cover)
+                share = float(np.mean(cover))
+                if _below(share, 0.92, len(cover)):
+                    failures.append(f"{cell}: {LETTERS[term]} covered in {100 * share:.1f} %")
+                given = [s for s in stated if s is not None]
+                squares = np.array([s[1] ** 2 for s in given]) / value**2
+                half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in given]) / value
+                lines.append(
+                    f"| {mask} | {name} | {LETTERS[term]} | {len(rows)} | {100 * np.mean([s[0] for s in given]):.0f} |"
+                    f" {100 * (squares.mean() - 1) / 2:+.2g} | {50 * squares.std(ddof=1):.3g} | {100 * half:.3g} |"
+                    f" {100 * share:.1f} |"
+                )
+            shares = _false_parts(rows, truth)
+            for what, found in shares.items():
+                limit = 0.05 if what in LETTERS.values() or what == "R" else 0.02
+                if found is not None and _above(found, limit, len(rows)):
+                    failures.append(f"{cell}: false {what} in {100 * found:.1f} %")
+            texts = ["" if found is None else f"{100 * found:.1f}" for found in shares.values()]
+            seconds = 1000 * float(np.median([row["seconds"] for row in rows]))
+            false.append(f"| {mask} | {name} | {' | '.join(texts)} | {seconds:.0f} |")
+    lines += ["", _COVERAGE]
+    for what, cover in [*by_mask.items(), *pooled.items(), ("all", [c for one in pooled.values() for c in one])]:
+        share, error = float(np.mean(cover)), math.sqrt(0.95 * 0.05 / len(cover))
+        lines.append(f"| {what} | {len(cover)} | {100 * share:.2f} ± {100 * error:.2f} |")
+        if (what == "all" or what in pooled) and not 0.94 - 3 * error <= share <= 0.97 + 3 * error:
+            failures.append(f"- {what}: {100 * share:.2f} % covered in all")
+    lines += [*false, "", "## Gates", "", *(failures or ["All gates are met."])]
     return "\n".join(lines) + "\n"
+
+
+def _false_parts(rows: list[Row], truth: Mapping[str, float]) -> dict[str, float | None]:
+    """Shares of records with parts that are not there; None for a term that is."""
+
+    def of(seen: Iterator[bool]) -> float:
+        return float(np.mean(list(seen)))
+
+    found: dict[str, float | None] = {
+        LETTERS[term]: None if term in truth else of(bool(row["terms"].get(term, [False])[0]) for row in rows)
+        for term in TERMS
+    }
+    found["R"] = of(bool(row["ramp"][2]) for row in rows)
+    found["process"] = of(bool(row["processes"]) for row in rows)
+    found["filter"] = of(row["filter"] > 0 for row in rows)
+    found["line"] = of(row["lines"] > 0 for row in rows)
+    found["warm-up"] = of(bool(row["warm_up"]) for row in rows)
+    found["band cut"] = of(bool(row["cut"]) for row in rows)
+    found["widened"] = of(bool(row["widened"]) for row in rows)
+    return found
 
 
 _HEAD = """# Records with missing samples
 
-Made by `make study` (studies/gaps.py): simulated records of {n} samples at 100 Hz; the seeds are derived from the names
-of the cells. The removed samples are: none; each sample with a probability of 5 %; an outage of 60 s at a random time; or
-both. Missing samples are not filled in. Clusters that are at least half full are used, and the fit uses the expected
-effect of the missing samples on each term (`sigmatau.estimators.gaps`). Letters are those of IEEE 952: Q quantization, N
-random walk, B bias instability, K rate random walk. Cells with fewer than 320 records were stopped early.
+Made by `make study` (studies/gaps.py); {origin}. Simulated records of {n} samples, 1 Hz; the mixtures are those of
+[the likelihood's study](likelihood.md), whose letters are used. Each record has a new mask, drawn with it; the seeds are
+derived from the names of the cells. Blocks have 20 to 2000 samples, log-uniform; gaps may overlap. The analysis has its
+defaults: it selects terms, processes, filters and lines for each record. With every second sample missing, quantization
+noise and random walk have the same density, and the random walk stands for both: N² + 2Q²/τ₀.
 
-"Bias" is the relative error of the mean squared coefficient, with its standard error, for fits with known terms.
-"Covered" is the share of records in which the 95 % interval (or the limit, if the term is not observed) contains the true
-value, for fits that choose the terms. Gates: bias within three standard errors; coverage of 92 to 98 %, plus or minus
-three standard errors.
+Gates, each with 3 standard errors of the simulation: coverage of the 95 % intervals and limits of all records of a term
+94 to 97 %, in each row at least 92 %; an absent term is observed in at most 5 %; a process, a filter, a line or a warm-up is
+added, the top of the band is left out, or intervals are widened, in at most 2 % each.
 
-| record of | missing | records | term | bias of the square [%] | covered [%] |
-|---|---|---|---|---|---|"""
+"Found" is the share of records that show the term, "bias" and "sd" are those of the squared coefficient, halved, "half
+width" the median of (high − low)/2; all in per cent of the true coefficient.
 
-_VERDICTS = """
-## Goodness of fit with the right model
+| missing | mixture | term | records | found | bias | sd | half width | covered |
+|---|---|---|---|---|---|---|---|---|"""
 
-Share of records without an adequate model, and with the shortest averaging times left out, for fits that choose the terms
-[%]. Gate: not larger than without missing samples by more than three standard errors.
+_COVERAGE = """## Coverage
 
-| record of | missing | refused | τ_min moved |
-|---|---|---|---|"""
+| records of | intervals | covered [%] |
+|---|---|---|"""
+
+_FALSE = """
+## Parts that are not there
+
+Shares of the records [%], and the median processor time of the passes and the analysis together [ms].
+
+| missing | mixture | Q | N | B | K | R | process | filter | line | warm-up | band cut | widened | time |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--parts", type=int, default=PARTS, help=f"parts of the records, of {PARTS}")
+    main(**vars(parser.parse_args()))

@@ -195,9 +195,9 @@ def analyze(
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
         How the coefficients are fitted, beside reading them off: by the likelihood of the spectrum, with all that it shows
-        in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not at all. Channels of which
-        more than a thousandth is missing, or that are very short, are fitted by least squares. A fit always uses overlapping
-        clusters on half octaves, for any grid of the curve.
+        in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not at all. Channels with
+        very few samples are fitted by least squares, which always uses overlapping clusters on half octaves, for any grid
+        of the curve.
     tau_min : float, optional
         Shortest averaging time of least squares. Default: found from the goodness of fit. [s]
     long : {"auto", "exact", "strided"}

@@ -1,6 +1,6 @@
 //! One likelihood for a channel: some 200 means of powers with gamma laws, and a model of the density that explains them.
 //!
-//! [`Pass`] goes over the samples once. [`analyse`] selects the model: the terms, and what else the record shows (a filter,
+//! [`Pass`] goes over the samples once, [`MaskedPass`] over those of a record with missing ones. [`analyse`] selects the model: the terms, and what else the record shows (a filter,
 //! lines, Gauss-Markov processes, resonances, drifts), tests it, and profiles the likelihood for intervals.
 
 mod adequacy;
@@ -12,6 +12,7 @@ mod expected;
 mod laws;
 mod linear;
 mod lines;
+mod masked;
 mod model;
 mod pass;
 mod profile;
@@ -20,5 +21,6 @@ mod select;
 pub use analysis::{Drift, Options, Outcome, Process, analyse};
 pub use expected::Part;
 pub use lines::Line;
+pub use masked::MaskedPass;
 pub use pass::{LEAST_SAMPLES, Pass, Summary};
 pub use profile::Bounds;

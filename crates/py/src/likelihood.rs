@@ -8,25 +8,48 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sigmatau_core::likelihood::{self, Bounds, Drift, Options, Outcome, Part, analyse};
 
+enum Walk {
+    Complete(Box<likelihood::Pass>),
+    Masked(Box<likelihood::MaskedPass>),
+}
+
 #[pyclass(module = "sigmatau._core")]
-pub struct LikelihoodPass(Option<likelihood::Pass>);
+pub struct LikelihoodPass(Option<Walk>);
 
 #[pymethods]
 impl LikelihoodPass {
     #[new]
     fn new(samples: usize, tau0: f64) -> PyResult<Self> {
-        likelihood::Pass::new(samples, tau0).map(|pass| Self(Some(pass))).map_err(|error| value_error(&error))
+        let pass = likelihood::Pass::new(samples, tau0).map_err(|error| value_error(&error))?;
+        Ok(Self(Some(Walk::Complete(Box::new(pass)))))
+    }
+
+    /// A pass over a record with missing samples.
+    #[staticmethod]
+    fn masked(present: PyReadonlyArray1<'_, bool>, tau0: f64, taper: f64) -> PyResult<Self> {
+        let pass = likelihood::MaskedPass::new(present.as_slice()?.to_vec(), tau0, taper)
+            .map_err(|error| value_error(&error))?;
+        Ok(Self(Some(Walk::Masked(Box::new(pass)))))
     }
 
     fn push(&mut self, py: Python<'_>, rate: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let rate = rate.as_slice()?;
         let pass = self.0.as_mut().ok_or_else(finished)?;
-        detached(py, || pass.push(rate)).map_err(|error| value_error(&error))
+        detached(py, || match pass {
+            Walk::Complete(pass) => pass.push(rate),
+            Walk::Masked(pass) => pass.push(rate),
+        })
+        .map_err(|error| value_error(&error))
     }
 
     fn finish(&mut self, py: Python<'_>) -> PyResult<LikelihoodSummary> {
         let pass = self.0.take().ok_or_else(finished)?;
-        detached(py, || pass.finish()).map(LikelihoodSummary).map_err(|error| value_error(&error))
+        detached(py, || match pass {
+            Walk::Complete(pass) => pass.finish(),
+            Walk::Masked(pass) => pass.finish(),
+        })
+        .map(LikelihoodSummary)
+        .map_err(|error| value_error(&error))
     }
 }
 
@@ -48,8 +71,12 @@ impl LikelihoodSummary {
     /// Times of the centres of the blocks, from the first sample. [s]
     #[getter]
     fn centres<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let length = self.0.block_length();
-        (0..self.0.blocks).map(|i| (i as f64 + 0.5) * length).collect::<Vec<_>>().into_pyarray(py)
+        self.0.centres().into_pyarray(py)
+    }
+
+    /// Samples over which the weights of a run should fall to 0 at its ends in another pass.
+    fn run_taper(&self, py: Python<'_>) -> f64 {
+        detached(py, || self.0.run_taper())
     }
 
     /// Frequencies and densities of the periodogram.

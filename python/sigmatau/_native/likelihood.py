@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -11,7 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
 
-__all__ = ["LEAST_SAMPLES", "TERMS", "Bounds", "Line", "Outcome", "Process", "Summary", "summarize"]
+__all__ = [
+    "LEAST_SAMPLES",
+    "TERMS",
+    "Bounds",
+    "Line",
+    "Outcome",
+    "Process",
+    "Summary",
+    "enough",
+    "summarize",
+    "summarize_masked",
+]
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +30,8 @@ TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 """The terms of the likelihood, in their order."""
 
 LEAST_SAMPLES = 256
+
+_LEAST_TAPER = 0.2  # samples; with less the weights of a run are all 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +108,11 @@ class Summary:
         """Times of the blocks whose means are used, from the first sample, where regressors are given. [s]"""
         return self._native.centres
 
+    @property
+    def run_taper(self) -> float:
+        """Samples over which weights should fall to 0 at the ends of runs; 0 for a record without missing samples."""
+        return self._native.run_taper()
+
     def analyse(
         self,
         *,
@@ -170,7 +188,42 @@ def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Summary
     ValueError
         For fewer than `LEAST_SAMPLES`, for a sample that is not finite or larger than 1e130.
     """
-    walk = _core.LikelihoodPass(samples, tau0)
+    return _walked(_core.LikelihoodPass(samples, tau0), pieces)
+
+
+def summarize_masked(pieces: Callable[[], Iterable[Floats]], *, present: NDArray[np.bool_], tau0: float) -> Summary:
+    """The same for a record with missing samples: one pass, or two if there is quantization noise.
+
+    Parameters
+    ----------
+    pieces : callable
+        Gives the consecutive pieces, each time it is called; missing samples may have any value.
+    present : ndarray of bool, shape (n,)
+        False where a sample is missing.
+    tau0 : float
+        Sample interval. [s]
+
+    Raises
+    ------
+    ValueError
+        As `summarize`; and if the samples that are there are in a few places only, see `enough`.
+    """
+    there = np.ascontiguousarray(present, dtype=np.bool_)
+    summary = _walked(_core.LikelihoodPass.masked(there, tau0, 0.0), pieces())
+    taper = summary.run_taper
+    return summary if taper < _LEAST_TAPER else _walked(_core.LikelihoodPass.masked(there, tau0, taper), pieces())
+
+
+def enough(present: NDArray[np.bool_]) -> bool:
+    """Whether a record with missing samples has so many, and in so many places, that it can be summarised."""
+    try:
+        _core.LikelihoodPass.masked(np.ascontiguousarray(present, dtype=np.bool_), 1.0, 0.0)
+    except ValueError:
+        return False
+    return True
+
+
+def _walked(walk: _core.LikelihoodPass, pieces: Iterable[Floats]) -> Summary:
     for piece in pieces:
         walk.push(np.ascontiguousarray(piece, dtype=np.float64))
     return Summary(walk.finish())

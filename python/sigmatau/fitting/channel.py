@@ -57,7 +57,7 @@ def fit_channel(
         Its thermometer, if there is one, is a regressor of the likelihood as far as the channel follows it.
     channel : str
     method : {"likelihood", "gls"}
-        A channel of which more than a thousandth is missing, or that is very short, is fitted by least squares.
+        A channel with very few samples is fitted by least squares.
     curve : DeviationCurve, optional
         Overlapped Allan deviations that are there, for least squares.
     tau_min, terms, level

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import likelihood as native
-from sigmatau._native.likelihood import Bounds, Outcome, Process
+from sigmatau._native.likelihood import Bounds, Outcome, Process, Summary
 from sigmatau.errors import OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
@@ -30,12 +30,9 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.record.streams import Stream
 
-__all__ = ["LEAST_SAMPLES", "MOST_FILLED", "fit_samples", "usable"]
+__all__ = ["LEAST_SAMPLES", "fit_samples", "usable"]
 
 Floats = NDArray[np.float64]
-
-MOST_FILLED = 1e-3
-"""Share of missing samples up to which they are filled by straight lines: N² is then off by half of it at most."""
 
 LEAST_SAMPLES = 512
 """Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
@@ -50,12 +47,24 @@ _LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
 
 
 def usable(stream: Stream, channel: str) -> bool:
-    """Whether a channel has enough samples, and few enough missing, for its likelihood."""
-    if stream.grid.n < LEAST_SAMPLES:
-        return False
+    """Whether a channel has enough samples for its likelihood, and in enough places."""
+    there = _there(stream, channel)
+    if there is None:
+        return stream.grid.n >= LEAST_SAMPLES
+    return int(there.sum()) >= LEAST_SAMPLES and native.enough(there[_span(there)])
+
+
+def _there(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
+    """Where a channel has samples; None if none is missing."""
     if stream.mask is None:
-        return True
-    return float(stream.mask[:, stream.channels.index(channel)].mean()) <= MOST_FILLED
+        return None
+    missing = stream.mask[:, stream.channels.index(channel)]
+    return ~missing if missing.any() else None
+
+
+def _span(there: NDArray[np.bool_]) -> slice:
+    """From the first to the last sample."""
+    return slice(int(there.argmax()), len(there) - int(there[::-1].argmax()))
 
 
 def fit_samples(
@@ -76,7 +85,7 @@ def fit_samples(
     Parameters
     ----------
     stream, channel : Stream, str
-        At most one sample of a thousand may be missing.
+        `usable`; samples may be missing.
     terms : iterable of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
     processes : sequence of float, optional
@@ -94,7 +103,7 @@ def fit_samples(
     """
     given_terms = set(TERMS) if terms is None else set(terms)
     _refuse(given_terms, processes, regressors, stream.grid.n, level)
-    summary = native.summarize(_pieces(stream, channel), samples=stream.grid.n, tau0=stream.grid.tau0)
+    summary, start = _summary(stream, channel)
     wanted = given_terms & set(LINEAR)
     given = regressors or {}
     found = summary.analyse(
@@ -103,7 +112,7 @@ def fit_samples(
         resonances=processes is None,
         drifts="rate_ramp" in given_terms,
         times=processes or (),
-        regressors=[_at(summary.centres, curve, stream.grid.tau0) for curve in given.values()],
+        regressors=[_at(summary.centres + start, curve, stream.grid.tau0) for curve in given.values()],
         level=level,
     )
     return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
@@ -135,17 +144,20 @@ def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
     return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
 
-def _pieces(stream: Stream, channel: str) -> Iterator[Floats]:
-    """The rates of a channel, with straight lines in place of missing samples."""
-    k = stream.channels.index(channel)
-    if stream.mask is None:
-        for start in range(0, stream.grid.n, _PIECE):
-            yield stream.samples.read(k, start, min(start + _PIECE, stream.grid.n))
-        return
-    x = stream.column(channel)
-    there = ~stream.mask[:, k]
-    at = np.arange(len(x))
-    yield np.interp(at, at[there], x[there])
+def _summary(stream: Stream, channel: str) -> tuple[Summary, float]:
+    """What the likelihood keeps of a channel, and the time of its first sample. [s]"""
+    grid, k = stream.grid, stream.channels.index(channel)
+
+    def pieces(span: slice) -> Iterator[Floats]:
+        for start in range(span.start, span.stop, _PIECE):
+            yield stream.samples.read(k, start, min(start + _PIECE, span.stop))
+
+    there = _there(stream, channel)
+    span = slice(0, grid.n) if there is None else _span(there)
+    if there is None or there[span].all():
+        return native.summarize(pieces(span), samples=span.stop - span.start, tau0=grid.tau0), span.start * grid.tau0
+    summary = native.summarize_masked(lambda: pieces(span), present=there[span], tau0=grid.tau0)
+    return summary, span.start * grid.tau0
 
 
 def _stated(

@@ -5,7 +5,8 @@ use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::{chi2_above, chi2_quantile_above};
-use crate::likelihood::lines::{Line, above_medians, above_model};
+use crate::likelihood::lines::{Line, above_medians, above_model, without_images};
+use crate::likelihood::masked::Levels;
 use crate::likelihood::model::{Fit, Model, Shape, TOLERANCE};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
@@ -45,6 +46,12 @@ const LEAST_BAND: f64 = 20.0;
 
 /// Filters and resonances in the high band beyond which its top is left out rather than described.
 const MOST_HIGH_PARTS: f64 = 6.0;
+
+/// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
+const LEAST_PART: f64 = 0.2;
+
+/// Standard errors from which a term says how much information a mask leaves.
+const STANDS_OUT: f64 = 2.0;
 
 /// Searches for lines.
 const LINE_SEARCHES: usize = 3;
@@ -168,16 +175,17 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let mut lines = Vec::new();
     if options.lines {
         for _ in 0..LINE_SEARCHES {
-            let found = above_medians(record, &mut mask);
+            let least = of_terms(record, &mask);
+            let found = above_medians(record, &mut mask, least.as_deref());
             if found.is_empty() {
                 break;
             }
             lines.extend(found);
         }
     }
-    let Attempt { mut bins, mut fit, lines: more, highest, .. } =
-        best_attempt(record, &mask, &regressors, options);
-    lines.extend(more);
+    let lines = without_images(record, lines);
+    let Attempt { mut bins, mut fit, lines, highest, .. } =
+        best_attempt(record, &mask, &lines, &regressors, options);
     let thresholds = thresholds(options.level);
     bins.regressors = regressors;
     let Drifts { ramp, ramp_observed, warm_up } =
@@ -250,6 +258,8 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
 /// The curves that the mean may follow: the end values of the angle, a ramp, warm-ups, and those given.
 fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> {
     let (m, length) = (record.blocks as f64, record.block_length());
+    // With missing samples the ends are those of runs, and their weights fall to 0 there.
+    let length = if record.masked.is_some() { f64::INFINITY } else { length };
     let end = |k: usize| (2.0 / m).sqrt() * (PI * k as f64 / (2.0 * m)).cos() / length.sqrt();
     let modes = 1..=record.modes.len();
     let last = modes.clone().map(|k| if k % 2 == 0 { end(k) } else { -end(k) }).collect();
@@ -272,6 +282,7 @@ struct Attempt<'a> {
 fn best_attempt<'a>(
     record: &'a Summary,
     mask: &[bool],
+    lines: &[Line],
     regressors: &Arc<Vec<Regressor>>,
     options: &Options,
 ) -> Attempt<'a> {
@@ -291,7 +302,7 @@ fn best_attempt<'a>(
             }
             mask[from..].fill(false);
         }
-        let attempt = attempt(record, mask, regressors, options, highest);
+        let attempt = attempt(record, mask, lines.to_vec(), regressors, options, highest);
         let model = &attempt.fit.model;
         let high =
             |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
@@ -314,26 +325,31 @@ fn best_attempt<'a>(
 fn attempt<'a>(
     record: &'a Summary,
     mask: Vec<bool>,
+    mut lines: Vec<Line>,
     regressors: &Arc<Vec<Regressor>>,
     options: &Options,
     highest: Option<f64>,
 ) -> Attempt<'a> {
     let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
+    bins.see(&lines);
     let allowed = Allowed {
-        quantization: options.terms[0],
+        quantization: wanted_terms(record, options)[0],
         filter: options.filter,
         processes: options.processes,
         resonances: options.resonances,
     };
-    let mut parts: Vec<Part> =
-        TERMS.into_iter().zip(options.terms).filter(|(_, wanted)| *wanted).map(|(part, _)| part).collect();
+    let mut parts: Vec<Part> = TERMS
+        .into_iter()
+        .zip(wanted_terms(record, options))
+        .filter(|(_, w)| *w)
+        .map(|(part, _)| part)
+        .collect();
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
-    let mut used = ENDS.to_vec();
+    let mut used = if record.masked.is_some() { Vec::new() } else { ENDS.to_vec() };
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let mut start = Model::new(parts, used).fit(&bins);
+    let mut start = informed(Model::new(parts, used).fit(&bins), &mut bins);
     with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
     let mut fit = select(start, &bins, allowed);
-    let mut lines = Vec::new();
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
         let found = above_model(&bins, &fit.model, &mut mask);
@@ -341,11 +357,81 @@ fn attempt<'a>(
             break;
         }
         lines.extend(found);
+        lines = without_images(record, lines);
         bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
-        fit = select(fit.model.clone().fit(&bins), &bins, allowed);
+        bins.see(&lines);
+        fit = informed(fit.model.clone().fit(&bins), &mut bins);
+        fit = select(fit, &bins, allowed);
     }
+    fit = informed(fit, &mut bins);
     let p_value = adequacy(&fit, &bins).p_value;
     Attempt { bins, fit, p_value, lines, highest }
+}
+
+/// The terms that may be present. Without neighbouring samples the densities of quantization noise and random walk are
+/// the same, and the random walk stands for both.
+fn wanted_terms(record: &Summary, options: &Options) -> [bool; 4] {
+    let mut terms = options.terms;
+    terms[0] &= record.masked.as_ref().is_none_or(|masked| masked.has_neighbours() || !terms[1]);
+    terms
+}
+
+/// With missing samples: the fit with the information that the mask leaves, of quantization noise and random walk the
+/// smaller one, if they stand out.
+fn informed(fit: Fit, bins: &mut Bins) -> Fit {
+    let Some(masked) = bins.record.masked.clone() else { return fit };
+    if bins.ranges.is_empty() {
+        return fit;
+    }
+    let covariance = fit.information(bins).0.pseudo_inverse();
+    let at = |part: Part| fit.model.index(part).map(|j| (j, fit.model.theta[j]));
+    let [white, steps] = [Part::RandomWalk, Part::Quantization].map(at);
+    let level = |of: Option<(usize, f64)>| of.map_or(0.0, |(_, theta)| theta);
+    let levels = Levels { quantization: level(steps), random_walk: level(white) };
+    let mut noise = vec![0.0; bins.len()];
+    for (j, theta) in [white, steps].into_iter().flatten() {
+        noise.iter_mut().zip(bins.unit(fit.model.parts[j])).for_each(|(s, c)| *s += theta * c);
+    }
+    let mut least: Option<f64> = None;
+    for (j, theta) in [white, steps].into_iter().flatten() {
+        if theta <= STANDS_OUT * covariance.get(j, j).max(0.0).sqrt() {
+            continue;
+        }
+        let column = bins.unit(fit.model.parts[j]);
+        let weights: Vec<f64> = column.iter().zip(&fit.spectrum).map(|(c, s)| c / (s * s)).collect();
+        let share =
+            masked.information_left(&bins.spread(&weights), &bins.spread(&noise), levels, bins.record.tau0);
+        least = Some(least.map_or(share, |l| l.min(share)));
+    }
+    bins.inform(least.unwrap_or(masked.present as f64 / bins.record.samples as f64));
+    fit.model.clone().fit(bins)
+}
+
+/// With missing samples: expected densities of a fit of the terms. A mask that repeats has images of low frequencies at
+/// high ones, which are no lines.
+fn of_terms(record: &Summary, mask: &[bool]) -> Option<Vec<f64>> {
+    record.masked.as_ref().map(|masked| masked.densities(&fit_of_terms(record, mask.to_vec())))
+}
+
+/// Squared coefficients of the terms.
+fn fit_of_terms(record: &Summary, mask: Vec<bool>) -> Vec<f64> {
+    let bins = Bins::new(record, Arc::new(mask), Arc::new(Vec::new()));
+    Model::new(TERMS.to_vec(), Vec::new()).fit(&bins).model.theta
+}
+
+impl Summary {
+    /// Samples over which the weights of a run should fall to 0 at its ends: the root of the ratio of quantization noise to
+    /// random walk, from a fit of the terms. 0 without missing samples.
+    #[must_use]
+    pub fn run_taper(&self) -> f64 {
+        let Some(masked) = &self.masked else { return 0.0 };
+        if !masked.has_neighbours() {
+            return 0.0;
+        }
+        let theta = fit_of_terms(self, usable(self));
+        let (steps, white) = (theta[0] / self.tau0, theta[1]);
+        if steps > 0.0 { (steps / white.max(1e-12 * steps)).sqrt() } else { 0.0 }
+    }
 }
 
 /// The coefficient of a regressor.
@@ -590,7 +676,7 @@ fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
 
 /// A heavy tail widens what the samples say of the white level: the relative variance of N² is (2 + κ)/N, not 2/N.
 fn heavy_tails(white: &mut Bounds, record: &Summary) {
-    let n = record.samples as f64;
+    let n = record.present() as f64;
     if record.kurtosis <= 3.0 * (24.0 / n).sqrt() || !white.observed {
         return;
     }
@@ -616,15 +702,24 @@ fn unsteadiness(fit: &Fit, bins: &Bins) -> (f64, f64) {
     for w in &mut weights {
         *w /= sum;
     }
-    let parts = PARTS as f64;
-    let levels: Vec<f64> = bins
-        .parts()
+    // Of a record with missing samples, a part counts by what it holds.
+    let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts);
+    let there: Vec<usize> = (0..PARTS).filter(|&p| shares[p] * PARTS as f64 > LEAST_PART).collect();
+    let parts = there.len() as f64;
+    if there.len() < 2 {
+        return (0.0, 1.0);
+    }
+    let all = bins.parts();
+    let levels: Vec<f64> = there
         .iter()
+        .map(|&p| &all[p])
         .map(|part| part.iter().enumerate().map(|(i, p)| weights[i] * p / fit.spectrum[low + i]).sum())
         .collect();
     let mean = levels.iter().sum::<f64>() / parts;
     let squares: f64 = levels.iter().map(|r| (r / mean - 1.0).powi(2)).sum();
-    let chance: f64 =
-        (0..weights.len()).map(|i| 2.0 * weights[i].powi(2) / (bins.freedom[low + i] / parts)).sum();
+    let smaller = there.iter().map(|&p| 1.0 / (shares[p] * PARTS as f64)).sum::<f64>() / parts;
+    let chance: f64 = (0..weights.len())
+        .map(|i| 2.0 * weights[i].powi(2) / (bins.freedom[low + i] / PARTS as f64) * smaller)
+        .sum();
     (((squares / (parts - 1.0)) - chance).max(0.0).sqrt(), chi2_above(squares / chance, parts - 1.0))
 }

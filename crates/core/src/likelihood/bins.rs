@@ -1,6 +1,8 @@
 //! The numbers that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
 
 use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, flicker_modes};
+use crate::likelihood::linear::dot_of_many;
+use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -48,19 +50,11 @@ pub(crate) struct Products {
 }
 
 /// Densities of one part of the model of unit amplitude: means over the bins of the modes, and at the points of the bins
-/// of the periodogram, `POINTS` a bin.
+/// of the periodogram, `POINTS` a bin. With missing samples: means over all bins, and in the cells.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Column {
     pub low: Vec<f64>,
     pub high: Vec<f64>,
-}
-
-impl Column {
-    /// Means over all bins, without a filter.
-    pub(crate) fn means(&self) -> Vec<f64> {
-        let high = self.high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
-        self.low.iter().copied().chain(high).collect()
-    }
 }
 
 /// The binned record, for one mask of the periodogram.
@@ -94,6 +88,10 @@ pub(crate) struct Bins<'a> {
     /// First of its points, for each low bin and one past the last.
     mode_starts: Vec<usize>,
     pub fine_points: Vec<FinePoint>,
+    /// With missing samples: weights of the cells in the bins, row after row. The points are those of the cells.
+    leak: Option<Arc<Vec<f64>>>,
+    /// What lines that were left out add to the bins through missing samples.
+    pub lines: Vec<f64>,
     /// Columns of the four terms, in the order of [`TERMS`].
     terms: Arc<Vec<Column>>,
     /// cos 2πk f τ₀ − 1, k = 1 … 6: of the low bins, of the points.
@@ -111,8 +109,12 @@ pub(crate) const MOST_FILTER: usize = 6;
 
 /// First density of the periodogram that is used: above the highest mode.
 pub(crate) fn first_density(record: &Summary) -> usize {
-    let highest = record.mode_frequency(record.low_modes()) * (1.0 + 1e-9);
-    (highest * record.segment as f64 * record.tau0).ceil() as usize
+    first_above(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
+}
+
+fn first_above(highest_mode: f64, segment: usize, tau0: f64) -> usize {
+    let highest = highest_mode * (1.0 + 1e-9);
+    (highest * segment as f64 * tau0).ceil() as usize
 }
 
 /// The mask without lines: the densities above the modes, up to the frequency where nothing of the noise is left (a zero
@@ -159,12 +161,21 @@ impl<'a> Bins<'a> {
             mode_starts.push(mode_points.len());
         }
         let low_power = mean_squares(record, &kept, &edges);
-        let mut frequency: Vec<f64> =
-            edges.windows(2).map(|p| record.mode_frequency(1) * mean_mode(&kept[p[0]..p[1]])).collect();
+        let middle = |p: &[usize]| {
+            let inside = &kept[p[0]..p[1]];
+            match record.masked {
+                Some(_) => {
+                    inside.iter().map(|&k| record.mode_frequency(k + 1)).sum::<f64>() / inside.len() as f64
+                }
+                None => record.mode_frequency(1) * mean_mode(inside),
+            }
+        };
+        let mut frequency: Vec<f64> = edges.windows(2).map(middle).collect();
         let mut freedom: Vec<f64> = edges.windows(2).map(|p| (p[1] - p[0]) as f64).collect();
         let mut freedom_alone = freedom.clone();
         let (mut high_power, mut ranges, mut fine_points) = (Vec::new(), Vec::new(), Vec::new());
         let share = record.samples as f64 / record.segment as f64;
+        let mut all_stretches = Vec::new();
         for (start, stop) in high_edges(record) {
             let there: Vec<usize> = (start..stop).filter(|&k| mask[k]).collect();
             let count = there.len();
@@ -172,16 +183,27 @@ impl<'a> Bins<'a> {
                 continue;
             }
             let stretches = 1 + there.windows(2).filter(|p| p[1] > p[0] + 1).count();
+            all_stretches.push(stretches_of(&there));
             high_power.push(there.iter().map(|&k| record.density[k]).sum::<f64>() / count as f64);
             frequency.push(there.iter().map(|&k| record.frequency(k)).sum::<f64>() / count as f64);
-            freedom.push(2.0 * count as f64 * share);
-            freedom_alone.push(2.0 * (count as f64 + EDGE * stretches as f64) * share);
+            let (together, alone) = match &record.masked {
+                Some(masked) => (masked.present as f64 / record.samples as f64, masked.freedom_left(count)),
+                None => (1.0, 1.0),
+            };
+            freedom.push(2.0 * count as f64 * share * together);
+            freedom_alone.push(2.0 * (count as f64 + EDGE * stretches as f64) * share * alone);
             ranges.push((start, stop));
-            for i in 0..POINTS {
+            for i in 0..if record.masked.is_some() { 0 } else { POINTS } {
                 let at = ((i as f64 + 0.5) / POINTS as f64 * count as f64) as usize;
                 let k = there[at.min(count - 1)];
                 fine_points.push(FinePoint::new(record.frequency(k), record.tau0, record.segment));
             }
+        }
+        let mut leak = None;
+        if let Some(masked) = &record.masked {
+            leak = Some(Arc::new(masked.matrix(&all_stretches, record.frequency(1))));
+            // Cells are narrow, and what the taper smears is in the matrix.
+            fine_points = masked.cells.at.iter().map(|&f| FinePoint::narrow(f, record.tau0)).collect();
         }
         let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
         let cosines = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * record.tau0).sin().powi(2);
@@ -208,10 +230,18 @@ impl<'a> Bins<'a> {
             mode_points,
             mode_starts,
             fine_points,
+            leak,
+            lines: Vec::new(),
             terms: Arc::new(Vec::new()),
             regressors,
         };
-        bins.terms = Arc::new(TERMS.map(|part| bins.column(part)).to_vec());
+        let mut terms = TERMS.map(|part| bins.column(part)).to_vec();
+        if let Some(masked) = &record.masked {
+            for (k, column) in terms.iter_mut().enumerate() {
+                column.low = masked.column(k, &all_stretches);
+            }
+        }
+        bins.terms = Arc::new(terms);
         bins
     }
 
@@ -255,9 +285,106 @@ impl<'a> Bins<'a> {
         if part.is_term() && !self.terms.is_empty() {
             return self.terms[TERMS.iter().position(|&t| t == part).unwrap_or(0)].clone();
         }
-        let mut column = Column { low: vec![0.0; self.low], high: vec![0.0; self.fine_points.len()] };
+        let mut column = self.empty();
         self.fill(part, &mut column);
         column
+    }
+
+    /// The same as means over all bins.
+    pub(crate) fn unit(&self, part: Part) -> Vec<f64> {
+        self.means(&self.column(part), None)
+    }
+
+    /// |H|² as means over all bins, from its values at the low bins and at the points.
+    pub(crate) fn response_means(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
+        let Some(rows) = &self.leak else { return self.gathered(low, high) };
+        let found = self.gathered(low, high);
+        found.iter().zip(rows.chunks_exact(high.len())).map(|(x, row)| x / row.iter().sum::<f64>()).collect()
+    }
+
+    /// A column to be filled.
+    pub(crate) fn empty(&self) -> Column {
+        let low = if self.leak.is_some() { self.len() } else { self.low };
+        Column { low: vec![0.0; low], high: vec![0.0; self.fine_points.len()] }
+    }
+
+    /// Means over all bins of a column, behind a filter if there is one: |H|² at the low bins and at the points.
+    pub(crate) fn means(&self, column: &Column, response: Option<&(Vec<f64>, Vec<f64>)>) -> Vec<f64> {
+        let Some((low, high)) = response else {
+            return match self.leak {
+                Some(_) => column.low.clone(),
+                None => self.gathered(&column.low, &column.high),
+            };
+        };
+        if self.leak.is_some() {
+            // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
+            let change: Vec<f64> = column.high.iter().zip(high).map(|(c, h)| c * (h - 1.0)).collect();
+            let mut means = self.gathered(&[], &change);
+            means.iter_mut().zip(&column.low).for_each(|(m, c)| *m += c);
+            return means;
+        }
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(c, h)| c * h).collect::<Vec<f64>>();
+        self.gathered(&product(&column.low, low), &product(&column.high, high))
+    }
+
+    /// Means over all bins from values at the low bins and at the points; with missing samples, at the cells alone.
+    pub(crate) fn gathered(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
+        if let Some(rows) = &self.leak {
+            return rows.chunks_exact(high.len()).map(|row| dot_of_many(row, high)).collect();
+        }
+        let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
+        low.iter().copied().chain(means).collect()
+    }
+
+    /// Means over all bins of cos 2πk f τ₀ − 1, k = 0 for the first.
+    pub(crate) fn cosine_means(&self, k: usize) -> Vec<f64> {
+        match self.leak {
+            Some(_) => {
+                let angle = PI * (k + 1) as f64 * self.record.tau0;
+                self.frequency.iter().map(|f| -2.0 * (angle * f).sin().powi(2)).collect()
+            }
+            None => self.gathered(&self.cosines_low[k], &self.cosines_high[k]),
+        }
+    }
+
+    /// Values of the bins of the periodogram at each density, 0 where it is not used.
+    pub(crate) fn spread(&self, values: &[f64]) -> Vec<f64> {
+        let mut found = vec![0.0; self.record.density.len()];
+        for (&(start, stop), x) in self.ranges.iter().zip(&values[self.low..]) {
+            for k in (start..stop).filter(|&k| self.mask[k]) {
+                found[k] = *x;
+            }
+        }
+        found
+    }
+
+    /// Adds what lines leak into the bins.
+    pub(crate) fn see(&mut self, lines: &[Line]) {
+        let (Some(rows), Some(masked)) = (&self.leak, &self.record.masked) else { return };
+        let spacing = self.record.frequency(1);
+        let mut sums = vec![0.0; self.frequency.len()];
+        for line in lines {
+            let power = 0.25 * line.amplitude * line.amplitude;
+            let cell = masked.cells.of(line.frequency);
+            let rows = rows.chunks_exact(masked.cells.at.len());
+            for (sum, row) in sums[..self.low].iter_mut().zip(rows) {
+                *sum += power * row[cell] / masked.cells.width(cell);
+            }
+            for (sum, &(start, stop)) in sums[self.low..].iter_mut().zip(&self.ranges) {
+                let there: Vec<usize> = (start..stop).filter(|&k| self.mask[k]).collect();
+                *sum += power * masked.of_line(&stretches_of(&there), line.frequency, spacing) / spacing;
+            }
+        }
+        self.lines = sums;
+    }
+
+    /// Degrees of freedom of the bins of the periodogram for a share of the information of a complete record.
+    pub(crate) fn inform(&mut self, share: f64) {
+        let record = self.record;
+        for (freedom, &(start, stop)) in self.freedom[self.low..].iter_mut().zip(&self.ranges) {
+            let count = (start..stop).filter(|&k| self.mask[k]).count();
+            *freedom = 2.0 * count as f64 * record.samples as f64 / record.segment as f64 * share;
+        }
     }
 
     /// The column of a term, which is kept.
@@ -267,6 +394,13 @@ impl<'a> Bins<'a> {
 
     /// The same into a column that is there.
     pub(crate) fn fill(&self, part: Part, column: &mut Column) {
+        if self.leak.is_some() {
+            for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
+                *slot = point.density(part, self.record.tau0);
+            }
+            column.low = self.gathered(&[], &column.high);
+            return;
+        }
         let blocks = self.blocks();
         if part == Part::BiasInstability {
             let all = flicker_modes(blocks, self.record.modes.len());
@@ -373,7 +507,7 @@ fn mean_mode(kept: &[usize]) -> f64 {
 }
 
 /// Modes singly, then logarithmically: positions in `kept`.
-fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
+pub(crate) fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
     let modes = record.modes.len();
     let widest = if modes > record.low_modes() { modes as f64 / WIDEST } else { f64::INFINITY };
     let mut edges: Vec<usize> = (0..=SINGLE.min(modes)).collect();
@@ -390,11 +524,16 @@ fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
 }
 
 fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
-    const FEWEST: f64 = 4.0;
     if record.modes.len() > record.low_modes() {
         return Vec::new();
     }
-    let (first, last) = (first_density(record), record.segment / 2);
+    high_ranges(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
+}
+
+/// Ranges of densities above the highest mode.
+pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(usize, usize)> {
+    const FEWEST: f64 = 4.0;
+    let (first, last) = (first_above(highest_mode, segment, tau0), segment / 2);
     let widest = (last as f64 / WIDEST).max(LEAST_COUNT);
     let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
     let mut edges = vec![first];
@@ -408,6 +547,18 @@ fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
         edges.remove(n - 2);
     }
     edges.windows(2).map(|p| (p[0], p[1])).filter(|(a, b)| b > a).collect()
+}
+
+/// Ranges of consecutive numbers.
+fn stretches_of(numbers: &[usize]) -> Vec<(usize, usize)> {
+    let mut found: Vec<(usize, usize)> = Vec::new();
+    for &k in numbers {
+        match found.last_mut() {
+            Some(last) if last.1 == k => last.1 = k + 1,
+            _ => found.push((k, k + 1)),
+        }
+    }
+    found
 }
 
 pub(crate) fn median(x: &[f64]) -> f64 {

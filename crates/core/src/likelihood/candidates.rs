@@ -1,6 +1,6 @@
 //! What could be added to a model, and how much each would lower the deviance, by a step from the present fit.
 
-use crate::likelihood::bins::{Bins, MOST_FILTER, POINTS};
+use crate::likelihood::bins::{Bins, MOST_FILTER};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, dot};
 use crate::likelihood::model::Fit;
@@ -24,7 +24,7 @@ pub(crate) struct Dictionary {
 impl Dictionary {
     pub(crate) fn new(bins: &Bins) -> Self {
         let (tau0, duration) = (bins.record.tau0, bins.record.duration());
-        let column = |part: Part| (part, bins.column(part).means());
+        let column = |part: Part| (part, bins.unit(part));
         let times = spaced(40.0 * tau0, duration / 6.0, TIMES);
         let processes = times.into_iter().map(|time| column(Part::GaussMarkov { time })).collect();
         let highest_mode = bins.record.mode_frequency(bins.record.low_modes());
@@ -122,9 +122,7 @@ impl Scores {
         let mut columns = self.slopes.clone();
         // Relative to the whole density: quantization noise is not filtered, but this is a first look.
         for k in present..wanted {
-            let high = bins.cosines_high[k].chunks_exact(POINTS);
-            let means = high.map(|c| c.iter().sum::<f64>() / POINTS as f64);
-            columns.push(bins.cosines_low[k].iter().copied().chain(means).collect());
+            columns.push(bins.cosine_means(k));
         }
         let n = columns.len();
         let mut information = Symmetric::zero(n);

@@ -176,6 +176,12 @@ impl FinePoint {
         Self { frequency, square: sin * sin, sin, smear: 1.0 / (6.0 * cycles * cycles) }
     }
 
+    /// A frequency at which no taper smears.
+    pub(crate) fn narrow(frequency: f64, tau0: f64) -> Self {
+        let sin = (PI * frequency * tau0).sin();
+        Self { frequency, square: sin * sin, sin, smear: 0.0 }
+    }
+
     /// Expected density of a part of unit amplitude.
     pub(crate) fn density(&self, part: Part, tau0: f64) -> f64 {
         match part {

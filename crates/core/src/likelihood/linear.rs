@@ -130,6 +130,19 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// The same of long vectors, in eight sums at once.
+pub(crate) fn dot_of_many(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = dot(left.remainder(), right.remainder());
+    for (x, y) in left.zip(right) {
+        for i in 0..8 {
+            sums[i] += x[i] * y[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
 /// The step d ≥ `least` (≤ 0) that minimises dᵀFd/2 − gᵀd; 0 for a parameter without information or with `held`.
 ///
 /// An active set: parameters at their bound leave it while that lowers the objective.

@@ -1,7 +1,8 @@
 //! Narrow lines: densities of the periodogram that stand out, which the fit leaves out.
 
-use crate::likelihood::bins::{Bins, first_density, median};
+use crate::likelihood::bins::{Bins, TERMS, first_density, median};
 use crate::likelihood::laws::chi2_quantile_above;
+use crate::likelihood::masked::Masked;
 use crate::likelihood::model::Model;
 use crate::likelihood::pass::Summary;
 
@@ -24,6 +25,9 @@ const SHARED: f64 = 4.16;
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
 
+/// Share of a line that stronger lines explain, above which it is an image of them.
+const IMAGE: f64 = 0.3;
+
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
@@ -40,14 +44,20 @@ pub struct Line {
     pub error: f64,
 }
 
-/// Lines above running medians of the density, which are taken out of the mask.
-pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
+/// Degrees of freedom of one density.
+fn freedom_of_one(record: &Summary) -> f64 {
+    let whole = FREEDOM * record.samples as f64 / record.segment as f64;
+    record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
+}
+
+/// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given.
+pub(crate) fn above_medians(record: &Summary, mask: &mut [bool], least: Option<&[f64]>) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     if first + RUNNING > last {
         return Vec::new();
     }
     let density = &record.density[first..last];
-    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let freedom = freedom_of_one(record);
     let bias = chi2_quantile_above(0.5, freedom) / freedom;
     let mut centres = Vec::new();
     let mut start = 0;
@@ -58,8 +68,11 @@ pub(crate) fn above_medians(record: &Summary, mask: &mut [bool]) -> Vec<Line> {
         centres.push((middle, median(&density[from..to]).max(1e-300).ln()));
         start = end;
     }
-    let reference: Vec<f64> =
+    let mut reference: Vec<f64> =
         (first..last).map(|k| interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
+    if let Some(least) = least {
+        reference.iter_mut().zip(&least[first..]).for_each(|(r, l)| *r = r.max(*l));
+    }
     standing_out(record, mask, &reference, UNSURE)
 }
 
@@ -70,8 +83,65 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     if first >= last {
         return Vec::new();
     }
-    let reference: Vec<f64> = (first..last).map(|k| model.density(record.frequency(k), record)).collect();
+    let reference: Vec<f64> = match &record.masked {
+        Some(masked) => through_mask(bins, model, masked, first..last),
+        None => (first..last).map(|k| model.density(record.frequency(k), record)).collect(),
+    };
     standing_out(record, mask, &reference, 1.0)
+}
+
+/// Expected densities with missing samples: terms as the mask shows them, and processes; what a filter and leaks make of them
+/// changes slowly.
+fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
+    let mut processes = model.clone();
+    processes.filter.clear();
+    let mut terms = [0.0; TERMS.len()];
+    for (part, theta) in model.parts.iter().zip(&mut processes.theta) {
+        if let Some(at) = TERMS.iter().position(|term| term == part) {
+            terms[at] = std::mem::take(theta);
+        }
+    }
+    let seen = masked.densities(&terms);
+    let first = range.start;
+    let mut reference: Vec<f64> =
+        range.map(|k| seen[k] + processes.density(bins.record.frequency(k), bins.record)).collect();
+    if bins.ranges.is_empty() {
+        return reference;
+    }
+    let spectrum = model.spectrum(bins);
+    let leaks: Vec<(f64, f64)> = bins
+        .ranges
+        .iter()
+        .enumerate()
+        .map(|(i, &(start, stop))| {
+            let there = (start..stop).filter(|&k| bins.mask[k]);
+            let count = there.clone().count() as f64;
+            let plain = there.map(|k| reference[k - first]).sum::<f64>() / count;
+            (bins.frequency[bins.low + i].ln(), (spectrum[bins.low + i] / plain).ln())
+        })
+        .collect();
+    for (k, slot) in (first..).zip(&mut reference) {
+        *slot *= interpolated(&leaks, bins.record.frequency(k).ln()).exp();
+    }
+    reference
+}
+
+/// The lines that are no images of others: the mask of a record with missing samples puts some at other frequencies.
+pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line> {
+    let Some(masked) = &record.masked else { return lines };
+    let spacing = record.frequency(1);
+    let number = |f: f64| (f / spacing).round() as usize;
+    lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    let mut found: Vec<Line> = Vec::new();
+    for line in lines {
+        let stretch = [(number(line.from), number(line.to) + 1)];
+        let of = |one: &Line| one.amplitude.powi(2) * masked.of_line(&stretch, one.frequency, spacing);
+        let leaked: f64 = found.iter().map(of).sum();
+        if leaked < IMAGE * of(&line) {
+            found.push(line);
+        }
+    }
+    found
 }
 
 /// Linear between points, and beyond the first and the last one.
@@ -86,7 +156,7 @@ fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
 
 fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: f64) -> Vec<Line> {
     let first = first_density(record);
-    let freedom = FREEDOM * record.samples as f64 / record.segment as f64;
+    let freedom = freedom_of_one(record);
     let count = reference.len();
     let ratio: Vec<f64> = reference.iter().zip(&record.density[first..]).map(|(s, p)| p / s).collect();
     let threshold = chi2_quantile_above(FALSE_ALARM / count as f64, freedom) / freedom * factor;
@@ -122,10 +192,19 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
         let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
-        let amplitude = (4.0 * power * spacing).max(0.0).sqrt();
+        // The rest of its power leaks to other frequencies through missing samples.
+        let captured = record.masked.as_ref().map_or(1.0, |masked| {
+            let mean = masked.of_line(&[(first + start, first + k)], record.frequency(first + peak), spacing);
+            mean * (k - start) as f64
+        });
+        let amplitude = (4.0 * power * spacing / captured).max(0.0).sqrt();
         found.push(Line {
             amplitude,
-            error: if amplitude > 0.0 { 2.0 * spacing * variance.sqrt() / amplitude } else { 0.0 },
+            error: if amplitude > 0.0 {
+                2.0 * spacing * variance.sqrt() / (amplitude * captured)
+            } else {
+                0.0
+            },
             from: record.frequency(first + start),
             to: record.frequency(first + k - 1),
             frequency: record.frequency(first + peak),

@@ -1,6 +1,6 @@
 //! A model of the density of a channel, and its fit: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
 
-use crate::likelihood::bins::{Bins, Column, ENDS, MOST_FILTER, POINTS, Products};
+use crate::likelihood::bins::{Bins, ENDS, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use std::sync::Arc;
@@ -136,7 +136,7 @@ impl Model {
     pub(crate) fn response_means(&self, bins: &Bins) -> Vec<f64> {
         match self.response(bins) {
             None => vec![1.0; bins.len()],
-            Some((low, high)) => Column { low, high }.means(),
+            Some((low, high)) => bins.response_means(&low, &high),
         }
     }
 
@@ -157,10 +157,11 @@ impl Model {
         let response = self.response(bins);
         let nl = bins.low;
         let mut total = vec![FLOOR * bins.scale; bins.len()];
+        total.iter_mut().zip(&bins.lines).for_each(|(t, l)| *t += l);
         let mut filtered_low = vec![0.0; nl];
         let mut filtered = vec![0.0; if response.is_some() { bins.fine_points.len() } else { 0 }];
         let mut columns: Vec<Vec<f64>> = Vec::new();
-        let mut scratch = Column { low: vec![0.0; nl], high: vec![0.0; bins.fine_points.len()] };
+        let mut scratch = bins.empty();
         for (j, &part) in self.parts.iter().enumerate() {
             let column = if let Some(column) = bins.term(part) {
                 column
@@ -169,7 +170,7 @@ impl Model {
                 &scratch
             };
             let behind = part != Part::Quantization;
-            let means = binned(column, response.as_ref().filter(|_| behind));
+            let means = bins.means(column, response.as_ref().filter(|_| behind));
             let theta = self.theta[j];
             total.iter_mut().zip(&means).for_each(|(t, m)| *t += theta * m);
             if derivatives {
@@ -188,18 +189,16 @@ impl Model {
             return (total, columns);
         }
         for k in 0..self.filter.len() {
-            let mut column: Vec<f64> =
-                filtered_low.iter().zip(&bins.cosines_low[k]).map(|(s, c)| s * c).collect();
-            let at = filtered.chunks_exact(POINTS).zip(bins.cosines_high[k].chunks_exact(POINTS));
-            column.extend(at.map(|(s, c)| dot(s, c) / POINTS as f64));
-            columns.push(column);
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(s, c)| s * c).collect::<Vec<f64>>();
+            let low = product(&filtered_low, &bins.cosines_low[k]);
+            columns.push(bins.gathered(&low, &product(&filtered, &bins.cosines_high[k])));
         }
         for (j, shape) in self.shapes() {
             let (up, down, step) = neighbours(self.parts[j], shape);
             bins.fill(up, &mut scratch);
-            let mut column = binned(&scratch, response.as_ref());
+            let mut column = bins.means(&scratch, response.as_ref());
             bins.fill(down, &mut scratch);
-            let other = binned(&scratch, response.as_ref());
+            let other = bins.means(&scratch, response.as_ref());
             let factor = self.theta[j] / step;
             column.iter_mut().zip(&other).for_each(|(a, b)| *a = (*a - b) * factor);
             columns.push(column);
@@ -217,7 +216,7 @@ impl Model {
         let n = self.parts.len();
         let powers = bins.powers(&bins.residual_power(&bins.products(&[]), &[]));
         let usual = bins.scale;
-        let columns: Vec<Vec<f64>> = self.parts.iter().map(|&part| bins.column(part).means()).collect();
+        let columns: Vec<Vec<f64>> = self.parts.iter().map(|&part| bins.unit(part)).collect();
         let weights: Vec<f64> = (0..bins.len())
             .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + LEAST * usual))
             .collect();
@@ -347,13 +346,6 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
         ),
         (part, _) => (part, part, 1.0),
     }
-}
-
-fn binned(column: &Column, response: Option<&(Vec<f64>, Vec<f64>)>) -> Vec<f64> {
-    let Some((low, high)) = response else { return column.means() };
-    let below = column.low.iter().zip(low).map(|(c, h)| c * h);
-    let above = column.high.chunks_exact(POINTS).zip(high.chunks_exact(POINTS));
-    below.chain(above.map(|(c, h)| dot(c, h) / POINTS as f64)).collect()
 }
 
 impl Fit {

@@ -4,6 +4,7 @@
 //! half a segment at both ends, so that its ends count like the rest.
 
 use crate::error::Error;
+use crate::likelihood::masked::Masked;
 use sigmatau_fft::Complex64;
 use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
@@ -61,6 +62,8 @@ pub struct Summary {
     pub density: Vec<f64>,
     /// The same of each eighth of the segments, one after the other.
     pub parts: Vec<Vec<f64>>,
+    /// Of a record with missing samples; its modes are not cosines.
+    pub(crate) masked: Option<Arc<Masked>>,
 }
 
 impl Summary {
@@ -90,7 +93,23 @@ impl Summary {
     /// Frequency of the mode k = 1, 2 … [Hz]
     #[must_use]
     pub fn mode_frequency(&self, k: usize) -> f64 {
-        k as f64 / (2.0 * self.blocks as f64 * self.block_length())
+        match &self.masked {
+            Some(masked) => masked.string.frequencies[k - 1],
+            None => k as f64 / (2.0 * self.blocks as f64 * self.block_length()),
+        }
+    }
+
+    /// Samples that are there.
+    #[must_use]
+    pub fn present(&self) -> usize {
+        self.masked.as_ref().map_or(self.samples, |masked| masked.present)
+    }
+
+    /// Times of the centres of the blocks, from the first sample, where curves are given. [s]
+    #[must_use]
+    pub fn centres(&self) -> Vec<f64> {
+        let length = self.block_length();
+        (0..self.blocks).map(|i| (i as f64 + 0.5) * length).collect()
     }
 
     /// Frequency of the density k. [Hz]
@@ -108,6 +127,9 @@ impl Summary {
     /// The cosine modes of a ramp of slope 1 at the centres of the blocks, scaled like those of the record.
     #[must_use]
     pub(crate) fn modes_of_ramp(&self) -> Vec<f64> {
+        if self.masked.is_some() {
+            return self.modes_of(&self.centres());
+        }
         self.closed(|k, theta| {
             let odd = if k % 2 == 0 { 0.0 } else { 2.0 };
             -odd * self.block_length() * (0.5 * theta).cos() / (4.0 * (0.5 * theta).sin().powi(2))
@@ -117,6 +139,9 @@ impl Summary {
     /// The same of exp(−t/time), from the first sample on.
     #[must_use]
     pub(crate) fn modes_of_decay(&self, time: f64) -> Vec<f64> {
+        if self.masked.is_some() {
+            return self.modes_of(&self.centres().iter().map(|t| (-t / time).exp()).collect::<Vec<_>>());
+        }
         let step = self.block_length() / time;
         let (p, lost) = ((-step).exp(), -(-step).exp_m1());
         let left = (-step * self.blocks as f64).exp();
@@ -134,9 +159,12 @@ impl Summary {
         (1..=self.modes.len()).map(|k| scale * sum(k, PI * k as f64 / m)).collect()
     }
 
-    /// The orthonormal cosine modes of a curve given at the centres of the blocks, scaled like those of the record.
+    /// The modes of a curve given at the centres of the blocks, scaled like those of the record.
     #[must_use]
     pub fn modes_of(&self, curve: &[f64]) -> Vec<f64> {
+        if let Some(masked) = &self.masked {
+            return masked.string.of(curve);
+        }
         let mut modes = cosine_modes(curve, self.modes.len());
         let root = self.block_length().sqrt();
         for x in &mut modes {
@@ -190,12 +218,7 @@ impl Pass {
         let block = (samples / BLOCKS).clamp(1, LONGEST_BLOCK);
         let coarse = coarse_block(samples);
         let segment = if SEGMENT * coarse <= samples / 4 { smooth(SEGMENT * coarse) } else { samples / 4 };
-        let mut taper: Vec<f64> =
-            (0..segment).map(|i| (PI * (i as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
-        let norm = taper.iter().map(|h| h * h).sum::<f64>().sqrt();
-        for h in &mut taper {
-            *h /= norm;
-        }
+        let taper = hann(segment);
         let transform = Planner::new().forward(segment);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
         Ok(Self {
@@ -373,8 +396,20 @@ impl Pass {
             modes,
             density,
             parts: self.parts,
+            masked: None,
         })
     }
+}
+
+/// Hann's taper, the sum of its squares being 1.
+pub(crate) fn hann(length: usize) -> Vec<f64> {
+    let mut taper: Vec<f64> =
+        (0..length).map(|i| (PI * (i as f64 + 0.5) / length as f64).sin().powi(2)).collect();
+    let norm = taper.iter().map(|h| h * h).sum::<f64>().sqrt();
+    for h in &mut taper {
+        *h /= norm;
+    }
+    taper
 }
 
 fn coarse_block(samples: usize) -> usize {
@@ -402,7 +437,7 @@ fn cosine_modes(series: &[f64], count: usize) -> Vec<f64> {
 }
 
 /// The smallest length ≥ `least` without a prime factor above 5, and even.
-fn smooth(least: usize) -> usize {
+pub(crate) fn smooth(least: usize) -> usize {
     let mut n = least + least % 2;
     loop {
         let mut rest = n;

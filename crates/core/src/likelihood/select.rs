@@ -120,7 +120,7 @@ fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
     let wanted = AT / bins.record.tau0;
     let distance = |i: usize| (bins.frequency[i] - wanted).abs();
     let Some(bin) = (0..bins.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
-    fit.model.theta[part] * bins.column(Part::Quantization).means()[bin] / fit.spectrum[bin]
+    fit.model.theta[part] * bins.unit(Part::Quantization)[bin] / fit.spectrum[bin]
 }
 
 /// A Gauss-Markov process in place of the rate random walk, by full fits: against a random walk that is far too high at
@@ -132,7 +132,7 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
     let mut best: Option<Fit> = None;
     for time in spaced(40.0 * tau0, duration / 12.0, 2.0) {
         let part = Part::GaussMarkov { time };
-        let unit = bins.column(part).means();
+        let unit = bins.unit(part);
         let below: Vec<f64> = (0..bins.low)
             .filter(|&i| bins.frequency[i] < 1.0 / (2.0 * PI * time))
             .map(|i| fit.powers[i] / unit[i])
@@ -194,7 +194,7 @@ fn best_addition(
     let mut worth: Vec<(f64, Addition)> = Vec::new();
     let no_quantization = fit.model.index(Part::Quantization).is_none();
     if allowed.quantization && no_quantization && !refused.quantization && fit.model.filter.is_empty() {
-        let gain = scores.gain_of(&bins.column(Part::Quantization).means(), false);
+        let gain = scores.gain_of(&bins.unit(Part::Quantization), false);
         worth.push((gain, Addition::Quantization));
     }
     let present = fit.model.filter.len();
@@ -258,12 +258,12 @@ fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
             (fit.deviance, model.refit(bins, 40, TOLERANCE, fit))
         }
         Addition::Quantization => {
-            let theta = 0.1 * smallest_ratio(fit, &bins.column(Part::Quantization).means());
+            let theta = 0.1 * smallest_ratio(fit, &bins.unit(Part::Quantization));
             (fit.deviance, fit.model.with(Part::Quantization, theta).refit(bins, 40, TOLERANCE, fit))
         }
         Addition::Process(part) | Addition::Resonance(part) => {
             let share = if matches!(addition, Addition::Process(_)) { 0.1 } else { 0.3 };
-            let theta = share * smallest_ratio(fit, &bins.column(part).means());
+            let theta = share * smallest_ratio(fit, &bins.unit(part));
             (fit.deviance, fit.model.with(part, theta).refit(bins, 40, TOLERANCE, fit))
         }
     }
@@ -277,7 +277,7 @@ fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     let mut model = fit.model.clone();
     model.filter.clear();
     if allowed.quantization && model.index(Part::Quantization).is_none() {
-        let theta = 0.1 * smallest_ratio(&fit, &bins.column(Part::Quantization).means());
+        let theta = 0.1 * smallest_ratio(&fit, &bins.unit(Part::Quantization));
         model = model.with(Part::Quantization, theta);
     }
     let without = model.refit(bins, 40, TOLERANCE, &fit);

@@ -1,0 +1,365 @@
+//! Records with missing samples.
+//!
+//! In place of the cosine modes there are those of a string that carries the weights of the samples, in place of the densities
+//! of a periodogram those of segments with zeros for missing samples. What both are expected to be follows from the mask: exactly
+//! for the terms; and for any other density by a matrix, cell of frequency by bin.
+
+mod nodes;
+mod pass;
+mod share;
+mod string;
+mod weights;
+mod windows;
+
+pub use pass::MaskedPass;
+pub(crate) use share::Levels;
+
+use crate::likelihood::bins::{TERMS, high_ranges, low_edges};
+use crate::likelihood::expected::Part;
+use crate::likelihood::pass::{PARTS, Summary};
+use crate::special::odd_harmonic;
+use nodes::StringModes;
+use std::f64::consts::PI;
+use windows::{Cells, Grid, LowView, LowWindow, Windows};
+
+/// Fewest stretches between two nodes that hold a sample.
+const LEAST_NODES: usize = 64;
+
+/// Fewest pairs of neighbours that tell quantization noise from random walk.
+const LEAST_PAIRS: usize = 100;
+
+/// What the likelihood needs to know of a mask.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Masked {
+    /// Samples that are there, and pairs of neighbours.
+    pub present: usize,
+    pairs: usize,
+    /// Share of the sums of squares of weights in each part of the record.
+    pub parts: [f64; PARTS],
+    pub string: StringModes,
+    windows: Windows,
+    pub cells: Cells,
+    /// Densities of the terms: by bin of the modes, and by density of the periodogram.
+    low: Vec<Vec<f64>>,
+    high: Vec<Vec<f64>>,
+    /// Weights of the cells in the bins of the modes, row after row.
+    low_rows: Vec<f64>,
+}
+
+impl Masked {
+    fn new(
+        (present, pairs): (usize, usize),
+        parts: [f64; PARTS],
+        string: StringModes,
+        windows: Windows,
+        record: &Summary,
+    ) -> Self {
+        let (tau0, length) = (record.tau0, record.segment);
+        let grid = Grid { spacing: record.block, count: record.blocks, tau0 };
+        let highest = string.frequencies[string.frequencies.len() - 1];
+        let ranges = high_ranges(highest, length, tau0);
+        let cells = Cells::new(&ranges, length, record.frequency(1), record.duration(), highest);
+        let edges = low_edges(record, &(0..string.modes.len()).collect::<Vec<_>>());
+        let bins: Vec<std::ops::Range<usize>> = edges.windows(2).map(|p| p[0]..p[1]).collect();
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+        let view = LowView::new(grid);
+        let low_windows: Vec<LowWindow> = bins
+            .iter()
+            .map(|b| view.window(&string.shapes[b.clone()], &string.mass, &string.white[b.clone()]))
+            .collect();
+        let low = TERMS
+            .iter()
+            .map(|&part| match part {
+                Part::RandomWalk => bins.iter().map(|b| mean(&string.white[b.clone()])).collect(),
+                Part::Quantization => bins.iter().map(|b| mean(&string.steps[b.clone()]) / tau0).collect(),
+                _ => {
+                    let bent = if part == Part::BiasInstability { 1.0 / PI } else { 0.0 };
+                    let covariance = grid.covariance(|l| covariance(part, l, tau0), bent);
+                    low_windows.iter().map(|w| w.expected(&covariance)).collect()
+                }
+            })
+            .collect();
+        let lags = |part: Part| (0..length).map(|l| covariance(part, l, tau0)).collect::<Vec<f64>>();
+        let high = TERMS.iter().map(|&part| windows.expected(&lags(part), tau0)).collect();
+        let between = windows.between_nodes(&cells, grid);
+        let low_rows = low_windows.iter().flat_map(|w| view.row(w, &cells, &between)).collect();
+        Self { present, pairs, parts, string, windows, cells, low, high, low_rows }
+    }
+
+    /// Whether quantization noise can be told from random walk: without neighbours they have the same density.
+    pub(crate) fn has_neighbours(&self) -> bool {
+        self.pairs >= LEAST_PAIRS
+    }
+
+    /// Mean densities of a term in all bins; `stretches`: densities of each bin of the periodogram.
+    pub(crate) fn column(&self, term: usize, stretches: &[Vec<(usize, usize)>]) -> Vec<f64> {
+        let mean = |of: &Vec<(usize, usize)>| {
+            let count: usize = of.iter().map(|(a, b)| b - a).sum();
+            of.iter().flat_map(|&(a, b)| &self.high[term][a..b]).sum::<f64>() / count as f64
+        };
+        self.low[term].iter().copied().chain(stretches.iter().map(mean)).collect()
+    }
+
+    /// Expected densities of a model of the terms.
+    pub(crate) fn densities(&self, theta: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.high[0].len()];
+        for (theta, density) in theta.iter().zip(&self.high) {
+            sum.iter_mut().zip(density).for_each(|(s, d)| *s += theta * d);
+        }
+        sum
+    }
+
+    /// Mean density of some stretches for a line with the density 1, over the distance of two densities.
+    pub(crate) fn of_line(&self, stretches: &[(usize, usize)], line: f64, spacing: f64) -> f64 {
+        const WIDTH: f64 = 0.25; // of a distance
+        let at = line / spacing;
+        let mut row = [0.0];
+        self.windows.row(stretches, &[at - 0.5 * WIDTH, at + 0.5 * WIDTH], &mut row);
+        row[0] / WIDTH
+    }
+
+    /// Weights of the cells in all bins, row after row.
+    pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
+        let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
+        let width = self.cells.at.len();
+        let mut matrix = self.low_rows.clone();
+        matrix.resize(matrix.len() + stretches.len() * width, 0.0);
+        for (row, of) in matrix[self.low_rows.len()..].chunks_exact_mut(width).zip(stretches) {
+            self.windows.row(of, &edges, row);
+        }
+        matrix
+    }
+}
+
+/// Covariance of a term of unit amplitude by the distance of samples, up to a constant.
+fn covariance(part: Part, lag: usize, tau0: f64) -> f64 {
+    match (part, lag) {
+        (Part::RandomWalk, 0) => 1.0 / tau0,
+        (Part::Quantization, 0) => 2.0 / (tau0 * tau0),
+        (Part::Quantization, 1) => -1.0 / (tau0 * tau0),
+        (Part::BiasInstability, _) => -2.0 / PI * odd_harmonic(lag),
+        (Part::RateRandomWalk, _) => -0.5 * tau0 * lag as f64,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::weights::Weights;
+    use super::*;
+    use crate::error::Error;
+    use crate::likelihood::bins::{Bins, usable};
+    use crate::likelihood::pass::hann;
+    use std::sync::Arc;
+
+    const N: usize = 1200;
+    const TAU0: f64 = 0.02;
+
+    /// Masks: losses at random, every second sample, blocks, one long gap.
+    fn masks() -> Vec<(&'static str, Vec<bool>)> {
+        let random = |t: usize| {
+            f64::from((t as u32 + 1).wrapping_mul(2_654_435_761).swap_bytes().wrapping_mul(0x9E37_79B1) >> 8)
+                / f64::from(1 << 24)
+        };
+        vec![
+            ("complete", vec![true; N]),
+            ("5 %", (0..N).map(|t| random(t) > 0.05).collect()),
+            ("50 %", (0..N).map(|t| random(t) > 0.5).collect()),
+            ("second", (0..N).map(|t| t % 2 == 0).collect()),
+            ("gap", (0..N).map(|t| !(900..1500).contains(&t)).collect()),
+            ("blocks", (0..N).map(|t| (t / 60) % 3 != 1 && t % 601 > 200).collect()),
+        ]
+    }
+
+    fn record(present: &[bool], taper: f64) -> Summary {
+        let mut pass = MaskedPass::new(present.to_vec(), TAU0, taper).unwrap();
+        let y: Vec<f64> = (0..N).map(|t| ((t * t) as f64 * 0.37).sin()).collect();
+        pass.push(&y).unwrap();
+        pass.finish().unwrap()
+    }
+
+    /// Σ a(s) a(t) R(|s − t|).
+    fn variance(a: &[f64], lags: &[f64]) -> f64 {
+        let at: Vec<usize> = (0..a.len()).filter(|&t| a[t] != 0.0).collect();
+        let row = |s: usize| at.iter().map(|&t| a[t] * lags[s.abs_diff(t)]).sum::<f64>();
+        at.iter().map(|&s| a[s] * row(s)).sum()
+    }
+
+    /// Weights of the samples in a mode.
+    fn in_mode(record: &Summary, k: usize, present: &[bool], taper: f64) -> Vec<f64> {
+        let mut w = vec![0.0; N];
+        Weights::new(taper).fill(present, 0, &mut w);
+        let v = &record.masked.as_ref().unwrap().string.shapes[k];
+        w.iter()
+            .enumerate()
+            .map(|(t, w)| {
+                let x = (t as f64 + 0.5) / record.block as f64 - 0.5;
+                let j = (x.max(0.0) as usize).min(v.len() - 2);
+                let r = (x - j as f64).clamp(0.0, 1.0);
+                TAU0.sqrt() * w * (v[j] * (1.0 - r) + v[j + 1] * r)
+            })
+            .collect()
+    }
+
+    /// Expected density k from its definition: the power of each segment without its level.
+    fn of_density(record: &Summary, k: usize, present: &[bool], taper: f64, lags: &[f64]) -> f64 {
+        let (length, h) = (record.segment, hann(record.segment));
+        let count = (4 * N).div_ceil(length);
+        let (mut power, mut total) = (0.0, 0.0);
+        for i in 0..count {
+            let start = ((i as f64 + 0.5) * N as f64 / count as f64) as isize - (length / 2) as isize;
+            let mut m = vec![0.0; length];
+            Weights::new(taper).fill(present, start, &mut m);
+            if m.iter().sum::<f64>() < 8.0 {
+                continue;
+            }
+            let w: Vec<f64> = m.iter().zip(&h).map(|(m, h)| m * h).collect();
+            let sum: f64 = w.iter().sum();
+            total += w.iter().map(|w| w * w).sum::<f64>();
+            for phase in [0.0, 0.5 * PI] {
+                let wave = |t: usize| (2.0 * PI * (k * t % length) as f64 / length as f64 + phase).cos();
+                let mean = (0..length).map(|t| w[t] * wave(t)).sum::<f64>() / sum;
+                let a: Vec<f64> = (0..length).map(|t| w[t] * (wave(t) - mean)).collect();
+                power += TAU0 * variance(&a, lags);
+            }
+        }
+        power / total
+    }
+
+    fn lags_of(part: Part) -> Vec<f64> {
+        (0..N)
+            .map(|l| match part {
+                Part::GaussMarkov { time } => (-(l as f64) * TAU0 / time).exp(),
+                _ => covariance(part, l, TAU0),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn expected_powers_are_those_of_the_dense_covariance() {
+        let shapes = [Part::GaussMarkov { time: 0.6 }, Part::GaussMarkov { time: 10.0 }];
+        for (name, present) in masks() {
+            for taper in [0.0, 3.0] {
+                if taper > 0.0 && name == "second" {
+                    continue; // no run has two samples
+                }
+                let record = record(&present, taper);
+                let masked = record.masked.clone().unwrap();
+                let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
+                let runs = present.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(present[0]);
+                let high = taper.min(0.125 * masked.present as f64 / runs as f64).min(32.0);
+                for part in TERMS.into_iter().chain(shapes) {
+                    let column = bins.unit(part);
+                    let lags = lags_of(part);
+                    let mut worst = [0.0_f64; 2];
+                    let checked = [0, 1, 2, 5, 11, 23, record.modes.len().min(48) - 1];
+                    let checked: Vec<usize> =
+                        checked.into_iter().filter(|&k| k < record.modes.len()).collect();
+                    for k in checked {
+                        let exact = variance(&in_mode(&record, k, &present, taper), &lags);
+                        worst[0] = worst[0].max((column[k] / exact - 1.0).abs());
+                    }
+                    for i in (0..bins.ranges.len()).step_by(5).chain([bins.ranges.len() - 1]) {
+                        let (a, b) = bins.ranges[i];
+                        let exact: Vec<f64> =
+                            (a..b).map(|k| of_density(&record, k, &present, high, &lags)).collect();
+                        let exact = exact.iter().sum::<f64>() / exact.len() as f64;
+                        worst[1] = worst[1].max((column[bins.low + i] / exact - 1.0).abs());
+                    }
+                    // The level of a segment is right in all frequencies together, not in each.
+                    let [modes, densities] = match part {
+                        Part::RandomWalk => [1e-9, 0.05],
+                        Part::Quantization => [0.01, 0.05],
+                        Part::BiasInstability => [0.06, 0.25],
+                        Part::RateRandomWalk => [0.02, 0.4],
+                        _ => [0.03, 0.4],
+                    };
+                    assert!(
+                        worst[0] < modes && worst[1] < densities,
+                        "{name}, taper {taper}, {part:?}: {worst:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_filter_and_a_resonance_are_seen_through_the_mask() {
+        // R of a density by its cosine transform: the process sees |H|² or is one of a narrow band.
+        let (grid, a) = (1 << 14, 0.7);
+        let omega = |i: usize| PI * (i as f64 + 0.5) / f64::from(grid);
+        let resonance = Part::Resonance { frequency: 4.0, width: 0.8 };
+        let filtered = |w: f64| (a * (w.cos() - 1.0)).exp();
+        let narrow = |w: f64| crate::likelihood::expected::resonance(4.0, 0.8, w / (2.0 * PI * TAU0));
+        let lags = |density: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            (0..N)
+                .map(|l| {
+                    let sum: f64 =
+                        (0..grid as usize).map(|i| density(omega(i)) * (omega(i) * l as f64).cos()).sum();
+                    sum / (f64::from(grid) * TAU0)
+                })
+                .collect()
+        };
+        let (filtered, narrow) = (lags(&filtered), lags(&narrow));
+        for (name, present) in masks() {
+            let record = record(&present, 0.0);
+            let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
+            let at = bins.column(Part::RandomWalk);
+            let cells = bins.cosines_high[0].iter().map(|c| (a * c).exp()).collect();
+            let low = bins.cosines_low[0].iter().map(|c| (a * c).exp()).collect();
+            for (what, got, lags) in [
+                ("filter", bins.means(&at, Some(&(low, cells))), &filtered),
+                ("resonance", bins.unit(resonance), &narrow),
+            ] {
+                let usual = lags[0] * TAU0;
+                for i in (0..bins.ranges.len()).step_by(7) {
+                    let (a, b) = bins.ranges[i];
+                    let exact: f64 = (a..b).map(|k| of_density(&record, k, &present, 0.0, lags)).sum::<f64>()
+                        / (b - a) as f64;
+                    let error = (got[bins.low + i] - exact) / exact.max(0.1 * usual);
+                    assert!(error.abs() < 0.1, "{name}, {what}, bin {i}: {} for {exact}", got[bins.low + i]);
+                }
+                // What leaks into one mode depends on the mask between two nodes, whose mean is known.
+                let count = record.modes.len();
+                let exact: f64 =
+                    (0..count).map(|k| variance(&in_mode(&record, k, &present, 0.0), lags)).sum();
+                let error = (got[..count].iter().sum::<f64>() - exact) / exact.max(usual * count as f64);
+                assert!(error.abs() < 0.2, "{name}, {what}, modes: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn pieces_and_missing_values_do_not_change_a_bit() {
+        for (name, present) in masks() {
+            let whole = record(&present, 3.0);
+            let y: Vec<f64> =
+                (0..N).map(|t| if present[t] { ((t * t) as f64 * 0.37).sin() } else { f64::NAN }).collect();
+            for size in [1, 77, 1000] {
+                let mut pass = MaskedPass::new(present.clone(), TAU0, 3.0).unwrap();
+                y.chunks(size).for_each(|piece| pass.push(piece).unwrap());
+                assert!(pass.finish().unwrap() == whole, "{name} by {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn too_few_samples_or_places_are_refused() {
+        let few: Vec<bool> = (0..100_000).map(|t| t % 500 == 0).collect();
+        assert!(matches!(MaskedPass::new(few, 1.0, 0.0), Err(Error::TooShort { got: 200, .. })));
+        // Enough samples, at the two ends of a long record.
+        let ends: Vec<bool> = (0..1_000_000).map(|t| !(400..999_600).contains(&t)).collect();
+        assert!(matches!(MaskedPass::new(ends, 1.0, 0.0), Err(Error::TooShort { .. })));
+        let singles: Vec<bool> = (0..100_000).map(|t| t % 10 == 0).collect();
+        assert!(MaskedPass::new(singles, 1.0, 0.0).is_ok());
+        assert!(MaskedPass::new(vec![true; 1000], 0.0, 0.0).is_err());
+    }
+
+    #[test]
+    fn a_sample_that_is_there_must_be_a_number() {
+        let mut pass = MaskedPass::new((0..1000).map(|t| t % 3 > 0).collect(), 1.0, 0.0).unwrap();
+        pass.push(&[f64::NAN, 1.0]).unwrap();
+        assert_eq!(pass.push(&[1.0, f64::INFINITY]), Ok(()));
+        assert_eq!(pass.push(&[f64::INFINITY]), Err(Error::NonFinite { index: 4 }));
+    }
+}

@@ -1,0 +1,290 @@
+//! One pass over the samples of a record with missing ones.
+//!
+//! Below, sums of the samples weighted by hat functions on a grid of nodes, which the modes of a loaded string combine.
+//! Above, the periodogram of the segments with zeros for missing samples. The mask is known before the pass; of the samples
+//! a segment is kept.
+
+use crate::error::Error;
+use crate::likelihood::masked::nodes::Nodes;
+use crate::likelihood::masked::weights::Weights;
+use crate::likelihood::masked::windows::TaperSums;
+use crate::likelihood::masked::{LEAST_NODES, LEAST_PAIRS, Masked};
+use crate::likelihood::pass::{LEAST_SAMPLES, PARTS, Summary, hann, smooth};
+use sigmatau_fft::{Complex64, Planner, RealToComplex};
+use std::sync::Arc;
+
+/// Nodes of a record, at least, and samples between two of them, at least.
+const NODES: usize = 2048;
+const LEAST_SPACING: usize = 8;
+
+/// Samples of a segment over those between two nodes.
+const SEGMENT: usize = 128;
+
+/// Segments overlap by three quarters.
+const STEPS: usize = 4;
+
+/// Largest taper at the ends of runs, over the spacing of the nodes.
+const MOST_TAPER: f64 = 2.0;
+
+/// The same in segments: samples, and share of the mean length of a run. Weights that lose more would spill quantization
+/// noise over its own minimum.
+const MOST_TAPER_HIGH: f64 = 32.0;
+const TAPERED_SHARE: f64 = 0.125;
+
+/// A segment with less than so many samples is left out.
+const LEAST_IN_SEGMENT: f64 = 8.0;
+
+/// The pass: samples are pushed in pieces of any length.
+pub struct MaskedPass {
+    present: Vec<bool>,
+    count: usize,
+    tau0: f64,
+    nodes: Nodes,
+    segments: Segments,
+    pushed: usize,
+    level: Option<f64>,
+    sum: f64,
+    last: Option<f64>,
+    pairs: usize,
+    squares: f64,
+    fourths: f64,
+    piece: Vec<f64>,
+}
+
+impl MaskedPass {
+    /// A pass over a record of so many samples as the mask has. `taper`: samples over which the weights of a run fall to 0
+    /// at its ends, see [`Summary::run_taper`]; 0 for a first pass.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are in so few places that nothing
+    /// is known of low frequencies; [`Error::Parameter`] for an interval that is not positive.
+    pub fn new(present: Vec<bool>, tau0: f64, taper: f64) -> Result<Self, Error> {
+        let samples = present.len();
+        let count = present.iter().filter(|&&there| there).count();
+        if count < LEAST_SAMPLES {
+            return Err(Error::TooShort { need: LEAST_SAMPLES, got: count });
+        }
+        if !(tau0 > 0.0 && tau0.is_finite()) {
+            return Err(Error::Parameter { name: "tau0", value: tau0 });
+        }
+        let spacing = (samples / NODES).max(LEAST_SPACING);
+        let filled = present.chunks(spacing).filter(|piece| piece.contains(&true)).count();
+        if filled < LEAST_NODES {
+            return Err(Error::TooShort { need: LEAST_NODES * spacing, got: count });
+        }
+        let runs = present.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(present[0]);
+        let taper = taper.min(MOST_TAPER * spacing as f64);
+        let high = taper.min(TAPERED_SHARE * count as f64 / runs as f64).min(MOST_TAPER_HIGH);
+        let segment = (SEGMENT * spacing).min(samples / 4);
+        let segment = if segment < samples / 4 { smooth(segment) } else { segment - segment % 2 };
+        Ok(Self {
+            nodes: Nodes::new(samples, spacing, Weights::new(taper)),
+            segments: Segments::new(samples, segment, Weights::new(high)),
+            present,
+            count,
+            tau0,
+            pushed: 0,
+            level: None,
+            sum: 0.0,
+            last: None,
+            pairs: 0,
+            squares: 0.0,
+            fourths: 0.0,
+            piece: Vec::new(),
+        })
+    }
+
+    /// Takes the next samples; those that are missing may be anything.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NonFinite`] for a present sample that is not finite or too large to be squared, [`Error::Length`] for more
+    /// samples than the mask has.
+    pub fn push(&mut self, samples: &[f64]) -> Result<(), Error> {
+        if self.pushed + samples.len() > self.present.len() {
+            return Err(Error::Length { expected: self.present.len(), got: self.pushed + samples.len() });
+        }
+        for piece in samples.chunks(self.segments.length) {
+            let there = &self.present[self.pushed..self.pushed + piece.len()];
+            self.piece.clear();
+            for (i, (&x, &there)) in piece.iter().zip(there).enumerate() {
+                if !there {
+                    self.last = None;
+                    self.piece.push(0.0);
+                    continue;
+                }
+                if !x.is_finite() || x.abs() > crate::phase::LARGEST_RATE {
+                    return Err(Error::NonFinite { index: self.pushed + i });
+                }
+                let x = x - *self.level.get_or_insert(x);
+                if let Some(last) = self.last {
+                    let step = (x - last).powi(2);
+                    self.squares += step;
+                    self.fourths += step * step;
+                    self.pairs += 1;
+                }
+                self.last = Some(x);
+                self.sum += x;
+                self.piece.push(x);
+            }
+            self.nodes.take(&self.present, self.pushed, &self.piece);
+            self.pushed += piece.len();
+            self.segments.take(&self.present, self.pushed, &self.piece);
+        }
+        Ok(())
+    }
+
+    /// The summary, after all samples.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] if there were fewer samples than announced.
+    pub fn finish(self) -> Result<Summary, Error> {
+        if self.pushed != self.present.len() {
+            return Err(Error::Length { expected: self.present.len(), got: self.pushed });
+        }
+        let (samples, tau0) = (self.present.len(), self.tau0);
+        let Segments { length: segment, taper, mut density, mut parts, totals, sums, .. } = self.segments;
+        let total: f64 = totals.iter().sum();
+        for x in &mut density {
+            *x *= tau0 / total;
+        }
+        for (part, own) in parts.iter_mut().zip(&totals) {
+            for x in part {
+                *x *= if *own > 0.0 { tau0 / own } else { 0.0 };
+            }
+        }
+        let (spacing, blocks) = (self.nodes.spacing, self.nodes.count);
+        let string = self.nodes.solve(tau0);
+        let windows = sums.windows(&taper);
+        let mut record = Summary {
+            samples,
+            tau0,
+            block: spacing,
+            blocks,
+            segment,
+            mean: self.level.unwrap_or(0.0) + self.sum / self.count as f64,
+            kurtosis: kurtosis(self.pairs, self.squares, self.fourths),
+            modes: string.modes.clone(),
+            density,
+            parts,
+            masked: None,
+        };
+        let parts = totals.map(|own| own / total);
+        let masked = Masked::new((self.count, self.pairs), parts, string, windows, &record);
+        record.masked = Some(Arc::new(masked));
+        Ok(record)
+    }
+}
+
+fn kurtosis(pairs: usize, squares: f64, fourths: f64) -> f64 {
+    let (second, fourth) = (squares / pairs as f64, fourths / pairs as f64);
+    if pairs < LEAST_PAIRS || second <= 0.0 {
+        return 0.0;
+    }
+    2.0 * (fourth / (second * second) - 3.0)
+}
+
+/// Sums over the segments: powers of the record, and what the mask makes of the taper.
+struct Segments {
+    samples: usize,
+    length: usize,
+    count: usize,
+    next: usize,
+    weights: Weights,
+    taper: Vec<f64>,
+    /// Samples from `oldest` on that later segments need.
+    kept: Vec<f64>,
+    oldest: usize,
+    density: Vec<f64>,
+    parts: Vec<Vec<f64>>,
+    /// Sums of squared weights in each part of the record.
+    totals: [f64; PARTS],
+    sums: TaperSums,
+    transform: Arc<dyn RealToComplex<f64>>,
+    mask: Vec<f64>,
+    buffer: Vec<f64>,
+    output: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+}
+
+impl Segments {
+    fn new(samples: usize, length: usize, weights: Weights) -> Self {
+        let count = (STEPS * samples).div_ceil(length);
+        let transform = Planner::new().forward(length);
+        let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
+        Self {
+            samples,
+            length,
+            count,
+            next: 0,
+            weights,
+            taper: hann(length),
+            kept: Vec::new(),
+            oldest: 0,
+            density: vec![0.0; output.len()],
+            parts: vec![vec![0.0; output.len()]; PARTS],
+            totals: [0.0; PARTS],
+            sums: TaperSums::new(length, count),
+            mask: vec![0.0; length],
+            buffer: vec![0.0; length],
+            output,
+            scratch,
+            transform,
+        }
+    }
+
+    /// First sample of a segment, before the record for the first ones.
+    fn start_of(&self, segment: usize) -> isize {
+        let centre = (segment as f64 + 0.5) * self.samples as f64 / self.count as f64;
+        centre as isize - (self.length / 2) as isize
+    }
+
+    fn take(&mut self, present: &[bool], pushed: usize, piece: &[f64]) {
+        self.kept.extend_from_slice(piece);
+        while self.next < self.count {
+            let start = self.start_of(self.next);
+            let end = start + self.length as isize;
+            if end.min(self.samples as isize) > pushed as isize {
+                break;
+            }
+            self.segment(present, start);
+            self.next += 1;
+        }
+        let needed = if self.next < self.count { self.start_of(self.next).max(0) as usize } else { pushed };
+        if needed > self.oldest + self.length || self.next == self.count {
+            let gone = needed.min(pushed) - self.oldest;
+            self.kept.drain(..gone);
+            self.oldest += gone;
+        }
+    }
+
+    fn segment(&mut self, present: &[bool], start: isize) {
+        self.weights.fill(present, start, &mut self.mask);
+        if self.mask.iter().sum::<f64>() < LEAST_IN_SEGMENT {
+            return;
+        }
+        let (mut sum, mut weighted) = (0.0, 0.0);
+        let oldest = self.oldest as isize;
+        for (i, (slot, (m, h))) in self.buffer.iter_mut().zip(self.mask.iter().zip(&self.taper)).enumerate() {
+            let at = start + i as isize - oldest;
+            *slot = if *m > 0.0 { self.kept[at as usize] } else { 0.0 };
+            sum += m * h;
+            weighted += m * h * *slot;
+        }
+        let level = weighted / sum;
+        for (slot, (m, h)) in self.buffer.iter_mut().zip(self.mask.iter().zip(&self.taper)) {
+            *slot = m * h * (*slot - level);
+        }
+        let done = self.transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);
+        debug_assert!(done.is_ok());
+        let own = self.sums.add(&self.mask, &self.taper);
+        let part = self.next * PARTS / self.count;
+        self.totals[part] += own;
+        for ((all, part), z) in self.density.iter_mut().zip(&mut self.parts[part]).zip(&self.output) {
+            *all += z.norm_sqr();
+            *part += z.norm_sqr();
+        }
+    }
+}

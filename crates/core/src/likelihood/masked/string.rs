@@ -1,0 +1,263 @@
+//! The lowest modes of a loaded string: eigenvectors of a symmetric tridiagonal matrix, by bisection and inverse iteration.
+
+/// Eigenvalues that are bisected together, so that their divisions overlap.
+const LANES: usize = 8;
+
+/// Relative width at which a bisection ends.
+const NARROW: f64 = 1e-13;
+
+/// Steps of inverse iteration.
+const ITERATIONS: usize = 2;
+
+/// Eigenvalues nearer to the next than this are a cluster, whose vectors are made orthogonal one after the other. Long gaps
+/// make pairs of them.
+const CLUSTER: f64 = 1e-3;
+
+/// A string of nodes with masses, its ends free.
+#[derive(Debug, Clone)]
+pub(super) struct Tridiagonal {
+    pub diagonal: Vec<f64>,
+    /// Between neighbours, one shorter.
+    pub beside: Vec<f64>,
+}
+
+impl Tridiagonal {
+    /// Eigenvalues 1 … `count` in ascending order (the lowest, 0, is left out), and orthonormal vectors.
+    pub(super) fn lowest(&self, count: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let squares: Vec<f64> = self.beside.iter().map(|e| e * e).collect();
+        let values = self.eigenvalues(&squares, count);
+        let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(count);
+        let mut first = 0;
+        for k in 0..count {
+            if k == 0 || values[k] - values[k - 1] > CLUSTER * values[k] {
+                first = k;
+            }
+            let vector = self.eigenvector(values[k], k, &vectors[first..k]);
+            vectors.push(vector);
+        }
+        (values, vectors)
+    }
+
+    fn eigenvalues(&self, squares: &[f64], count: usize) -> Vec<f64> {
+        // An upper limit of all that are wanted: the spectrum starts at 0.
+        let n = self.diagonal.len();
+        let norm = self.diagonal.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+        let mut top = norm * (count as f64 / n as f64).powi(2);
+        while self.below(squares, [top; LANES])[0] <= count {
+            top *= 2.0;
+        }
+        let mut values = Vec::with_capacity(count);
+        for start in (1..=count).step_by(LANES) {
+            let least = values.last().copied().unwrap_or(0.0) * (1.0 - 1e-9);
+            let (mut low, mut high) = ([least; LANES], [top; LANES]);
+            let wanted: [usize; LANES] = std::array::from_fn(|i| (start + i).min(count));
+            for step in 0..200 {
+                if (0..LANES).all(|i| high[i] - low[i] <= NARROW * high[i]) {
+                    break;
+                }
+                // Eigenvalues grow as squares of their numbers; the first steps share brackets between lanes.
+                let middle: [f64; LANES] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+                let found = self.below(squares, middle);
+                for i in 0..LANES {
+                    if step < 2 * LANES {
+                        for j in 0..LANES {
+                            narrow(found[j], middle[j], wanted[i], &mut low[i], &mut high[i]);
+                        }
+                    } else {
+                        narrow(found[i], middle[i], wanted[i], &mut low[i], &mut high[i]);
+                    }
+                }
+            }
+            values.extend((0..LANES.min(count + 1 - start)).map(|i| 0.5 * (low[i] + high[i])));
+        }
+        values
+    }
+
+    /// Numbers of eigenvalues below some values: signs in the factors of Sturm's sequence.
+    fn below(&self, squares: &[f64], x: [f64; LANES]) -> [usize; LANES] {
+        let mut found = [0.0; LANES];
+        let mut q = [f64::INFINITY; LANES];
+        let tiny = f64::MIN_POSITIVE / f64::EPSILON;
+        for (j, &d) in self.diagonal.iter().enumerate() {
+            let e = if j == 0 { 0.0 } else { squares[j - 1] };
+            for i in 0..LANES {
+                let next = d - x[i] - e / q[i];
+                q[i] = if next.abs() < tiny { -tiny } else { next };
+                found[i] += f64::from(u8::from(q[i] < 0.0));
+            }
+        }
+        found.map(|x| x as usize)
+    }
+
+    /// The vector of an eigenvalue, orthogonal to others of its cluster.
+    fn eigenvector(&self, value: f64, number: usize, others: &[Vec<f64>]) -> Vec<f64> {
+        let factors = Factors::new(self, value);
+        // A start that is nearly orthogonal to no vector, and another one for each.
+        let mut x: Vec<f64> = (0..self.diagonal.len())
+            .map(|j| 1.0 + 0.5 * ((j * (number + 1)) as f64 * 0.618_033_988_749_895).fract())
+            .collect();
+        for _ in 0..ITERATIONS {
+            factors.solve(&mut x);
+            scale(&mut x);
+            for other in others {
+                let shared: f64 = x.iter().zip(other).map(|(a, b)| a * b).sum();
+                x.iter_mut().zip(other).for_each(|(a, b)| *a -= shared * b);
+            }
+            scale(&mut x);
+        }
+        x
+    }
+}
+
+fn narrow(found: usize, at: f64, wanted: usize, low: &mut f64, high: &mut f64) {
+    if found > wanted {
+        *high = high.min(at.max(*low));
+    } else {
+        *low = low.max(at.min(*high));
+    }
+}
+
+fn scale(x: &mut [f64]) {
+    let largest = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let norm = largest * x.iter().map(|a| (a / largest).powi(2)).sum::<f64>().sqrt();
+    for a in x {
+        *a /= norm;
+    }
+}
+
+/// Triangular factors of T − λ with row exchanges.
+struct Factors {
+    /// Rows of the upper factor: diagonal and two above it.
+    upper: Vec<[f64; 3]>,
+    /// Multiplier of each step, and whether its rows were exchanged.
+    lower: Vec<(f64, bool)>,
+}
+
+impl Factors {
+    fn new(matrix: &Tridiagonal, shift: f64) -> Self {
+        let n = matrix.diagonal.len();
+        let norm = matrix.diagonal.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+        let beside = |j: usize| matrix.beside.get(j).copied().unwrap_or(0.0);
+        let (mut upper, mut lower) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut row = [matrix.diagonal[0] - shift, beside(0), 0.0];
+        for j in 0..n {
+            if j + 1 == n {
+                row[0] = if row[0].abs() < f64::EPSILON * norm { f64::EPSILON * norm } else { row[0] };
+                upper.push(row);
+                break;
+            }
+            let next = [beside(j), matrix.diagonal[j + 1] - shift, beside(j + 1)];
+            if row[0].abs() >= next[0].abs() && row[0] != 0.0 {
+                let factor = next[0] / row[0];
+                upper.push(row);
+                lower.push((factor, false));
+                row = [next[1] - factor * row[1], next[2] - factor * row[2], 0.0];
+            } else {
+                let factor = row[0] / next[0];
+                upper.push(next);
+                lower.push((factor, true));
+                row = [row[1] - factor * next[1], row[2] - factor * next[2], 0.0];
+            }
+        }
+        Self { upper, lower }
+    }
+
+    fn solve(&self, x: &mut [f64]) {
+        for (j, &(factor, exchanged)) in self.lower.iter().enumerate() {
+            if exchanged {
+                x.swap(j, j + 1);
+            }
+            x[j + 1] -= factor * x[j];
+        }
+        let (mut after, mut next) = (0.0, 0.0);
+        for (slot, row) in x.iter_mut().zip(&self.upper).rev() {
+            let value = (*slot - row[1] * next - row[2] * after) / row[0];
+            *slot = value;
+            (after, next) = (next, value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// The string of nodes with masses, neighbours joined by springs.
+    fn string(masses: &[f64], springs: &[f64]) -> Tridiagonal {
+        let n = masses.len();
+        let spring = |j: usize| springs.get(j).copied().unwrap_or(0.0);
+        Tridiagonal {
+            diagonal: (0..n)
+                .map(|j| (if j > 0 { spring(j - 1) } else { 0.0 } + spring(j)) / masses[j])
+                .collect(),
+            beside: (0..n - 1).map(|j| -spring(j) / (masses[j] * masses[j + 1]).sqrt()).collect(),
+        }
+    }
+
+    /// Largest residual relative to the eigenvalue, and largest product of two vectors.
+    fn errors(matrix: &Tridiagonal, values: &[f64], vectors: &[Vec<f64>]) -> (f64, f64) {
+        let n = matrix.diagonal.len();
+        let (mut residual, mut shared) = (0.0_f64, 0.0_f64);
+        for (k, (value, v)) in values.iter().zip(vectors).enumerate() {
+            let mut square = 0.0;
+            for j in 0..n {
+                let mut sum = (matrix.diagonal[j] - value) * v[j];
+                if j > 0 {
+                    sum += matrix.beside[j - 1] * v[j - 1];
+                }
+                if j + 1 < n {
+                    sum += matrix.beside[j] * v[j + 1];
+                }
+                square += sum * sum;
+            }
+            residual = residual.max(square.sqrt() / value);
+            for other in &vectors[..k] {
+                shared = shared.max(v.iter().zip(other).map(|(a, b)| a * b).sum::<f64>().abs());
+            }
+        }
+        (residual, shared)
+    }
+
+    #[test]
+    fn equal_masses_give_cosines() {
+        let n = 200;
+        let matrix = string(&vec![1.0; n], &vec![1.0; n - 1]);
+        let (values, vectors) = matrix.lowest(25);
+        for (k, (value, vector)) in (1..).zip(values.iter().zip(&vectors)) {
+            let angle = PI * f64::from(k) / n as f64;
+            assert!((value / (4.0 * (0.5 * angle).sin().powi(2)) - 1.0).abs() < 1e-9, "{k}: {value}");
+            let sign = vector[0].signum();
+            let worst = (0..n)
+                .map(|j| {
+                    (sign * vector[j] - (2.0 / n as f64).sqrt() * (angle * (j as f64 + 0.5)).cos()).abs()
+                })
+                .fold(0.0, f64::max);
+            assert!(worst < 1e-7, "{k}: {worst}");
+        }
+    }
+
+    #[test]
+    fn uneven_masses_and_long_gaps() {
+        // Masses over five decades; two and four equal pieces joined by springs that are nearly nothing.
+        let n = 800;
+        let uneven: Vec<f64> =
+            (0..n).map(|j| 10_f64.powf(-5.0 * (j as f64 * 0.754_877_666).fract())).collect();
+        let mut cut = vec![1.0; n - 1];
+        cut[n / 2 - 1] = 1e-7;
+        let mut quarters = cut.clone();
+        (quarters[n / 4 - 1], quarters[3 * n / 4 - 1]) = (1e-7, 1e-7);
+        for (masses, springs) in [
+            (uneven.clone(), vec![1.0; n - 1]),
+            (uneven, cut.clone()),
+            (vec![1.0; n], cut),
+            (vec![1.0; n], quarters),
+        ] {
+            let matrix = string(&masses, &springs);
+            let (values, vectors) = matrix.lowest(100);
+            let (residual, shared) = errors(&matrix, &values, &vectors);
+            assert!(values.windows(2).all(|p| p[1] >= p[0]));
+            assert!(shared < 1e-6 && residual < 1e-3, "{shared}, residual {residual}");
+        }
+    }
+}

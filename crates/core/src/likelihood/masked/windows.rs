@@ -1,0 +1,491 @@
+//! Expected powers of tapered segments with missing samples, from the autocorrelation of taper and mask.
+//!
+//! With w the weights of a segment times the taper, H = Σ w and q = Σ w², the power of a segment without its level Σ w y/H has
+//! the expectation E P(f) = τ₀ Σₗ A(l) [R(l) + c] cos 2πflτ₀ for a covariance R, c = Σₗ R(l) (A₁(l) − 2 A₂(l)). A, A₁ and A₂ are
+//! the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by Σ q. c makes the total power right.
+
+use crate::likelihood::pass::smooth;
+use sigmatau_fft::{Complex64, Planner, RealToComplex};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Points of the window of a density in the distance of two densities.
+const FINE: usize = 8;
+
+/// Cells of a bin of the periodogram; and in a decade, below it.
+const IN_BIN: usize = 4;
+const PER_DECADE: f64 = 48.0;
+
+/// Lowest cell edge, in cycles in the record.
+const LOWEST: f64 = 0.02;
+
+/// Sums over the segments of a pass.
+pub(super) struct TaperSums {
+    length: usize,
+    segments: usize,
+    total: f64,
+    /// Spectra of w ⋆ w, and of A₁ − 2 A₂.
+    overlap: Vec<f64>,
+    level: Vec<f64>,
+    /// Spectra of w², of w(t) w(t + 1), and of both.
+    squares: Vec<f64>,
+    next: Vec<f64>,
+    both: Vec<f64>,
+    /// Sum of squares of a segment without missing samples, and how many there were: they are added at the end.
+    whole: Option<f64>,
+    wholes: usize,
+    taper: Vec<f64>,
+    long: Arc<dyn RealToComplex<f64>>,
+    short: Arc<dyn RealToComplex<f64>>,
+    first: Vec<Complex64>,
+    second: Vec<Complex64>,
+    third: Vec<Complex64>,
+}
+
+impl TaperSums {
+    pub(super) fn new(length: usize, segments: usize) -> Self {
+        let mut planner = Planner::new();
+        let (long, short) = (planner.forward(2 * length), planner.forward(length));
+        Self {
+            length,
+            segments,
+            total: 0.0,
+            overlap: vec![0.0; length + 1],
+            level: vec![0.0; length + 1],
+            squares: vec![0.0; length / 2 + 1],
+            next: vec![0.0; length / 2 + 1],
+            both: vec![0.0; length / 2 + 1],
+            whole: None,
+            wholes: 0,
+            taper: Vec::new(),
+            first: long.make_output_vec(),
+            second: long.make_output_vec(),
+            third: short.make_output_vec(),
+            long,
+            short,
+        }
+    }
+
+    /// Adds a segment; the sum of its squared weights.
+    pub(super) fn add(&mut self, mask: &[f64], taper: &[f64]) -> f64 {
+        let whole = mask.iter().all(|&m| m >= 1.0);
+        if let (true, Some(own)) = (whole, self.whole) {
+            self.wholes += 1;
+            self.total += own;
+            return own;
+        }
+        let weights: Vec<f64> = mask.iter().zip(taper).map(|(m, h)| m * h).collect();
+        let own = self.sum(&weights, 1.0);
+        self.total += own;
+        if whole {
+            self.whole = Some(own);
+            self.taper = weights;
+        }
+        own
+    }
+
+    fn sum(&mut self, weights: &[f64], times: f64) -> f64 {
+        let level: f64 = weights.iter().sum();
+        let own: f64 = weights.iter().map(|w| w * w).sum();
+        let mut buffer = weights.to_vec();
+        buffer.resize(2 * self.length, 0.0);
+        let mut done = self.long.process(&mut buffer, &mut self.first);
+        debug_assert!(done.is_ok());
+        buffer.fill(0.0);
+        buffer.iter_mut().zip(weights).for_each(|(b, w)| *b = w * w);
+        done = self.long.process(&mut buffer, &mut self.second);
+        debug_assert!(done.is_ok());
+        let mut pairs: Vec<f64> = weights.windows(2).map(|p| p[0] * p[1]).collect();
+        pairs.push(0.0);
+        done = self.short.process(&mut pairs, &mut self.third);
+        debug_assert!(done.is_ok());
+        for (k, (z, square)) in self.first.iter().zip(&self.second).enumerate() {
+            let power = z.norm_sqr();
+            self.overlap[k] += times * power;
+            self.level[k] += times * (power * own / (level * level) - 2.0 * (z * square.conj()).re / level);
+        }
+        for (k, z) in self.third.iter().enumerate() {
+            let square = self.second[2 * k];
+            self.squares[k] += times * square.norm_sqr();
+            self.next[k] += times * z.norm_sqr();
+            self.both[k] += times * (square * z.conj()).re;
+        }
+        own
+    }
+
+    pub(super) fn windows(mut self, taper: &[f64]) -> Windows {
+        if self.wholes > 0 {
+            let weights = std::mem::take(&mut self.taper);
+            self.sum(&weights, self.wholes as f64);
+        }
+        let length = self.length;
+        let overlap = lags(&self.overlap, 2 * length, length, 1.0 / self.total);
+        let level = lags(&self.level, 2 * length, length, 1.0 / self.total);
+        let fine = spectrum(&overlap, FINE * length);
+        let norm = self.segments as f64 / (self.total * self.total);
+        let law = |spectrum: &[f64]| lags(spectrum, length, length / 2 + 1, norm);
+        let mut squares: Vec<f64> = taper.iter().map(|h| h * h).collect();
+        let done = self.short.process(&mut squares, &mut self.third);
+        debug_assert!(done.is_ok());
+        let whole: Vec<f64> = self.third.iter().map(Complex64::norm_sqr).collect();
+        Windows {
+            length,
+            at_zero: fine.iter().step_by(FINE).copied().collect(),
+            sums: Running::new(&fine, length),
+            level_sums: Running::plain(&spectrum(&level, FINE * length)),
+            laws: [law(&self.squares), law(&self.both), law(&self.next)],
+            law_of_whole: lags(&whole, length, length / 2 + 1, 1.0),
+            spread: self.squares.iter().map(|x| x * norm).collect(),
+            spread_of_whole: whole,
+            overlap,
+            level,
+        }
+    }
+}
+
+/// The first lags of an even series from its spectrum.
+fn lags(spectrum: &[f64], period: usize, count: usize, factor: f64) -> Vec<f64> {
+    let transform = Planner::new().inverse(period);
+    let mut input: Vec<Complex64> = spectrum.iter().map(|&x| Complex64::new(x, 0.0)).collect();
+    let mut output = transform.make_output_vec();
+    let done = transform.process(&mut input, &mut output);
+    debug_assert!(done.is_ok());
+    output[..count].iter().map(|x| x * factor / period as f64).collect()
+}
+
+/// Σ over positive and negative lags of x(l) cos 2πkl/period, k = 0 … period/2.
+pub(super) fn spectrum(lags: &[f64], period: usize) -> Vec<f64> {
+    let transform = Planner::new().forward(period);
+    let mut input = transform.make_input_vec();
+    for (l, &x) in lags.iter().enumerate() {
+        input[l] += x;
+        if l > 0 {
+            input[period - l] += x;
+        }
+    }
+    let mut output = transform.make_output_vec();
+    let done = transform.process(&mut input, &mut output);
+    debug_assert!(done.is_ok());
+    output.iter().map(|z| z.re).collect()
+}
+
+/// What the mask makes of the powers of a periodogram.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Windows {
+    length: usize,
+    /// A(l) and A₁(l) − 2 A₂(l).
+    overlap: Vec<f64>,
+    level: Vec<f64>,
+    /// Window of each density at the frequency 0.
+    at_zero: Vec<f64>,
+    sums: Running,
+    level_sums: Running,
+    /// Lags of sums of w⁴ kind: of w², of w² with w(t) w(t + 1), of the latter; and of a segment without missing samples.
+    pub laws: [Vec<f64>; 3],
+    pub law_of_whole: Vec<f64>,
+    /// Spectrum of w², of all segments and of a segment without missing samples: shared noise of two densities.
+    pub spread: Vec<f64>,
+    pub spread_of_whole: Vec<f64>,
+}
+
+impl Windows {
+    /// Expected densities of a process by the lags of its covariance; only contrasts count.
+    pub(crate) fn expected(&self, covariance: &[f64], tau0: f64) -> Vec<f64> {
+        let doubled = |(l, (r, g)): (usize, (&f64, &f64))| if l == 0 { r * g } else { 2.0 * r * g };
+        let level: f64 = covariance.iter().zip(&self.level).enumerate().map(doubled).sum();
+        let seen: Vec<f64> =
+            self.overlap.iter().zip(covariance).map(|(a, r)| tau0 * a * (r + level)).collect();
+        spectrum(&seen, 2 * self.length).into_iter().step_by(2).collect()
+    }
+
+    /// What the mask shows of the noise in each cell where the nodes resolve nothing: the spectrum of the weights, times the
+    /// fourth power of low frequencies, since hat functions describe a straight line; its sum is half the rate.
+    pub(super) fn between_nodes(&self, cells: &Cells, grid: Grid) -> Vec<f64> {
+        let (n, tau0) = (grid.spacing as f64, grid.tau0);
+        let spacing = 1.0 / (self.length as f64 * tau0);
+        let sums = Running::plain(&self.at_zero);
+        let cell = |(e, f): (&[f64], &f64)| {
+            let comb = ((PI * f * n * tau0).sin() / (PI * f * tau0).sin()).powi(2);
+            let different = 1.0 - (comb - n) / (n * (n - 1.0));
+            different.powi(2) * (sums.to(e[1] / spacing) - sums.to(e[0] / spacing))
+        };
+        let mut found: Vec<f64> = cells.edges.windows(2).zip(&cells.at).map(cell).collect();
+        let scale = 0.5 / (tau0 * found.iter().sum::<f64>());
+        for x in &mut found {
+            *x *= scale;
+        }
+        found
+    }
+
+    /// Weights of the cells in the mean of the densities of some stretches.
+    pub(crate) fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
+        let count: usize = stretches.iter().map(|(a, b)| b - a).sum();
+        let zero: f64 = stretches.iter().flat_map(|&(a, b)| &self.at_zero[a..b]).sum::<f64>() / count as f64;
+        let whole = (FINE * self.length) as f64;
+        row.fill(0.0);
+        let mut below = vec![0.0; edges.len()];
+        let fine: Vec<f64> = edges.iter().map(|e| e * FINE as f64).collect();
+        for &(a, b) in stretches {
+            let (low, high) = ((FINE * a) as f64 - FINE as f64, (FINE * b) as f64 - FINE as f64);
+            for (slot, e) in below.iter_mut().zip(&fine) {
+                *slot += self.sums.to(high + e) - self.sums.to(low + e) - self.sums.to(high - e)
+                    + self.sums.to(low - e);
+            }
+        }
+        let level: Vec<f64> = fine.iter().map(|&e| self.level_sums.to(e)).collect();
+        for (i, slot) in row.iter_mut().enumerate() {
+            *slot =
+                ((below[i + 1] - below[i]) / count as f64 + 2.0 * zero * (level[i + 1] - level[i])) / whole;
+        }
+    }
+}
+
+/// Integral of an even periodic series whose points are in the middle of steps.
+#[derive(Debug, Clone, PartialEq)]
+struct Running {
+    first: isize,
+    sums: Vec<f64>,
+}
+
+impl Running {
+    /// Of the sums with every eighth point before, from half a period below 0 to a period above it.
+    fn new(fine: &[f64], length: usize) -> Self {
+        let (half, margin) = (FINE * length / 2, 4 * FINE);
+        let first = -((half + margin) as isize);
+        let period = 2 * half as isize;
+        let at = |x: isize| {
+            let x = x.rem_euclid(period);
+            fine[x.min(period - x) as usize]
+        };
+        let mut running: Vec<f64> = Vec::with_capacity(3 * half + 2 * margin);
+        let last = (2 * half + margin) as isize;
+        for x in first..=last {
+            let i = running.len();
+            running.push(at(x) + if i >= FINE { running[i - FINE] } else { 0.0 });
+        }
+        Self::cumulated(first, running)
+    }
+
+    fn plain(fine: &[f64]) -> Self {
+        Self::cumulated(0, fine.to_vec())
+    }
+
+    fn cumulated(first: isize, mut series: Vec<f64>) -> Self {
+        let mut sum = 0.0;
+        for x in &mut series {
+            (sum, *x) = (sum + *x, sum);
+        }
+        series.push(sum);
+        // Half a step of the first point is below 0 where the series starts there.
+        Self { first, sums: series }
+    }
+
+    fn to(&self, x: f64) -> f64 {
+        let u = x - self.first as f64 + 0.5;
+        let i = (u as usize).min(self.sums.len() - 2);
+        self.sums[i] + (self.sums[i + 1] - self.sums[i]) * (u - i as f64)
+    }
+}
+
+/// Cells of frequency, in which a density is taken as constant where it leaks elsewhere.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Cells {
+    /// From 0 to half the rate. [Hz]
+    pub edges: Vec<f64>,
+    /// Where a density is evaluated: geometric means, so that 1/f² has its mean. [Hz]
+    pub at: Vec<f64>,
+}
+
+impl Cells {
+    /// The cell of a frequency. [Hz]
+    pub(crate) fn of(&self, frequency: f64) -> usize {
+        self.edges.partition_point(|&e| e <= frequency).clamp(1, self.at.len()) - 1
+    }
+
+    /// [Hz]
+    pub(crate) fn width(&self, cell: usize) -> f64 {
+        self.edges[cell + 1] - self.edges[cell]
+    }
+
+    /// Quarters of the bins of the periodogram, of which `ranges` are densities at multiples of `spacing`; and steps of a
+    /// logarithm below.
+    pub(super) fn new(
+        ranges: &[(usize, usize)],
+        length: usize,
+        spacing: f64,
+        duration: f64,
+        highest_mode: f64,
+    ) -> Self {
+        let first = ranges.first().map_or(0.5 * length as f64, |r| r.0 as f64 - 0.5) * spacing;
+        // The modes see more of a slope than the densities do.
+        let first = first.max(highest_mode * 10_f64.powf(2.0 / PER_DECADE));
+        let lowest = LOWEST / duration;
+        let count = (PER_DECADE * (first / lowest).log10()).ceil().max(1.0);
+        let mut edges = vec![0.0];
+        edges.extend((0..=count as usize).map(|i| lowest * (first / lowest).powf(i as f64 / count)));
+        for &(a, b) in ranges {
+            let parts = IN_BIN.min(b - a);
+            let (a, b) = (a as f64 - 0.5, b as f64 - 0.5);
+            let cuts = (1..=parts).map(|i| (a + (b - a) * i as f64 / parts as f64) * spacing);
+            edges.extend(cuts.filter(|&e| e > first));
+        }
+        let last = edges.len() - 1;
+        edges[last] = 0.5 * length as f64 * spacing;
+        let at =
+            edges.windows(2).map(|e| if e[0] > 0.0 { (e[0] * e[1]).sqrt() } else { 0.5 * e[1] }).collect();
+        Self { edges, at }
+    }
+}
+
+/// What the modes of a bin of low frequencies see of a process.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LowWindow {
+    /// Mean autocorrelation of masses times shapes, doubled beyond the lag 0; times τ₀.
+    lags: Vec<f64>,
+    /// Weight of the difference of two samples between two nodes.
+    within: f64,
+}
+
+/// Grid of nodes: samples between two, their number, sample interval.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub spacing: usize,
+    pub count: usize,
+    pub tau0: f64,
+}
+
+/// Lags of nodes from which a covariance is that of their distance and its second derivative.
+const FAR: usize = 64;
+
+impl Grid {
+    /// Covariance of two hat-weighted means by the distance of their nodes, and the variance of a sample less the mean
+    /// covariance of two samples closer than two nodes. `bent`: l² times the second derivative of the covariance at long
+    /// distances, in samples.
+    pub(super) fn covariance(self, of: impl Fn(usize) -> f64, bent: f64) -> (Vec<f64>, f64) {
+        let n = self.spacing;
+        let kernel = hat_products(n);
+        let half = (kernel.len() / 2) as isize;
+        let width: f64 = kernel.iter().zip(-half..).map(|(k, u)| k * (u * u) as f64).sum();
+        let lags = (0..self.count)
+            .map(|l| {
+                let centre = (l * n) as isize;
+                if l < FAR {
+                    return kernel.iter().zip(centre - half..).map(|(k, u)| k * of(u.unsigned_abs())).sum();
+                }
+                of(l * n) + 0.5 * width * bent / (centre as f64).powi(2)
+            })
+            .collect();
+        let pairs = (n * (n - 1)) as f64;
+        let within: f64 = (1..n).map(|k| 2.0 * (n - k) as f64 * of(k)).sum::<f64>() / pairs;
+        (lags, of(0) - within)
+    }
+}
+
+/// Autocorrelation of a hat function that is sampled between its ends, with the sum 1.
+fn hat_products(n: usize) -> Vec<f64> {
+    // Four boxes, and a pair of samples twice.
+    let mut series = vec![1.0 / (n as f64).powi(4)];
+    for _ in 0..4 {
+        let mut sum = 0.0;
+        series = (0..series.len() + n - 1)
+            .map(|i| {
+                sum += series.get(i).copied().unwrap_or(0.0);
+                if i >= n {
+                    sum -= series[i - n];
+                }
+                sum
+            })
+            .collect();
+    }
+    for _ in 0..2 {
+        let at = |i: usize| series.get(i).copied().unwrap_or(0.0);
+        series = (0..=series.len()).map(|i| 0.5 * (at(i) + if i > 0 { at(i - 1) } else { 0.0 })).collect();
+    }
+    series
+}
+
+/// What all bins of the modes share.
+pub(super) struct LowView {
+    grid: Grid,
+    short: Arc<dyn RealToComplex<f64>>,
+    long: Arc<dyn RealToComplex<f64>>,
+    /// Of the hats at the points of the long transform, up to the rate of the nodes; beyond, they leave nothing.
+    hats: Vec<f64>,
+    step: f64,
+}
+
+impl LowView {
+    pub(super) fn new(grid: Grid) -> Self {
+        let (n, tau0) = (grid.spacing as f64, grid.tau0);
+        let mut planner = Planner::new();
+        let period = smooth(FINE * grid.count);
+        let step = 1.0 / (period as f64 * n * tau0);
+        let hats = (0..=period)
+            .map(|i| {
+                let (sin, cos) = (PI * i as f64 * step * tau0).sin_cos();
+                let box_of = if i == 0 { 1.0 } else { (PI * i as f64 / period as f64).sin() / (n * sin) };
+                box_of.powi(4) * cos * cos
+            })
+            .collect();
+        let short = planner.forward(smooth(2 * grid.count));
+        Self { grid, short, long: planner.forward(period), hats, step }
+    }
+
+    /// `shapes`: modes of the bin; `white`: their Σ w² v².
+    pub(super) fn window(&self, shapes: &[Vec<f64>], mass: &[f64], white: &[f64]) -> LowWindow {
+        let mut output = self.short.make_output_vec();
+        let mut input = self.short.make_input_vec();
+        let mut power = vec![0.0; output.len()];
+        let modes = shapes.len() as f64;
+        for v in shapes {
+            input.fill(0.0);
+            for (slot, (v, c)) in input.iter_mut().zip(v.iter().zip(mass)) {
+                *slot = v * c;
+            }
+            let done = self.short.process(&mut input, &mut output);
+            debug_assert!(done.is_ok());
+            power.iter_mut().zip(&output).for_each(|(p, z)| *p += z.norm_sqr() / modes);
+        }
+        let mut lags = lags(&power, input.len(), mass.len(), self.grid.tau0);
+        // Of what the modes hold of white noise, hats on all samples explain this.
+        let n = self.grid.spacing as f64;
+        let explained = (lags[0] * 2.0 / 3.0 + lags[1] / 3.0) / n;
+        let within = self.grid.tau0 * white.iter().sum::<f64>() / modes - explained;
+        lags[1..].iter_mut().for_each(|x| *x *= 2.0);
+        LowWindow { lags, within }
+    }
+
+    /// Weights of the cells in a bin; `between`: see [`Windows::between_nodes`].
+    pub(super) fn row(&self, window: &LowWindow, cells: &Cells, between: &[f64]) -> Vec<f64> {
+        // An even series of the same sum over both signs.
+        let mut input = self.long.make_input_vec();
+        let period = input.len();
+        for (l, x) in window.lags.iter().enumerate() {
+            let half = if l == 0 { 1.0 } else { 0.5 };
+            input[l] += half * x;
+            if l > 0 {
+                input[period - l] += half * x;
+            }
+        }
+        let mut power = self.long.make_output_vec();
+        let done = self.long.process(&mut input, &mut power);
+        debug_assert!(done.is_ok());
+        let seen: Vec<f64> =
+            self.hats.iter().enumerate().map(|(i, hat)| hat * power[i.min(period - i)].re).collect();
+        let last = seen.len() as f64 - 0.5;
+        let sums = Running::plain(&seen);
+        let cell = |(e, between): (&[f64], &f64)| {
+            let hats = sums.to((e[1] / self.step).min(last)) - sums.to((e[0] / self.step).min(last));
+            2.0 * (hats * self.step + window.within * between)
+        };
+        cells.edges.windows(2).zip(between).map(cell).collect()
+    }
+}
+
+impl LowWindow {
+    /// Expected density for a covariance of nodes, see [`Grid::covariance`].
+    pub(super) fn expected(&self, covariance: &(Vec<f64>, f64)) -> f64 {
+        let sum: f64 = self.lags.iter().zip(&covariance.0).map(|(a, r)| a * r).sum();
+        sum + self.within * covariance.1
+    }
+}
